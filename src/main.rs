@@ -1,0 +1,2 @@
+//! The `bipedc` command.
+fn main() {}
