@@ -1,7 +1,6 @@
 //! From a URDF and a description file to optimised straight-line programs and Rust code.
 //!
 //! The stages, each with a type of its own:
-//! [`description`] → [`tree`] → [`expression`] → [`derive`] → [`optimise`] → program →
-//! [`emit`] (Rust tokens) or [`evaluate`] (in process).
+//! [`description`] → tree → expression → derive → optimise → program →
+//! emit (Rust tokens) or evaluate (in process).
 pub mod description;
-pub mod expression;

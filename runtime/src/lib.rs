@@ -1,0 +1,13 @@
+//! What generated robot models need at run time, and offline tools that work on any model.
+//!
+//! Without the feature `std` the crate is `no_std`, never allocates and never panics on finite input.
+#![cfg_attr(not(feature = "std"), no_std)]
+
+pub mod model;
+pub mod real;
+
+#[cfg(feature = "std")]
+pub mod diagnostic;
+
+pub use model::{Argument, Arguments, CallError, Model, Signature, State};
+pub use real::Real;
