@@ -4,3 +4,4 @@
 //! [`description`] → tree → expression → derive → optimise → program →
 //! emit (Rust tokens) or evaluate (in process).
 pub mod description;
+pub mod expression;

@@ -1,0 +1,368 @@
+//! Nodes, edges that carry a sign, and the identities applied while the graph is built.
+use bipedc_runtime::Argument;
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+/// An edge to a node; negation is part of the edge and costs no node.
+///
+/// `x`, `-x`, `a - b` and `b - a` therefore share nodes, and a sign never becomes an operation before the
+/// program is written down.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Expr(u32);
+
+impl Expr {
+    /// The constant 0.
+    pub const ZERO: Self = Self(0);
+    /// The constant 1.
+    pub const ONE: Self = Self(2);
+
+    fn new(node: usize) -> Self {
+        Self(u32::try_from(node << 1).expect("fewer than 2^31 nodes"))
+    }
+    /// The positive edge to the node with this index.
+    pub fn positive(node: usize) -> Self {
+        Self::new(node)
+    }
+    /// Index of the node.
+    pub fn node(self) -> usize {
+        (self.0 >> 1) as usize
+    }
+    /// Whether the edge negates.
+    pub fn is_negated(self) -> bool {
+        self.0 & 1 == 1
+    }
+    /// The edge without its sign.
+    pub fn abs(self) -> Self {
+        Self(self.0 & !1)
+    }
+    fn negate_if(self, condition: bool) -> Self {
+        Self(self.0 ^ u32::from(condition))
+    }
+}
+
+impl std::ops::Neg for Expr {
+    type Output = Self;
+    fn neg(self) -> Self {
+        // One zero only, so that a zero is recognised by its id.
+        if self == Self::ZERO { self } else { Self(self.0 ^ 1) }
+    }
+}
+
+/// A run-time value: one element of an argument.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Input {
+    /// Which argument.
+    pub argument: Argument,
+    /// Which element of it.
+    pub index: u32,
+}
+
+/// One operation. Operands always have smaller indices.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Node {
+    /// A number ≥ 0 (the sign is on the edge).
+    Constant(f64),
+    /// A run-time value.
+    Input(Input),
+    /// Sum; the first operand is positive, the second may be negated.
+    Add(Expr, Expr),
+    /// Product of two positive edges.
+    Mul(Expr, Expr),
+    /// Quotient of two positive edges.
+    Div(Expr, Expr),
+    /// Square root.
+    Sqrt(Expr),
+    /// Sine of a positive edge.
+    Sin(Expr),
+    /// Cosine of a positive edge.
+    Cos(Expr),
+}
+
+impl Node {
+    /// The operands, none for leaves.
+    pub fn operands(self) -> impl Iterator<Item = Expr> {
+        let pair = match self {
+            Self::Constant(_) | Self::Input(_) => [None, None],
+            Self::Add(a, b) | Self::Mul(a, b) | Self::Div(a, b) => [Some(a), Some(b)],
+            Self::Sqrt(a) | Self::Sin(a) | Self::Cos(a) => [Some(a), None],
+        };
+        pair.into_iter().flatten()
+    }
+}
+
+#[derive(PartialEq, Eq, Hash)]
+enum Key {
+    Constant(u64),
+    Input(Input),
+    Binary(u8, Expr, Expr),
+    Unary(u8, Expr),
+}
+
+impl Key {
+    fn of(node: Node) -> Self {
+        match node {
+            Node::Constant(value) => Self::Constant(value.to_bits()),
+            Node::Input(input) => Self::Input(input),
+            Node::Add(a, b) => Self::Binary(0, a, b),
+            Node::Mul(a, b) => Self::Binary(1, a, b),
+            Node::Div(a, b) => Self::Binary(2, a, b),
+            Node::Sqrt(a) => Self::Unary(0, a),
+            Node::Sin(a) => Self::Unary(1, a),
+            Node::Cos(a) => Self::Unary(2, a),
+        }
+    }
+}
+
+#[derive(Default)]
+struct Store {
+    nodes: Vec<Node>,
+    ids: HashMap<Key, u32>,
+}
+
+impl Store {
+    fn intern(&mut self, node: Node) -> Expr {
+        let next = self.nodes.len() as u32;
+        let id = *self.ids.entry(Key::of(node)).or_insert(next);
+        if id == next {
+            self.nodes.push(node);
+        }
+        Expr::new(id as usize)
+    }
+}
+
+/// All expressions of one compilation.
+///
+/// Grows through shared references, so that [`crate::expression::Sym`] can be `Copy` and carry operators.
+pub struct Graph {
+    store: RefCell<Store>,
+}
+
+impl Default for Graph {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Graph {
+    /// A graph that knows 0 and 1.
+    pub fn new() -> Self {
+        let graph = Self { store: RefCell::new(Store::default()) };
+        assert_eq!(graph.intern(Node::Constant(0.0)), Expr::ZERO);
+        assert_eq!(graph.intern(Node::Constant(1.0)), Expr::ONE);
+        graph
+    }
+
+    fn intern(&self, node: Node) -> Expr {
+        self.store.borrow_mut().intern(node)
+    }
+
+    /// Number of nodes so far.
+    pub fn len(&self) -> usize {
+        self.store.borrow().nodes.len()
+    }
+
+    /// Never true: 0 and 1 are always there.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// The node with this index.
+    pub fn node(&self, index: usize) -> Node {
+        self.store.borrow().nodes[index]
+    }
+
+    /// A copy of all nodes, operands before users.
+    pub fn nodes(&self) -> Vec<Node> {
+        self.store.borrow().nodes.clone()
+    }
+
+    /// The value of a constant expression.
+    pub fn constant_value(&self, e: Expr) -> Option<f64> {
+        match self.node(e.node()) {
+            Node::Constant(value) => Some(if e.is_negated() { -value } else { value }),
+            _ => None,
+        }
+    }
+
+    /// A number.
+    ///
+    /// # Panics
+    /// On NaN and infinity: descriptions are checked for them before anything is derived.
+    pub fn constant(&self, value: f64) -> Expr {
+        assert!(value.is_finite(), "constants of an expression are finite, got {value}");
+        self.intern(Node::Constant(value.abs())).negate_if(value < 0.0)
+    }
+
+    /// An element of an argument.
+    pub fn input(&self, argument: Argument, index: usize) -> Expr {
+        self.intern(Node::Input(Input { argument, index: index as u32 }))
+    }
+
+    /// `a + b`
+    pub fn add(&self, a: Expr, b: Expr) -> Expr {
+        if a == Expr::ZERO {
+            return b;
+        }
+        if b == Expr::ZERO {
+            return a;
+        }
+        if a == -b {
+            return Expr::ZERO;
+        }
+        if a == b {
+            return self.mul(self.constant(2.0), a);
+        }
+        if let (Some(x), Some(y)) = (self.constant_value(a), self.constant_value(b)) {
+            return self.constant(x + y);
+        }
+        if self.is_sine_and_cosine_squared(a, b) {
+            return Expr::ONE;
+        }
+        // Canonical: the smaller node first and positive.
+        let (first, second) = if a.node() <= b.node() { (a, b) } else { (b, a) };
+        let flip = first.is_negated();
+        self.intern(Node::Add(first.abs(), second.negate_if(flip))).negate_if(flip)
+    }
+
+    /// Whether `a + b` is sin² x + cos² x.
+    fn is_sine_and_cosine_squared(&self, a: Expr, b: Expr) -> bool {
+        let square = |e: Expr| match self.node(e.node()) {
+            Node::Mul(x, y) if x == y && !e.is_negated() => Some(self.node(x.node())),
+            _ => None,
+        };
+        matches!(
+            (square(a), square(b)),
+            (Some(Node::Sin(x)), Some(Node::Cos(y))) | (Some(Node::Cos(x)), Some(Node::Sin(y))) if x == y
+        )
+    }
+
+    /// `a - b`
+    pub fn sub(&self, a: Expr, b: Expr) -> Expr {
+        self.add(a, -b)
+    }
+
+    /// `a * b`
+    pub fn mul(&self, a: Expr, b: Expr) -> Expr {
+        let negated = a.is_negated() != b.is_negated();
+        let (a, b) = (a.abs(), b.abs());
+        // x * 0 folds to 0 although inf * 0 is not: structural zeros depend on it, and inputs are finite.
+        if a == Expr::ZERO || b == Expr::ZERO {
+            return Expr::ZERO;
+        }
+        if a == Expr::ONE {
+            return b.negate_if(negated);
+        }
+        if b == Expr::ONE {
+            return a.negate_if(negated);
+        }
+        let (a, b) = if a <= b { (a, b) } else { (b, a) };
+        match (self.constant_value(a), self.constant_value(b)) {
+            (Some(x), Some(y)) => self.constant(x * y).negate_if(negated),
+            (Some(x), None) => self.scale(x, a, b).negate_if(negated),
+            (None, Some(y)) => self.scale(y, b, a).negate_if(negated),
+            (None, None) => self.intern(Node::Mul(a, b)).negate_if(negated),
+        }
+    }
+
+    /// `factor * e`, where `factor` is the node of the positive constant and `e` positive and not constant.
+    fn scale(&self, factor: f64, constant: Expr, e: Expr) -> Expr {
+        if let Node::Mul(x, y) = self.node(e.node()) {
+            for (inner, rest) in [(x, y), (y, x)] {
+                if let Some(value) = self.constant_value(inner) {
+                    return self.mul(self.constant(factor * value), rest);
+                }
+            }
+        }
+        let (a, b) = if constant <= e { (constant, e) } else { (e, constant) };
+        self.intern(Node::Mul(a, b))
+    }
+
+    /// `a / b`; a division by a constant becomes a product.
+    ///
+    /// # Panics
+    /// When `b` is the constant 0.
+    pub fn div(&self, a: Expr, b: Expr) -> Expr {
+        if let Some(value) = self.constant_value(b) {
+            assert!(value != 0.0, "division by the constant 0");
+            return self.mul(a, self.constant(value.recip()));
+        }
+        if a == Expr::ZERO {
+            return a;
+        }
+        let negated = a.is_negated() != b.is_negated();
+        let (a, b) = (a.abs(), b.abs());
+        if a == b {
+            return Expr::ONE.negate_if(negated);
+        }
+        self.intern(Node::Div(a, b)).negate_if(negated)
+    }
+
+    /// `√e`
+    ///
+    /// # Panics
+    /// When `e` is a negative constant.
+    pub fn sqrt(&self, e: Expr) -> Expr {
+        match self.constant_value(e) {
+            Some(value) => self.constant(value.sqrt()),
+            None => self.intern(Node::Sqrt(e)),
+        }
+    }
+
+    /// Sine; odd, so the sign moves out.
+    pub fn sin(&self, e: Expr) -> Expr {
+        match self.constant_value(e.abs()) {
+            Some(value) => self.constant(value.sin()).negate_if(e.is_negated()),
+            None => self.intern(Node::Sin(e.abs())).negate_if(e.is_negated()),
+        }
+    }
+
+    /// Cosine; even, so the sign vanishes.
+    pub fn cos(&self, e: Expr) -> Expr {
+        match self.constant_value(e.abs()) {
+            Some(value) => self.constant(value.cos()),
+            None => self.intern(Node::Cos(e.abs())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn inputs() -> (Graph, Expr, Expr) {
+        let g = Graph::new();
+        let (x, y) = (g.input(Argument::Q, 0), g.input(Argument::Q, 1));
+        (g, x, y)
+    }
+
+    #[test]
+    fn signs_share_nodes() {
+        let (g, x, y) = inputs();
+        assert_eq!(g.sub(x, y), -g.sub(y, x));
+        assert_eq!(g.mul(-x, y), -g.mul(y, x));
+        assert_eq!(g.add(-x, -y), -g.add(x, y));
+        assert_eq!(g.sin(-x), -g.sin(x));
+        assert_eq!(g.cos(-x), g.cos(x));
+    }
+
+    #[test]
+    fn zeros_ones_and_constants_fold() {
+        let (g, x, y) = inputs();
+        assert_eq!(g.sub(x, x), Expr::ZERO);
+        assert_eq!(g.mul(x, Expr::ZERO), Expr::ZERO);
+        assert_eq!(g.mul(-Expr::ONE, x), -x);
+        assert_eq!(-Expr::ZERO, Expr::ZERO);
+        let (two, three) = (g.constant(2.0), g.constant(-3.0));
+        assert_eq!(g.mul(two, g.mul(three, y)), g.mul(g.constant(-6.0), y));
+        assert_eq!(g.add(x, x), g.mul(two, x));
+        assert_eq!(g.div(x, two), g.mul(g.constant(0.5), x));
+    }
+
+    #[test]
+    fn sine_squared_plus_cosine_squared_is_one() {
+        let (g, x, y) = inputs();
+        let (s, c) = (g.sin(x), g.cos(x));
+        assert_eq!(g.add(g.mul(s, s), g.mul(c, c)), Expr::ONE);
+        assert_ne!(g.add(g.mul(s, s), g.mul(g.cos(y), g.cos(y))), Expr::ONE);
+    }
+}

@@ -1,0 +1,11 @@
+//! Expressions as one hash-consed graph: equal expressions share one node, so common subexpressions are
+//! found while deriving.
+mod graph;
+mod linear;
+mod symbol;
+mod vector;
+
+pub use graph::{Expr, Graph, Input, Node};
+pub use linear::{LinearForm, separate};
+pub use symbol::Sym;
+pub use vector::{Matrix3, Vector3};
