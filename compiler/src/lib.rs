@@ -5,3 +5,4 @@
 //! emit (Rust tokens) or evaluate (in process).
 pub mod description;
 pub mod expression;
+pub mod tree;
