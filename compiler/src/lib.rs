@@ -3,6 +3,8 @@
 //! The stages, each with a type of its own:
 //! [`description`] → tree → expression → derive → optimise → program →
 //! emit (Rust tokens) or evaluate (in process).
+pub mod derive;
 pub mod description;
 pub mod expression;
+pub mod program;
 pub mod tree;

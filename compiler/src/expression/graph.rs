@@ -1,4 +1,5 @@
 //! Nodes, edges that carry a sign, and the identities applied while the graph is built.
+use crate::tree::exact_sin_cos;
 use bipedc_runtime::Argument;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -311,7 +312,7 @@ impl Graph {
     /// Sine; odd, so the sign moves out.
     pub fn sin(&self, e: Expr) -> Expr {
         match self.constant_value(e.abs()) {
-            Some(value) => self.constant(value.sin()).negate_if(e.is_negated()),
+            Some(value) => self.constant(exact_sin_cos(value).0).negate_if(e.is_negated()),
             None => self.intern(Node::Sin(e.abs())).negate_if(e.is_negated()),
         }
     }
@@ -319,7 +320,7 @@ impl Graph {
     /// Cosine; even, so the sign vanishes.
     pub fn cos(&self, e: Expr) -> Expr {
         match self.constant_value(e.abs()) {
-            Some(value) => self.constant(value.cos()),
+            Some(value) => self.constant(exact_sin_cos(value).1),
             None => self.intern(Node::Cos(e.abs())),
         }
     }
