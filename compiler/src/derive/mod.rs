@@ -8,6 +8,7 @@ mod model;
 
 pub mod composite;
 pub mod frames;
+pub mod momentum;
 pub mod newton_euler;
 pub mod solve;
 
