@@ -6,7 +6,7 @@
 
 For each URDF: `OUTPUT_FOLDER/<name>/robot.urdf` (a copy), `states.json` and `about.json`. `states.json` is an array of
 states; beside the state itself each has `"expected": {"rows", "inverse_dynamics", "bias", "gravity", "kinetic_energy",
-"potential_energy"}`, `"forward_dynamics"` where the mass matrix is positive definite (from `effort` and the base's
+"potential_energy"}`, `"forward_dynamics"` where the mass matrix is safely positive definite (from `effort` and the base's
 `force`, `torque`), and with a floating base `"center_of_mass"`. Joints that mimic others are treated as independent, as
 Pinocchio does unless told otherwise; for URDFs in which such a joint moves, a second robot `<name>_nomimic` is
 written, the same with `<mimic>` removed. A URDF that Pinocchio cannot read goes to `OUTPUT_FOLDER/_unread/<name>`
@@ -52,7 +52,7 @@ def about(urdf, model, base):
         massless_moving_subtrees=[model.names[i] for i in range(1, model.njoints) if subtree[i] <= 0],
         links_without_inertial=sum(l.find("inertial") is None for l in links.values()),
         indefinite_inertias=[model.names[i] for i in range(1, model.njoints) if model.inertias[i].mass > 0
-                             and np.linalg.eigvalsh(model.inertias[i].inertia)[0] < 0],
+                             and np.linalg.eigvalsh(model.inertias[i].inertia)[0] < -1e-12],
         axes_not_unit=sum(abs(np.linalg.norm(a) - 1) > 1e-6 for a in axes),
         transmissions=len(root.findall("transmission")), meshes=len(root.findall(".//mesh")),
         gazebo=len(root.findall("gazebo")))
@@ -94,7 +94,8 @@ def states(model, base):
         if base == "floating":
             expected["center_of_mass"] = call(pin.centerOfMass, model, q)
         # Massless moving parts have no forward dynamics.
-        if np.all(np.linalg.eigvalsh(symmetric(call(pin.crba, model, q))) > 1e-9):
+        eigenvalues = np.linalg.eigvalsh(symmetric(call(pin.crba, model, q)))
+        if np.all(eigenvalues > 1e-8 * np.max(eigenvalues, initial=0.0)):
             expected["forward_dynamics"] = call(pin.aba, model, q, v, tau)
         state["expected"] = expected
         out.append(state)
