@@ -1,33 +1,21 @@
 //! Arrays of angles in the widest lanes of the target.
 
-use super::kernel::{Kernel, any, common};
+use super::kernel::{Kernel, any};
 
-/// All elements one after the other, beyond the common range too.
-#[cold]
-#[inline(never)]
-fn one_by_one<V: Kernel, const N: usize>(angles: &[V; N]) -> ([V; N], [V; N]) {
-    let (mut sines, mut cosines) = (*angles, *angles);
+/// Lane after lane: each is a full register, so they gain nothing from each other.
+#[inline(always)]
+pub(crate) fn each<V: Kernel, const N: usize>(angles: [V; N]) -> ([V; N], [V; N]) {
+    let (mut sines, mut cosines) = (angles, angles);
     for (sine, cosine) in sines.iter_mut().zip(&mut cosines) {
         (*sine, *cosine) = any(*sine);
     }
     (sines, cosines)
 }
 
-/// The kernel on each element, with a single branch for all of them.
-#[inline(always)]
-pub(crate) fn each<V: Kernel, const N: usize>(angles: [V; N]) -> ([V; N], [V; N]) {
-    // No short circuit: the comparisons merge into one branch.
-    if !angles.iter().fold(true, |all, x| all & x.within()) {
-        return one_by_one(&angles);
-    }
-    let (mut sines, mut cosines) = (angles, angles);
-    for (sine, cosine) in sines.iter_mut().zip(&mut cosines) {
-        (*sine, *cosine) = common(*sine);
-    }
-    (sines, cosines)
-}
-
 /// Scalars packed into lanes: blocks of the wide type, then what is left, padded.
+///
+/// Each block has its own branch to the slow path: one for all would pass the array on by reference, and
+/// keep it in memory where the fast path wants it in registers.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 macro_rules! packed {
     ($name:ident, $scalar:ident, $narrow:ident $half:literal, $wide:ident $full:literal) => {
@@ -35,28 +23,25 @@ macro_rules! packed {
         #[inline]
         pub(crate) fn $name<const N: usize>(angles: [$scalar; N]) -> ([$scalar; N], [$scalar; N]) {
             use crate::lanes::{$narrow, $wide};
-            if !angles.iter().fold(true, |all, x| all & x.within()) {
-                return one_by_one(&angles);
-            }
             let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
             let (blocks, rest) = angles.as_chunks::<$full>();
             let (sine_blocks, sine_rest) = sines.as_chunks_mut::<$full>();
             let (cosine_blocks, cosine_rest) = cosines.as_chunks_mut::<$full>();
             for ((x, sine), cosine) in blocks.iter().zip(sine_blocks).zip(cosine_blocks) {
-                let (s, c) = common($wide::from_array(*x));
+                let (s, c) = any($wide::from_array(*x));
                 (*sine, *cosine) = (s.to_array(), c.to_array());
             }
             // Which of these runs is known at compile time.
             if N % $full > $half {
-                let (s, c) = common($wide::from_array(padded(rest)));
+                let (s, c) = any($wide::from_array(padded(rest)));
                 unpad(&s.to_array(), sine_rest);
                 unpad(&c.to_array(), cosine_rest);
             } else if N % $full > 1 {
-                let (s, c) = common($narrow::from_array(padded(rest)));
+                let (s, c) = any($narrow::from_array(padded(rest)));
                 unpad(&s.to_array(), sine_rest);
                 unpad(&c.to_array(), cosine_rest);
             } else if let ([x], [sine], [cosine]) = (rest, sine_rest, cosine_rest) {
-                (*sine, *cosine) = common(*x);
+                (*sine, *cosine) = any(*x);
             }
             (sines, cosines)
         }
@@ -88,7 +73,32 @@ packed!(all_f64, f64, F64x4 4, F64x8 8);
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 packed!(all_f32, f32, F32x8 8, F32x16 16);
 
+/// Scalars in a loop that the compiler can vectorise, with one branch for all of them.
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-pub(crate) use each as all_f64;
+mod looped {
+    use super::{Kernel, each};
+    use crate::math::kernel::common;
+
+    /// Any angles.
+    #[cold]
+    #[inline(never)]
+    fn slow<V: Kernel, const N: usize>(angles: &[V; N]) -> ([V; N], [V; N]) {
+        each(*angles)
+    }
+
+    /// The same bits as one by one.
+    #[inline]
+    pub(crate) fn all<V: Kernel, const N: usize>(angles: [V; N]) -> ([V; N], [V; N]) {
+        // No short circuit: the comparisons merge into one branch.
+        if !angles.iter().fold(true, |all, x| all & x.within()) {
+            return slow(&angles);
+        }
+        let (mut sines, mut cosines) = (angles, angles);
+        for (sine, cosine) in sines.iter_mut().zip(&mut cosines) {
+            (*sine, *cosine) = common(*sine);
+        }
+        (sines, cosines)
+    }
+}
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-pub(crate) use each as all_f32;
+pub(crate) use looped::{all as all_f64, all as all_f32};
