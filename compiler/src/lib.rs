@@ -6,6 +6,7 @@
 pub mod compile;
 pub mod derive;
 pub mod description;
+pub mod emit;
 pub mod expression;
 pub mod program;
 pub mod tree;
