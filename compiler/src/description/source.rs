@@ -40,14 +40,16 @@ pub(crate) type Place = Option<usize>;
 pub(crate) struct Messages<'a> {
     pub(crate) source: Source<'a>,
     list: Vec<Diagnostic>,
+    errors: usize,
 }
 
 impl<'a> Messages<'a> {
     pub(crate) fn new(text: &'a str, name: &Path) -> Self {
-        Self { source: Source::new(text, name), list: Vec::new() }
+        Self { source: Source::new(text, name), list: Vec::new(), errors: 0 }
     }
 
     pub(crate) fn error(&mut self, place: Place, message: impl Into<String>, help: impl Into<String>) {
+        self.errors += 1;
         self.push(Diagnostic::error(message), place, help.into());
     }
 
@@ -64,9 +66,9 @@ impl<'a> Messages<'a> {
         self.list.push(diagnostic);
     }
 
-    /// Whether nothing refused was found so far.
-    pub(crate) fn no_errors(&self) -> bool {
-        self.list.iter().all(|diagnostic| diagnostic.severity == Severity::Warning)
+    /// How many errors were found so far.
+    pub(crate) fn errors(&self) -> usize {
+        self.errors
     }
 
     pub(crate) fn into_list(self) -> Vec<Diagnostic> {
@@ -114,7 +116,7 @@ pub(crate) fn suggest<'c>(
 /// The first names of a list, quoted.
 pub(crate) fn list_names<'c>(names: impl IntoIterator<Item = &'c str>) -> String {
     const SHOWN: usize = 12;
-    let names: Vec<&str> = names.into_iter().collect();
+    let names: Vec<&str> = names.into_iter().filter(|name| !name.is_empty()).collect();
     if names.is_empty() {
         return "none".into();
     }

@@ -110,7 +110,7 @@ pub(crate) fn describe(
     let settings = read_settings(&Section::top(table.get_ref()), Known { robot: robot.as_ref() }, messages);
     let robot = robot?;
     let root = robot.tree.as_ref()?.root;
-    if !messages.no_errors() {
+    if messages.errors() > 0 {
         return None;
     }
     Some(RobotDescription {

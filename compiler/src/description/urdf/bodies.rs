@@ -92,23 +92,25 @@ impl Shape {
 
 /// Checks every link and joint for itself, then, if the tree is sound, the bodies.
 pub(super) fn check_links(robot: &UrdfRobot, messages: &mut Messages<'_>) {
-    let mut sound = true;
+    let mut refused = Vec::new();
     for (link, places) in robot.links.iter().zip(&robot.link_places) {
+        let errors = messages.errors();
         if let Some(inertial) = &link.inertial {
             let owner = format!("link `{}`", short(&link.name));
-            sound &= check_inertial(&owner, inertial, places, messages);
+            check_inertial(&owner, inertial, places, messages);
             if let Some((problem, help)) = odd_angle(inertial.origin.rpy) {
                 messages.warning(places.inertial, format!("{owner}: {problem}"), help);
             }
         }
+        refused.push(places.faulty || messages.errors() > errors);
     }
     for (joint, places) in robot.joints.iter().zip(&robot.joint_places) {
         let owner = format!("joint `{}`", short(&joint.name));
         check_distance(&format!("{owner}: its origin"), joint.origin.xyz, places.origin, messages);
     }
     check_joint_angles(robot, messages);
-    if let (true, Some(tree)) = (sound, &robot.tree) {
-        check_bodies(robot, &bodies(robot, tree), messages);
+    if let Some(tree) = &robot.tree {
+        check_bodies(robot, &bodies(robot, tree), &refused, messages);
     }
 }
 
@@ -149,15 +151,8 @@ fn carries_mass(robot: &UrdfRobot) -> Vec<bool> {
     carries
 }
 
-fn check_inertial(
-    owner: &str,
-    inertial: &Inertial,
-    places: &super::LinkPlaces,
-    messages: &mut Messages<'_>,
-) -> bool {
-    let mut sound = true;
+fn check_inertial(owner: &str, inertial: &Inertial, places: &super::LinkPlaces, messages: &mut Messages<'_>) {
     if inertial.mass < 0.0 {
-        sound = false;
         messages.error(
             places.mass,
             format!("{owner}: the mass {} kg is negative", inertial.mass),
@@ -168,7 +163,6 @@ fn check_inertial(
     if largest > 0.0 {
         let [smallest, _, _] = eigenvalues(&inertia_matrix(inertial.inertia.map(|x| x / largest)));
         if smallest < -INDEFINITE {
-            sound = false;
             messages.error(
                 places.inertia,
                 format!(
@@ -180,7 +174,6 @@ fn check_inertial(
         }
     }
     check_distance(&format!("{owner}: its centre of mass"), inertial.origin.xyz, places.inertial, messages);
-    sound
 }
 
 fn check_distance(what: &str, xyz: Vector, place: Place, messages: &mut Messages<'_>) {
@@ -193,12 +186,16 @@ fn check_distance(what: &str, xyz: Vector, place: Place, messages: &mut Messages
     }
 }
 
-/// What is wrong with the bodies; the text of the warnings also serves `bipedc check`.
-fn check_bodies(robot: &UrdfRobot, bodies: &[Body], messages: &mut Messages<'_>) {
+/// What is wrong with the bodies.
+fn check_bodies(robot: &UrdfRobot, bodies: &[Body], refused: &[bool], messages: &mut Messages<'_>) {
     let total: f64 = bodies.iter().map(|body| body.moments.mass).sum();
     for body in bodies {
         let place = body_place(robot, body);
         let owner = body_name(robot, body);
+        // Of a body with a refused link nothing more can be said.
+        if body.links.iter().any(|&link| refused[link]) {
+            continue;
+        }
         if body.moments.mass == 0.0 {
             check_massless(robot, body, &owner, place, messages);
             continue;

@@ -26,6 +26,8 @@ pub(crate) struct LinkPlaces {
     pub(crate) inertial: Place,
     pub(crate) mass: Place,
     pub(crate) inertia: Place,
+    /// Whether its inertial could not be read: mass and inertia then mean nothing.
+    pub(crate) faulty: bool,
 }
 
 /// Names and places of a joint.
@@ -156,7 +158,9 @@ fn read_link(node: Node<'_, '_>, elements: &mut Elements, messages: &mut Message
     let _ = write!(elements.normalised, "<link name=\"{}\">", elements.links.len());
     let children = children(node, &owner, IN_LINK, messages);
     if let Some(inertial) = find(&children, "inertial") {
+        let errors = messages.errors();
         read_inertial(inertial, &owner, &mut places, &mut elements.normalised, messages);
+        places.faulty = messages.errors() > errors;
     }
     write_collisions(&children, &owner, &mut elements.normalised, messages);
     elements.normalised.push_str("</link>\n");
@@ -207,7 +211,7 @@ fn write_inertia(
     if !missing.is_empty() {
         messages.warning(
             node.map_or(inertial, |node| Some(node.range().start)),
-            format!("{owner}: the inertia lacks {}, which count as zero", missing.join(", ")),
+            format!("{owner}: the inertia lacks {}; what is missing counts as zero", missing.join(", ")),
             "write all six of ixx, ixy, ixz, iyy, iyz, izz in kg m²",
         );
     }
@@ -251,7 +255,9 @@ fn read_joint(node: Node<'_, '_>, elements: &mut Elements, messages: &mut Messag
     let mut link_of = |element: &str| {
         let node = find(&children, element)?;
         check_attributes(node, &["link"], messages);
-        Some((text(node, "link", &owner, messages)?.to_string(), Some(node.range().start)))
+        // A missing name was reported here; the empty one stands for it.
+        let name = text(node, "link", &owner, messages).unwrap_or_default();
+        Some((name.to_string(), Some(node.range().start)))
     };
     let (parent, child) = (link_of("parent"), link_of("child"));
     let limit = find(&children, "limit");

@@ -40,8 +40,8 @@ pub(super) fn check_tree(robot: &mut UrdfRobot, messages: &mut Messages<'_>) -> 
     let unique_links = check_unique(link_names, "link", messages);
     let joint_names = robot.joints.iter().zip(&robot.joint_places).map(|(j, p)| (j.name.as_str(), p.at));
     let unique_joints = check_unique(joint_names, "joint", messages);
-    let tree = connect(robot, messages)?;
-    (unique_links && unique_joints).then_some(tree)
+    let tree = connect(robot, unique_links, messages)?;
+    unique_joints.then_some(tree)
 }
 
 fn add_world(robot: &mut UrdfRobot) {
@@ -74,13 +74,13 @@ fn check_unique<'a>(
 }
 
 /// Resolves the joints' links and looks for the one root.
-fn connect(robot: &UrdfRobot, messages: &mut Messages<'_>) -> Option<Tree> {
+fn connect(robot: &UrdfRobot, unique_links: bool, messages: &mut Messages<'_>) -> Option<Tree> {
     let count = robot.links.len();
     let index: HashMap<&str, usize> =
         robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
     let mut tree =
         Tree { root: 0, above: vec![None; count], below: vec![Vec::new(); count], order: Vec::new() };
-    let mut sound = true;
+    let mut sound = unique_links;
     for joint in 0..robot.joints.len() {
         let ends = [true, false].map(|parent| resolve(robot, joint, parent, &index, messages));
         let [Some(parent), Some(child)] = ends else {
@@ -102,7 +102,7 @@ fn connect(robot: &UrdfRobot, messages: &mut Messages<'_>) -> Option<Tree> {
         tree.above[child] = Some((joint, parent));
         tree.below[parent].push((joint, child));
     }
-    // Broken references make links look like roots: one message per cause is enough.
+    // Broken references and names used twice make links look like roots: one message per cause is enough.
     if !sound || !find_root(robot, &mut tree, messages) || !check_reached(robot, &mut tree, messages) {
         return None;
     }
@@ -128,7 +128,7 @@ fn resolve(
         return None;
     };
     let found = index.get(link.as_str()).copied();
-    if found.is_none() {
+    if found.is_none() && !link.is_empty() {
         let names: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
         messages.error(
             *place,

@@ -75,9 +75,18 @@ pub(super) fn report_broken(error: &Error, messages: &mut Messages<'_>) {
         Error::NoRootNode => {
             ("no XML element found".to_string(), "the file must contain <robot name=\"…\">…</robot>")
         }
-        error => (format!("broken XML: {error}"), "correct the XML here; every <tag> needs its </tag>"),
+        error => (
+            format!("broken XML: {}", without_position(&error.to_string())),
+            "correct the XML here; every <tag> needs its </tag>",
+        ),
     };
     messages.error(Some(at), message, help);
+}
+
+/// The XML crate ends its messages with the position, which ours have anyway.
+fn without_position(message: &str) -> &str {
+    let is_position = |end: &str| end.chars().all(|c| c.is_ascii_digit() || c == ':');
+    message.rsplit_once(" at ").filter(|(_, end)| is_position(end)).map_or(message, |(start, _)| start)
 }
 
 /// Where elements are nested deeper than [`DEPTH_LIMIT`]; a rough scan, before anything recursive runs.
