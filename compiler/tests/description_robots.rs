@@ -118,3 +118,74 @@ fn other_peoples_robots_load() {
         assert!(warnings.iter().any(|text| text.contains(warning)) || warning.is_empty(), "{file}");
     }
 }
+
+/// All robots at hand: ours, the bench's, and other people's.
+fn all_urdfs() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for folder in ["robots", "benches/robots"] {
+        for entry in std::fs::read_dir(repository().join(folder)).unwrap() {
+            files.push(entry.unwrap().path().join("robot.urdf"));
+        }
+    }
+    if let Some(shared) = shared() {
+        for folder in ["robots", "peers/robots"] {
+            let entries = std::fs::read_dir(shared.join(folder)).unwrap();
+            files.extend(entries.map(|entry| entry.unwrap().path()));
+        }
+        for folder in std::fs::read_dir(shared.join("data")).unwrap() {
+            let Ok(entries) = std::fs::read_dir(folder.unwrap().path()) else { continue };
+            files.extend(entries.map(|entry| entry.unwrap().path()));
+        }
+    }
+    files.retain(|file| file.extension().is_some_and(|extension| extension == "urdf") && file.is_file());
+    files.sort();
+    files
+}
+
+#[test]
+fn every_guessed_description_can_be_read() {
+    let files = all_urdfs();
+    assert!(files.len() >= 9);
+    for file in files {
+        let guess = description::init(&file).unwrap_or_else(|errors| panic!("{errors}"));
+        println!("{}\n{guess}", file.display());
+        let text = std::fs::read_to_string(&file).unwrap();
+        let robot = description::parse(&text, &file, &guess, Path::new("biped.toml"));
+        let (_, warnings) = robot.unwrap_or_else(|errors| panic!("{guess}\n{errors}"));
+        let about_the_guess = warnings.iter().find(|w| w.file.as_deref() == Some(Path::new("biped.toml")));
+        assert_eq!(about_the_guess, None);
+    }
+}
+
+#[test]
+fn guesses_for_our_robots_are_right() {
+    for name in ["three_link", "five_link", "seven_link", "biped_3d", "tulip"] {
+        let folder = repository().join("robots").join(name);
+        let guess = description::init(&folder.join("robot.urdf")).unwrap();
+        let text = std::fs::read_to_string(folder.join("robot.urdf")).unwrap();
+        let (guessed, _) =
+            description::parse(&text, Path::new("robot.urdf"), &guess, Path::new("biped.toml")).unwrap();
+        let (stated, _) = read(&format!("robots/{name}"));
+        assert_eq!(guessed.base, stated.base, "{name}");
+        assert_eq!(guessed.feet, stated.feet, "{name}");
+        assert_eq!(guessed.actuated_joints, stated.actuated_joints, "{name}");
+        let mut pairs = [guessed.symmetric_joints, stated.symmetric_joints];
+        pairs.iter_mut().for_each(|pairs| pairs.sort_by(|a, b| a.left.cmp(&b.left)));
+        assert_eq!(pairs[0], pairs[1], "{name}");
+    }
+}
+
+#[test]
+fn the_report_of_tulip() {
+    let (robot, _) = read("robots/tulip");
+    let report = description::check_report(&robot);
+    println!("{report}");
+    assert!((report.total_mass - 19.0).abs() < 1e-12);
+    assert_eq!(report.inconsistencies, Vec::<String>::new());
+    assert_eq!((report.links.len(), report.moving_joints), (13, 12));
+    let text = report.to_string();
+    assert!(text.contains("\n        right_lower_leg  1 kg  (right_knee_pitch: revolute y)\n"), "{text}");
+    assert!(text.contains("base floating at `torso`"));
+    assert!(report.height_above.starts_with("contact point right_foot/"));
+    assert!(report.center_of_mass_height > 0.6 && report.center_of_mass_height < 0.8);
+}

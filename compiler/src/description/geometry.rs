@@ -29,6 +29,11 @@ impl Frame {
         add(self.direction(p), self.position)
     }
 
+    pub(crate) fn inverse(&self) -> Self {
+        let rotation = transpose(&self.rotation);
+        Self { rotation, position: rotation.map(|row| -dot(row, self.position)) }
+    }
+
     pub(crate) fn direction(&self, v: Vector) -> Vector {
         self.rotation.map(|row| dot(row, v))
     }

@@ -1,11 +1,16 @@
 //! What the user wrote: the URDF and `biped.toml`, read and checked.
 //!
 //! [`read`] takes a folder, [`parse`] the two texts. Both find everything that is wrong at once.
+mod check;
 pub(crate) mod geometry;
+mod init;
 pub mod model;
 mod settings;
 pub(crate) mod source;
 pub(crate) mod urdf;
+
+pub use check::{CheckReport, LinkReport, check_report};
+pub use init::{init, init_text};
 
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
 use model::RobotDescription;

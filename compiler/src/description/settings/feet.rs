@@ -70,8 +70,10 @@ pub(crate) fn side_of_name(name: &str) -> Option<Side> {
             && letters.next().is_some_and(|c| c.is_ascii_uppercase())
             && letters.next().is_some_and(|c| c.is_ascii_lowercase())
     };
-    let left = lower.contains("left") || words.contains(&"l") || camel('L');
-    let right = lower.contains("right") || words.contains(&"r") || camel('R');
+    // Quadrupeds say front/rear/hind and left/right in two letters, in either order.
+    let any = |names: [&str; 6]| names.iter().any(|name| words.contains(name));
+    let left = lower.contains("left") || any(["l", "fl", "rl", "hl", "lf", "lh"]) || camel('L');
+    let right = lower.contains("right") || any(["r", "fr", "rr", "hr", "rf", "rh"]) || camel('R');
     match (left, right) {
         (true, false) => Some(Side::Left),
         (false, true) => Some(Side::Right),

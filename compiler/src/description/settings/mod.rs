@@ -6,9 +6,12 @@ mod phases;
 mod symmetry;
 mod table;
 
+use super::geometry::Frame;
 use super::model::{Base, Drive, Foot, Generate, JointKind, Phase, RobotDescription, SymmetricPair};
 use super::source::{Messages, Place, short, suggest};
 use super::urdf::UrdfRobot;
+pub(crate) use feet::side_of_name;
+pub(crate) use symmetry::mirror_sign;
 use table::Section;
 use toml::de::DeTable;
 
@@ -40,6 +43,12 @@ pub(super) struct Known<'r> {
 }
 
 impl<'r> Known<'r> {
+    /// The frames of all links at zero posture; empty without a sound tree.
+    pub(super) fn frames(&self) -> Vec<Frame> {
+        let frames = || Some(self.robot?.tree.as_ref()?.frames(self.robot?));
+        frames().unwrap_or_default()
+    }
+
     /// Reports a link that does not exist.
     pub(super) fn check_link(&self, name: &str, place: Place, what: &str, messages: &mut Messages<'_>) {
         let Some(robot) = self.robot else { return };

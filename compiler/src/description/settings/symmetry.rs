@@ -1,7 +1,7 @@
 //! Left and right: which joints mirror each other at the x-z plane, and with which sign.
 use super::Known;
 use super::table::Section;
-use crate::description::geometry::{norm, subtract};
+use crate::description::geometry::{Frame, norm, subtract};
 use crate::description::model::{JointKind, SymmetricPair};
 use crate::description::source::{Messages, Place, short};
 use crate::description::urdf::UrdfRobot;
@@ -17,6 +17,7 @@ pub(super) fn read_symmetry(
 ) -> Vec<SymmetricPair> {
     let Some(section) = top.section("symmetry", messages) else { return Vec::new() };
     section.check_keys(&["joints"], messages);
+    let frames = known.frames();
     let mut pairs = Vec::new();
     let mut used = HashSet::new();
     for mut pair in section.sections("joints", messages) {
@@ -38,7 +39,7 @@ pub(super) fn read_symmetry(
             Some(name)
         };
         let (Some(left), Some(right)) = (joint("left"), joint("right")) else { continue };
-        let sign = read_sign(&pair, [&left, &right], known, messages);
+        let sign = read_sign(&pair, [&left, &right], known, &frames, messages);
         pairs.push(SymmetricPair { left, right, sign });
     }
     pairs
@@ -48,9 +49,10 @@ fn read_sign(
     pair: &Section<'_, '_>,
     joints: [&str; 2],
     known: Known<'_>,
+    frames: &[Frame],
     messages: &mut Messages<'_>,
 ) -> f64 {
-    let derived = known.robot.and_then(|robot| mirror_sign(robot, joints[0], joints[1]));
+    let derived = known.robot.and_then(|robot| mirror_sign(robot, frames, joints[0], joints[1]));
     let at: Place = pair.get("sign").and_then(|entry| entry.at);
     let [left, right] = joints.map(short);
     match (pair.number("sign", messages), derived) {
@@ -80,9 +82,8 @@ fn read_sign(
 }
 
 /// +1 or −1 if the joints' axes are mirror images at the x-z plane of the root link at zero posture.
-pub(crate) fn mirror_sign(robot: &UrdfRobot, left: &str, right: &str) -> Option<f64> {
+pub(crate) fn mirror_sign(robot: &UrdfRobot, frames: &[Frame], left: &str, right: &str) -> Option<f64> {
     let tree = robot.tree.as_ref()?;
-    let frames = tree.frames(robot);
     let find = |name: &str| {
         tree.below.iter().flatten().find(|&&(joint, _)| robot.joints[joint].name == name).copied()
     };

@@ -30,7 +30,7 @@ pub(crate) struct Body {
     pub(crate) moments: Moments,
     /// Whether other bodies hang on it.
     pub(crate) has_children: bool,
-    /// Largest known distance of anything on it from its origin or between its parts, m.
+    /// Largest known distance of anything on it from its origin, m; infinite when the shapes are not known.
     pub(crate) size: f64,
 }
 
@@ -64,6 +64,9 @@ pub(crate) fn bodies(robot: &UrdfRobot, tree: &Tree) -> Vec<Body> {
         if let Some(inertial) = &robot.links[link].inertial {
             body.moments = body.moments.add(&Moments::of(inertial, &frames[link]));
             body.size = body.size.max(norm(frames[link].point(inertial.origin.xyz)));
+        }
+        if robot.shapes_unknown {
+            body.size = f64::INFINITY;
         }
         for shape in &robot.shapes[link] {
             body.size = body.size.max(norm(frames[link].point(shape.origin.xyz)) + shape.radius());
@@ -229,7 +232,7 @@ pub(crate) fn oddities(body: &Body, owner: &str, total: f64) -> Vec<(String, &'s
     let mut found = Vec::new();
     let mass = body.moments.mass;
     let [a, b, c] = eigenvalues(&body.moments.central());
-    if c <= 1e-12 * mass * body.size * body.size {
+    if c <= 0.0 {
         if body.joint.is_some() {
             found.push((
                 format!("{owner} has {mass} kg but no rotational inertia"),
@@ -266,7 +269,8 @@ fn body_place(robot: &UrdfRobot, body: &Body) -> Place {
     robot.link_places[link].inertial.or(robot.link_places[link].at)
 }
 
-fn body_name(robot: &UrdfRobot, body: &Body) -> String {
+/// The body's first link and those fixed to it.
+pub(crate) fn body_name(robot: &UrdfRobot, body: &Body) -> String {
     let name = |link: &usize| robot.links[*link].name.as_str();
     let owner = format!("link `{}`", short(name(&body.links[0])));
     if body.links.len() > 1 {

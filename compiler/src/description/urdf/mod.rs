@@ -7,7 +7,7 @@ mod shapes;
 mod tree;
 mod xml;
 
-use super::model::{Inertial, Joint, JointKind, Link, Pose};
+use super::model::{Inertial, Joint, JointKind, Link, Pose, RobotDescription};
 use super::source::Messages;
 pub(crate) use elements::{JointPlaces, LinkPlaces};
 pub(crate) use tree::{Tree, WORLD};
@@ -20,6 +20,8 @@ pub(crate) struct UrdfRobot {
     pub(crate) joints: Vec<Joint>,
     /// Collision shapes of each link.
     pub(crate) shapes: Vec<Vec<Shape>>,
+    /// Whether the shapes are missing because nobody kept them: sizes of bodies then mean nothing.
+    pub(crate) shapes_unknown: bool,
     pub(crate) link_places: Vec<LinkPlaces>,
     pub(crate) joint_places: Vec<JointPlaces>,
     /// `None` while anything about the tree is wrong.
@@ -72,6 +74,30 @@ pub(crate) fn read_urdf(text: &str, messages: &mut Messages<'_>) -> Option<UrdfR
     robot.tree = tree::check_tree(&mut robot, messages);
     bodies::check_links(&robot, messages);
     Some(robot)
+}
+
+impl UrdfRobot {
+    /// Back from a description, without places and shapes.
+    pub(crate) fn from_description(description: &RobotDescription, messages: &mut Messages<'_>) -> Self {
+        let joint_places = description.joints.iter().map(|joint| JointPlaces {
+            name: joint.name.clone(),
+            parent: Some((joint.parent.clone(), None)),
+            child: Some((joint.child.clone(), None)),
+            ..JointPlaces::default()
+        });
+        let mut robot = Self {
+            name: description.name.clone(),
+            links: description.links.clone(),
+            joints: description.joints.clone(),
+            shapes: vec![Vec::new(); description.links.len()],
+            shapes_unknown: true,
+            link_places: vec![LinkPlaces::default(); description.links.len()],
+            joint_places: joint_places.collect(),
+            tree: None,
+        };
+        robot.tree = tree::check_tree(&mut robot, messages);
+        robot
+    }
 }
 
 fn convert(elements: elements::Elements, typed: urdf_rs::Robot, messages: &mut Messages<'_>) -> UrdfRobot {
