@@ -23,7 +23,9 @@ pub(super) fn contact_points(
     let finite = |point: &Vector| point.iter().all(|x| x.is_finite());
     points.retain(finite);
     if points.is_empty() {
-        points.push(lowest_frame(robot, frames, fixed_to_it));
+        // A frame called sole lies on the ground; else the lowest frame is better than nothing.
+        let sole = robot.links[link].name.to_ascii_lowercase().contains("sole");
+        points.push(if sole { frames[link].position } else { lowest_frame(frames, fixed_to_it) });
     }
     let lowest = points.iter().map(|point| point[2]).fold(f64::INFINITY, f64::min);
     points.retain(|point| point[2] <= lowest + LEVEL);
@@ -31,9 +33,9 @@ pub(super) fn contact_points(
     name(&corners(points)).into_iter().map(|(name, point)| (name, round(back.point(point)))).collect()
 }
 
-/// The lowest origin of the links, in the root's frame: better than nothing.
-fn lowest_frame(robot: &UrdfRobot, frames: &[Frame], links: &[usize]) -> Vector {
-    let origins = links.iter().filter(|&&link| link < robot.links.len()).map(|&link| frames[link].position);
+/// The lowest origin of the links, in the root's frame.
+fn lowest_frame(frames: &[Frame], links: &[usize]) -> Vector {
+    let origins = links.iter().map(|&link| frames[link].position);
     origins.min_by(|a, b| a[2].total_cmp(&b[2])).unwrap_or([0.0; 3])
 }
 

@@ -3,11 +3,19 @@ use crate::description::source::{Messages, Place, short, suggest};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// The title of the top level.
+const TOP: &str = "the top level";
+
+/// "in [base]", "at the top level".
+fn inside(title: &str) -> String {
+    if title == TOP { format!("at {title}") } else { format!("in {title}") }
+}
+
 /// A TOML table with its name for messages.
 #[derive(Debug, Clone)]
 pub(super) struct Section<'t, 'i> {
     table: &'t DeTable<'i>,
-    /// How messages call it: `[base]`, `[drives.left_knee]`; the top level is "the top level".
+    /// How messages call it: `[base]`, `[drives.left_knee]`, [`TOP`].
     pub(super) title: String,
     pub(super) at: Place,
 }
@@ -23,7 +31,7 @@ pub(super) struct Entry<'t, 'i> {
 
 impl<'t, 'i> Section<'t, 'i> {
     pub(super) fn top(table: &'t DeTable<'i>) -> Self {
-        Self { table, title: "the top level".into(), at: Some(0) }
+        Self { table, title: TOP.into(), at: Some(0) }
     }
 
     /// Reports keys that are not among the known ones.
@@ -33,7 +41,7 @@ impl<'t, 'i> Section<'t, 'i> {
             if !known.contains(&written) {
                 messages.error(
                     Some(key.span().start),
-                    format!("unknown key `{}` in {}", short(written), self.title),
+                    format!("unknown key `{}` {}", short(written), inside(&self.title)),
                     suggest(written, known.iter().copied(), "known keys"),
                 );
             }
@@ -98,7 +106,7 @@ impl<'t, 'i> Section<'t, 'i> {
 impl<'t, 'i> Entry<'t, 'i> {
     /// "`key` in [section]".
     pub(super) fn name(&self) -> String {
-        format!("`{}` in {}", short(self.key), self.title)
+        format!("`{}` {}", short(self.key), inside(&self.title))
     }
 
     pub(super) fn section(&self, title: String, messages: &mut Messages<'_>) -> Option<Section<'t, 'i>> {
