@@ -9,4 +9,7 @@ pub mod description;
 pub mod emit;
 pub mod expression;
 pub mod program;
+pub mod robot;
 pub mod tree;
+
+pub use robot::Robot;
