@@ -5,8 +5,10 @@
 mod inertia;
 mod kinematics;
 mod model;
+mod sensitivity;
 
 pub mod composite;
+pub mod derivatives;
 pub mod frames;
 pub mod momentum;
 pub mod newton_euler;
