@@ -7,7 +7,9 @@ mod kinematics;
 mod model;
 mod sensitivity;
 
+pub mod articulated;
 pub mod composite;
+pub mod coriolis;
 pub mod derivatives;
 pub mod frames;
 pub mod momentum;

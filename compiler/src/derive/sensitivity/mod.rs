@@ -6,11 +6,13 @@
 //! hangs on it like a change of the base of that subtree: by an acceleration, an angular acceleration and
 //! an angular velocity. The sums Σ m, Σ m r, Σ m r rᵀ, Σ m v, Σ m v rᵀ of the subtree answer to it; a force
 //! on the way to the root is carried by three vectors, all in the axes before each joint.
+mod absolute;
+pub(super) mod articulated;
 mod axes;
 mod motion;
 mod subtree;
 
-use super::RobotModel;
+use super::{BodyInertia, RobotModel};
 use crate::expression::{Sym, Vector3};
 use crate::tree::Motion;
 use axes::Axes;
@@ -22,7 +24,11 @@ use subtree::{Change, Subtree, Wrench};
 pub(super) struct Sensitivity<'m, 'g, 't> {
     model: &'m RobotModel<'g, 't>,
     axes: Vec<Axes<'g>>,
+    /// Of single bodies, in their own axes.
+    moments: Vec<BodyInertia<'g>>,
     links: Vec<Link<'g>>,
+    /// Without the children at parallel joints, in joint axes.
+    cores: Vec<(Subtree<'g>, Wrench<'g>)>,
     /// In joint axes.
     subtrees: Vec<Subtree<'g>>,
     /// In joint axes.
@@ -52,7 +58,9 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     ) -> Self {
         let axes = axes::choose(model);
         let links = motion::forward(model, &axes, accelerations, gravity);
-        let mut this = Self { model, axes, links, subtrees: Vec::new(), wrenches: Vec::new(), factor };
+        let moments = subtree::moments(model);
+        let (cores, subtrees, wrenches) = (Vec::new(), Vec::new(), Vec::new());
+        let mut this = Self { model, axes, moments, links, cores, subtrees, wrenches, factor };
         this.sum();
         this
     }
@@ -62,22 +70,22 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     fn sum(&mut self) {
         let model = self.model;
         let n = model.tree.bodies.len();
-        let moments = subtree::moments(model);
         // What the children add, in the own axes and in the joint axes.
         let mut own: Vec<Option<(Subtree<'g>, Wrench<'g>)>> = vec![None; n];
         let mut joined: Vec<Option<(Subtree<'g>, Wrench<'g>)>> = vec![None; n];
-        let mut done = Vec::new();
+        let (mut done, mut cores) = (Vec::new(), Vec::new());
         for index in (0..n).rev() {
             let (turned, link) = (self.axes[index], &self.links[index]);
             let rigid = |moments, w| Subtree::rigid(moments, w, self.factor);
             let mut all = if let Some((carried, wrench)) = &own[index] {
-                let here = subtree::rigid_wrench(&moments[index], &link.own);
-                let sum = carried.plus(&rigid(moments[index], link.own.w));
+                let here = subtree::rigid_wrench(&self.moments[index], &link.own);
+                let sum = carried.plus(&rigid(self.moments[index], link.own.w));
                 (sum.turned(turned.turn), (turned.out(here.0 + wrench.0), turned.out(here.1 + wrench.1)))
             } else {
-                let still = rigid(moments[index], model.zero3()).turned(turned.turn).moments;
+                let still = rigid(self.moments[index], model.zero3()).turned(turned.turn).moments;
                 (rigid(still, link.joint.w), subtree::rigid_wrench(&still, &link.joint))
             };
+            cores.push(all);
             if let Some((carried, wrench)) = &joined[index] {
                 all = (all.0.plus(carried), (all.1.0 + wrench.0, all.1.1 + wrench.1));
             }
@@ -90,6 +98,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
             }
             done.push(all);
         }
+        self.cores = cores.into_iter().rev().collect();
         (self.subtrees, self.wrenches) = done.into_iter().rev().unzip();
     }
 
@@ -156,24 +165,29 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
         out
     }
 
+    fn still(&self) -> Change<'g> {
+        let zero = self.model.zero3();
+        Change { acceleration: zero, angular: zero, spin: zero, carried: (zero, zero) }
+    }
+
+    /// Unit accelerations of the body's degrees of freedom.
+    fn units(&self, index: usize) -> Vec<Change<'g>> {
+        let axes = [0, 1, 2].map(|k| self.model.along(k, self.model.constant(1.0)));
+        let linear = |acceleration| Change { acceleration, ..self.still() };
+        let angular = |angular| Change { angular, ..self.still() };
+        match self.model.tree.bodies[index].motion {
+            Motion::Free => axes.map(linear).into_iter().chain(axes.map(angular)).collect(),
+            Motion::Revolute { .. } => vec![angular(self.model.joint_axis(index))],
+            Motion::Prismatic { .. } => vec![linear(self.model.joint_axis(index))],
+        }
+    }
+
     /// Mass matrix, all entries.
     pub fn mass_matrix(&self) -> Vec<Vec<Sym<'g>>> {
-        let zero = self.model.zero3();
-        let axes = [0, 1, 2].map(|k| self.model.along(k, self.model.constant(1.0)));
-        let units = |index: usize| -> Vec<Change<'g>> {
-            let still = Change { acceleration: zero, angular: zero, spin: zero, carried: (zero, zero) };
-            let linear = |acceleration| Change { acceleration, ..still };
-            let angular = |angular| Change { angular, ..still };
-            match self.model.tree.bodies[index].motion {
-                Motion::Free => axes.map(linear).into_iter().chain(axes.map(angular)).collect(),
-                Motion::Revolute { .. } => vec![angular(self.model.joint_axis(index))],
-                Motion::Prismatic { .. } => vec![linear(self.model.joint_axis(index))],
-            }
-        };
         let nv = self.model.tree.nv;
         let mut d = vec![vec![self.model.constant(0.0); nv]; nv];
         for index in 0..self.links.len() {
-            for (k, change) in units(index).iter().enumerate() {
+            for (k, change) in self.units(index).iter().enumerate() {
                 let column = self.model.tree.bodies[index].v_index + k;
                 self.walk(index, self.subtrees[index].response(change), |_, row, x| {
                     d[row][column] = x;
@@ -231,8 +245,8 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
         if model.tree.bodies[index].motion == Motion::Free {
             return self.free_changes(index, column);
         }
-        let (zero, axis, motion) = (model.zero3(), model.joint_axis(index), &self.links[index].joint);
-        let mut change = Change { acceleration: zero, angular: zero, spin: zero, carried: (zero, zero) };
+        let (axis, motion) = (model.joint_axis(index), &self.links[index].joint);
+        let mut change = self.still();
         let (force, moment) = self.wrenches[index];
         let across = motion.w.cross(axis);
         let revolute = matches!(model.tree.bodies[index].motion, Motion::Revolute { .. });
@@ -259,8 +273,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     /// A free root: displacements and twist in its own axes.
     fn free_changes(&self, index: usize, column: Column) -> Vec<Change<'g>> {
         let model = self.model;
-        let zero = model.zero3();
-        let still = Change { acceleration: zero, angular: zero, spin: zero, carried: (zero, zero) };
+        let still = self.still();
         let first = model.tree.bodies[index].v_index;
         let w = self.links[index].joint.w;
         let v = model.input3(Argument::V, first);

@@ -49,17 +49,27 @@ fn outer<'g>(a: Vector3<'g>, b: Vector3<'g>) -> Matrix3<'g> {
     Matrix3([0, 1, 2].map(|r| [0, 1, 2].map(|c| a[r] * b[c])))
 }
 
-fn turn_symmetric<'g>(turn: Turn<'g>, m: &BodyInertia<'g>) -> BodyInertia<'g> {
+/// `R M Rᵀ` of a symmetric matrix: 13 operations.
+pub(super) fn turn_symmetric_matrix<'g>(turn: Turn<'g>, m: &Matrix3<'g>) -> Matrix3<'g> {
     let (axis, s, c) = turn;
     if s.is_right_angle() {
-        let second = turn_matrix(turn, &m.second_moment);
-        return BodyInertia { second_moment: second, first_moment: rotate(axis, s, c, m.first_moment), ..*m };
+        return turn_matrix(turn, m);
     }
-    m.turned(axis, s, c)
+    let zero = Vector3([s.zero(); 3]);
+    BodyInertia { mass: s.zero(), first_moment: zero, second_moment: *m }.turned(axis, s, c).second_moment
+}
+
+fn turn_symmetric<'g>(turn: Turn<'g>, m: &BodyInertia<'g>) -> BodyInertia<'g> {
+    let (axis, s, c) = turn;
+    BodyInertia {
+        mass: m.mass,
+        first_moment: rotate(axis, s, c, m.first_moment),
+        second_moment: turn_symmetric_matrix(turn, &m.second_moment),
+    }
 }
 
 /// `R M Rᵀ`: 24 operations, by the double angle on the plane that turns.
-fn turn_matrix<'g>((axis, s, c): Turn<'g>, m: &Matrix3<'g>) -> Matrix3<'g> {
+pub(super) fn turn_matrix<'g>((axis, s, c): Turn<'g>, m: &Matrix3<'g>) -> Matrix3<'g> {
     if s.is_right_angle() {
         let columns = [0, 1, 2].map(|k| rotate(axis, s, c, m.column(k)));
         return Matrix3(Matrix3::from_columns(columns).0.map(|row| rotate(axis, s, c, Vector3(row)).0));
