@@ -5,8 +5,12 @@
 mod inertia;
 mod kinematics;
 mod model;
+mod sensitivity;
 
+pub mod articulated;
 pub mod composite;
+pub mod coriolis;
+pub mod derivatives;
 pub mod frames;
 pub mod momentum;
 pub mod newton_euler;
