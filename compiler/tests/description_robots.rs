@@ -225,3 +225,13 @@ fn legs_are_told_from_arms_and_wheels() {
     assert_eq!(base(&two_limbs("shank", -0.8)), "kind = \"floating\"");
     assert_eq!(base(&two_limbs("foot", 0.0)), "kind = \"floating\"");
 }
+
+#[test]
+fn the_report_says_what_is_odd() {
+    let (robot, _) = read("benches/robots/rabbit5");
+    assert_eq!(description::check_report(&robot).inconsistencies, Vec::<String>::new());
+    let (mut robot, _) = read("robots/three_link");
+    robot.links[1].inertial.as_mut().unwrap().inertia = [1.0, 0.0, 0.0, 1.0, 0.0, 3.0];
+    let text = description::check_report(&robot).to_string();
+    assert!(text.contains("physically inconsistent:\n  link `right_leg`: the principal moments"), "{text}");
+}
