@@ -23,6 +23,19 @@ impl<M: Model<f64>> Check<'_, M> {
         }
     }
 
+    /// Three blocks side by side; each is compared relative to its own largest element.
+    fn derivatives(&mut self, function: &str, parts: [&str; 3], case: &Value) {
+        let function = format!("{function}_derivatives");
+        if self.model.function(&function).is_none() {
+            return;
+        }
+        let actual = evaluate(self.model, &function, &self.inputs);
+        for (block, part) in actual.chunks(actual.len() / 3).zip(parts) {
+            assert_close(&format!("{} {part}", self.file), block, &self.order.square(&case[part]), TOLERANCE);
+            self.checked += 1;
+        }
+    }
+
     fn frame(&mut self, name: &str, frame: &Value) {
         let of = name.replace('/', "_");
         self.compare(&format!("position_of_{of}"), &numbers(&frame["position"]));

@@ -36,7 +36,8 @@ pub fn forward_dynamics<'g>(model: &RobotModel<'g, '_>) -> (Rows<'g>, Rows<'g>, 
     let inverse = Inverse::new(model, &factor);
     let dq = inverse.times(&moving.matrix(Column::Position));
     let dv = inverse.times(&moving.matrix(Column::Velocity));
-    let negated = |rows: Rows<'g>| rows.into_iter().map(|row| row.into_iter().map(|x| -x).collect()).collect();
+    let negated =
+        |rows: Rows<'g>| rows.into_iter().map(|row| row.into_iter().map(|x| -x).collect()).collect();
     (negated(dq), negated(dv), inverse.matrix())
 }
 

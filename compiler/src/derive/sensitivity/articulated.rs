@@ -76,9 +76,8 @@ impl<'g> Articulated<'g> {
         };
         let inverse = d.constant(1.0) / d;
         let (f, n) = (force.scale(inverse), moment.scale(inverse));
-        let rank_one = |x: Vector3<'g>, y: Vector3<'g>| {
-            Matrix3([0, 1, 2].map(|r| [0, 1, 2].map(|c| x[r] * y[c])))
-        };
+        let rank_one =
+            |x: Vector3<'g>, y: Vector3<'g>| Matrix3([0, 1, 2].map(|r| [0, 1, 2].map(|c| x[r] * y[c])));
         let symmetric = |x: Vector3<'g>, y: Vector3<'g>| {
             let m = rank_one(x, y);
             Matrix3([0, 1, 2].map(|r: usize| [0, 1, 2].map(|c: usize| m[(r.min(c), r.max(c))])))

@@ -160,11 +160,9 @@ impl<'g> Subtree<'g> {
     pub fn functional(&self, motion: Motion, axis: Vector3<'g>) -> [Vector3<'g>; 3] {
         let BodyInertia { mass, first_moment: l, second_moment } = self.moments;
         match motion {
-            Motion::Revolute { .. } => [
-                axis.cross(l),
-                complement(&second_moment) * axis,
-                complement(&self.flow).transpose() * axis,
-            ],
+            Motion::Revolute { .. } => {
+                [axis.cross(l), complement(&second_moment) * axis, complement(&self.flow).transpose() * axis]
+            }
             _ => [axis.scale(mass), l.cross(axis), self.momentum.cross(axis)],
         }
     }
