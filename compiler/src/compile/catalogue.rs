@@ -169,8 +169,7 @@ const CATALOGUE: &[Entry] = &[
         "(4.25), by factoring the mass matrix along the tree",
         "Accelerations under generalised forces: `D⁻¹ (tau − H)`.",
         families::forward_dynamics,
-    )
-    .ordered(Order::DepthFirst),
+    ),
     Entry::robot(
         "forward_dynamics_with_forces",
         "(4.25), (4.13)",
@@ -210,8 +209,7 @@ const CATALOGUE: &[Entry] = &[
         "Carpentier and Mansard 2018",
         "Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v, ∂a/∂τ]`; q in its tangent space, right increment.",
         families::forward_dynamics_derivatives,
-    )
-    .ordered(Order::DepthFirst),
+    ),
     Entry::robot(
         "inverse_dynamics_dq",
         "Carpentier and Mansard 2018",
