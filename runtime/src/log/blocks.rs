@@ -14,7 +14,7 @@ const UNIFORM: f64 = 0.01;
 /// A block has at least so many samples, so that short logs are one block.
 const BLOCK: usize = 1 << 14;
 /// Most gaps that get a warning of their own.
-const MOST_GAPS: usize = 10;
+pub const MOST_GAPS: usize = 10;
 
 /// The sampling step, from the first rows of a log.
 pub struct Sampling {

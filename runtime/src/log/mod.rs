@@ -12,7 +12,7 @@ pub mod names;
 mod reader;
 mod table;
 
-pub use blocks::{Block, Blocks, Sampling, SamplingReport};
+pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport};
 pub use header::{Column, Kind};
 pub use lines::LONGEST_LINE;
 pub use mapping::{ForceFrame, Mapping, Source};

@@ -10,6 +10,7 @@ mod resample;
 mod spline;
 
 pub use butterworth::{Butterworth, FilterError, TRUNCATION};
+pub(crate) use orientation::cross;
 pub use orientation::{Rotation, align_signs, rotate_to_base, rotation};
 pub use resample::{Grid, resample};
 pub use spline::Spline;
