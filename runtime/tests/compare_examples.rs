@@ -53,11 +53,34 @@ fn backlash() {
 
 #[test]
 fn a_floating_model_of_a_hanging_robot_gives_the_same_joint_efforts() {
-    let fixed = compare_example("null", &mut tulip());
+    let log = repository("tests/data/examples/null/validation.csv.gz");
     let urdf = std::fs::read_to_string(repository("robots/tulip/robot.urdf")).unwrap();
-    let floating = compare_example("null", &mut Robot::parse(&urdf, BaseKind::Floating));
+    let options = Options { cutoff_hz: Some(16.0), from_s: Some(2.0), to_s: Some(3.0), ..Options::default() };
+    let [fixed, floating] = [BaseKind::Fixed, BaseKind::Floating].map(|base| {
+        let mut robot = Robot::parse(&urdf, base);
+        let subject = subject(&robot);
+        compare_file(&mut robot, &subject, &log, &Mapping::default(), &options).unwrap()
+    });
     assert!(floating.assumptions.iter().any(|a| a.contains("fixed, upright and at rest")));
+    assert_eq!((fixed.from_s, fixed.to_s, fixed.samples), (2.0, 3.0, 251));
     for (a, b) in fixed.channels.iter().zip(&floating.channels) {
         assert!((a.rms - b.rms).abs() < 1e-9 * a.rms, "{a:?} {b:?}");
     }
+}
+
+#[test]
+fn json_has_the_documented_keys() {
+    let comparison = compare_example("null", &mut tulip());
+    let json = serde_json::to_value(&comparison).unwrap();
+    for key in ["rms", "unit", "cutoff_hz", "cutoffs", "trim_s", "from_s", "to_s", "samples", "sampling_hz"] {
+        assert!(!json[key].is_null(), "{key}");
+    }
+    for key in ["missing", "assumptions", "warnings", "channels"] {
+        assert!(json[key].is_array(), "{key}");
+    }
+    for key in ["name", "unit", "rms", "max", "relative", "samples"] {
+        assert!(!json["channels"][0][key].is_null(), "{key}");
+    }
+    assert_eq!(json["channels"][0]["unit"], "N m");
+    assert!(json["assumptions"][0].as_str().unwrap().contains("fixed, upright and at rest"));
 }

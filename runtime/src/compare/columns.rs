@@ -145,14 +145,12 @@ impl Plan {
         };
         let (found, missing): (Vec<&str>, Vec<&str>) = wanted.iter().partition(|name| reader.has(name));
         let any_of_base = reader.columns().any(|c| c.name.starts_with("base/"));
-        if wanted.is_empty() {
-            if any_of_base {
-                self.assumptions.push("the base of the model is fixed: the log's base/... columns are ignored".to_owned());
-            }
-        } else if !any_of_base {
+        if !any_of_base {
             self.assumptions.push(
                 "the log has no base/... columns: the root link is taken as fixed, upright and at rest".to_owned(),
             );
+        } else if wanted.is_empty() {
+            self.assumptions.push("the base of the model is fixed: the log's base/... columns are ignored".to_owned());
         } else if missing.is_empty() {
             let columns = found.iter().filter_map(|name| self.add(reader, (*name).to_owned())).collect();
             self.base = Some(BaseColumns(columns));
