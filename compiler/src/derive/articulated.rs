@@ -51,9 +51,15 @@ pub fn absolute<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<Sym<'g>>
     still.from_absolute_velocities(&accelerations)
 }
 
-/// Articulated-body algorithm (Featherstone, "Rigid Body Dynamics Algorithms", table 7.1), with the bias forces
-/// of a motion without joint accelerations taken off first: what is left is `D a = τ − bias` at rest.
+/// Articulated-body algorithm (Featherstone, "Rigid Body Dynamics Algorithms", table 7.1). Its bias
+/// wrenches are those of the motion without joint accelerations, so that what is solved for is the change of
+/// every body's acceleration.
 pub fn articulated<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<Sym<'g>> {
     let still = still(model);
-    super::sensitivity::articulated::solve(&still, &less(tau, &still.forces()))
+    super::sensitivity::articulated::solve(&still, tau)
+}
+
+pub fn engine_id<'g>(model: &RobotModel<'g, '_>) -> Vec<Sym<'g>> {
+    let a: Vec<Sym<'g>> = (0..model.tree.nv).map(|k| model.input(Argument::A, k)).collect();
+    Sensitivity::new(model, &a, true, 2.0).forces()
 }

@@ -34,11 +34,17 @@ pub fn forward_dynamics<'g>(model: &RobotModel<'g, '_>) -> (Rows<'g>, Rows<'g>, 
     let a = factor.solve(&rest);
     let moving = Sensitivity::new(model, &a, true, 2.0);
     let inverse = Inverse::new(model, &factor);
-    let dq = inverse.times(&moving.matrix(Column::Position));
-    let dv = inverse.times(&moving.matrix(Column::Velocity));
-    let negated =
-        |rows: Rows<'g>| rows.into_iter().map(|row| row.into_iter().map(|x| -x).collect()).collect();
-    (negated(dq), negated(dv), inverse.matrix())
+    let answer = |column| {
+        let forces = moving.matrix(column);
+        let mut rows = inverse.times(&forces);
+        for (k, known) in moving.known_accelerations(column) {
+            for (row, x) in rows.iter_mut().zip(known) {
+                row[k] = x;
+            }
+        }
+        rows.into_iter().map(|row| row.into_iter().map(|x| -x).collect()).collect()
+    };
+    (answer(Column::Position), answer(Column::Velocity), inverse.matrix())
 }
 
 /// D⁻¹ = L⁻¹ Δ⁻¹ L⁻ᵀ with L⁻¹ explicit, which is as sparse as L: columns without forces on a branch pass

@@ -1,7 +1,8 @@
 //! Articulated-body inertias in the joint axes.
 use super::Sensitivity;
-use super::subtree::{Wrench, turn_matrix, turn_symmetric_matrix};
-use crate::derive::{BodyInertia, RobotModel};
+use super::second::turn_matrix;
+use super::subtree::{Moments, Wrench};
+use crate::derive::RobotModel;
 use crate::expression::{Matrix3, Sym, Vector3};
 use crate::tree::{Motion, Rotation};
 
@@ -17,18 +18,12 @@ struct Articulated<'g> {
 type Pivot<'g> = (Sym<'g>, Vector3<'g>, Vector3<'g>);
 
 impl<'g> Articulated<'g> {
-    fn rigid(m: &BodyInertia<'g>) -> Self {
-        let mass = |k: usize| -> Vector3<'g> {
-            let mut row = Vector3([m.mass.zero(); 3]);
-            row[k] = m.mass;
-            row
-        };
-        let mut c = m.second_moment.map(|x| -x);
+    fn rigid(m: &Moments<'g>) -> Self {
+        let mut a = m.first.skew().map(Sym::zero);
         for k in 0..3 {
-            let (u, v) = ((k + 1) % 3, (k + 2) % 3);
-            c[(k, k)] = m.second_moment[(u, u)] + m.second_moment[(v, v)];
+            a[(k, k)] = m.mass;
         }
-        Self { a: Matrix3([0, 1, 2].map(|k| mass(k).0)), b: m.first_moment.skew(), c }
+        Self { a, b: m.first.skew(), c: m.second.complement() }
     }
 
     fn plus(&self, other: &Self) -> Self {
@@ -37,9 +32,9 @@ impl<'g> Articulated<'g> {
 
     fn turned(&self, turn: (usize, Sym<'g>, Sym<'g>)) -> Self {
         Self {
-            a: turn_symmetric_matrix(turn, &self.a),
+            a: turn_matrix(turn, &self.a),
             b: turn_matrix(turn, &self.b),
-            c: turn_symmetric_matrix(turn, &self.c),
+            c: turn_matrix(turn, &self.c),
         }
     }
 
@@ -108,11 +103,10 @@ impl<'g> Articulated<'g> {
     }
 }
 
-/// `D⁻¹ forces`, in the order of `v`.
+/// Accelerations under generalised forces, in the order of `v`; `robot` without joint accelerations.
 pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sym<'g>]) -> Vec<Sym<'g>> {
     let model = robot.model;
     let bodies = &model.tree.bodies;
-    let zero = model.zero3();
     let mut inertias: Vec<Articulated<'g>> = Vec::new();
     // Sums of what the children add, in the own axes and in the joint axes.
     let none: Vec<Option<(Articulated<'g>, Wrench<'g>)>> = vec![None; bodies.len()];
@@ -121,14 +115,17 @@ pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sy
     let mut rests = forces.to_vec();
     for index in (0..bodies.len()).rev() {
         let axes = robot.axes[index];
-        let (mut inertia, mut wrench) = (Articulated::rigid(&robot.moments[index]), (zero, zero));
-        if let Some((carried, w)) = &own[index] {
-            inertia = inertia.plus(carried);
-            wrench = (axes.out(w.0), axes.out(w.1));
-        }
-        if let Some(turn) = axes.turn {
-            inertia = inertia.turned(turn);
-        }
+        let (mut inertia, mut wrench) = match &own[index] {
+            Some((carried, w)) => {
+                let sum = Articulated::rigid(&robot.moments[index]).plus(carried);
+                let single = robot.single[index];
+                let wrench = (axes.out(single.0 + w.0), axes.out(single.1 + w.1));
+                (axes.turn.map_or(sum, |turn| sum.turned(turn)), wrench)
+            }
+            None => {
+                (Articulated::rigid(&robot.moments[index].turned(axes.turn)), robot.single[index])
+            }
+        };
         if let Some((carried, w)) = &joined[index] {
             inertia = inertia.plus(carried);
             wrench = (wrench.0 + w.0, wrench.1 + w.1);

@@ -10,23 +10,26 @@ mod absolute;
 pub(super) mod articulated;
 mod axes;
 mod motion;
+mod second;
 mod subtree;
 
-use super::{BodyInertia, RobotModel};
+use super::RobotModel;
 use crate::expression::{Sym, Vector3};
 use crate::tree::Motion;
 use axes::Axes;
 use bipedc_runtime::Argument;
 use motion::Link;
-use subtree::{Change, Subtree, Wrench};
+use subtree::{Change, Moments, Subtree, Wrench};
 
 /// Motions and subtree sums of one robot under given accelerations.
 pub(super) struct Sensitivity<'m, 'g, 't> {
     model: &'m RobotModel<'g, 't>,
     axes: Vec<Axes<'g>>,
     /// Of single bodies, in their own axes.
-    moments: Vec<BodyInertia<'g>>,
+    moments: Vec<Moments<'g>>,
     links: Vec<Link<'g>>,
+    /// Of single bodies: in their own axes where children hang on those, else in the joint axes.
+    single: Vec<Wrench<'g>>,
     /// Without the children at parallel joints, in joint axes.
     cores: Vec<(Subtree<'g>, Wrench<'g>)>,
     /// In joint axes.
@@ -54,8 +57,8 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
         let axes = axes::choose(model);
         let links = motion::forward(model, &axes, accelerations, gravity);
         let moments = subtree::moments(model);
-        let (cores, subtrees, wrenches) = (Vec::new(), Vec::new(), Vec::new());
-        let mut this = Self { model, axes, moments, links, cores, subtrees, wrenches, factor };
+        let (single, cores, subtrees, wrenches) = Default::default();
+        let mut this = Self { model, axes, moments, links, single, cores, subtrees, wrenches, factor };
         this.sum();
         this
     }
@@ -68,17 +71,20 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
         // What the children add, in the own axes and in the joint axes.
         let mut own: Vec<Option<(Subtree<'g>, Wrench<'g>)>> = vec![None; n];
         let mut joined: Vec<Option<(Subtree<'g>, Wrench<'g>)>> = vec![None; n];
-        let (mut done, mut cores) = (Vec::new(), Vec::new());
+        let (mut done, mut cores, mut single) = (Vec::new(), Vec::new(), Vec::new());
         for index in (0..n).rev() {
             let (turned, link) = (self.axes[index], &self.links[index]);
             let rigid = |moments, w| Subtree::rigid(moments, w, self.factor);
             let mut all = if let Some((carried, wrench)) = &own[index] {
                 let here = subtree::rigid_wrench(&self.moments[index], &link.own);
+                single.push(here);
                 let sum = carried.plus(&rigid(self.moments[index], link.own.w));
                 (sum.turned(turned.turn), (turned.out(here.0 + wrench.0), turned.out(here.1 + wrench.1)))
             } else {
-                let still = rigid(self.moments[index], model.zero3()).turned(turned.turn).moments;
-                (rigid(still, link.joint.w), subtree::rigid_wrench(&still, &link.joint))
+                let still = self.moments[index].turned(turned.turn);
+                let here = subtree::rigid_wrench(&still, &link.joint);
+                single.push(here);
+                (rigid(still, link.joint.w), here)
             };
             cores.push(all);
             if let Some((carried, wrench)) = &joined[index] {
@@ -93,6 +99,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
             }
             done.push(all);
         }
+        self.single = single.into_iter().rev().collect();
         self.cores = cores.into_iter().rev().collect();
         (self.subtrees, self.wrenches) = done.into_iter().rev().unzip();
     }
@@ -289,5 +296,24 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
             Column::UnitRate => Change { angular: w.cross(e), spin: e, ..still },
         });
         linear.into_iter().chain(angular).collect()
+    }
+
+    /// Columns of `D⁻¹` [`Self::matrix`] that need no solving: turning a free root changes gravity only, and its
+    /// linear velocity enters by ω × v only; both are accelerations of the root.
+    pub fn known_accelerations(&self, column: Column) -> Vec<(usize, Vec<Sym<'g>>)> {
+        let mut out = Vec::new();
+        for (index, body) in self.model.tree.bodies.iter().enumerate() {
+            if body.motion != Motion::Free {
+                continue;
+            }
+            let first = if column == Column::Position { 3 } else { 0 };
+            let changes = self.free_changes(index, column);
+            for (k, change) in changes.iter().enumerate().skip(first).take(3) {
+                let mut known = vec![self.model.constant(0.0); self.model.tree.nv];
+                known[body.v_index..body.v_index + 3].copy_from_slice(&change.acceleration.0);
+                out.push((body.v_index + k, known));
+            }
+        }
+        out
     }
 }
