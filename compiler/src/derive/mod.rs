@@ -7,9 +7,14 @@ mod kinematics;
 mod model;
 
 pub mod composite;
+pub mod constrained;
+pub mod constraint;
+pub mod contact;
 pub mod frames;
+pub mod impact;
 pub mod newton_euler;
 pub mod solve;
+pub mod support;
 
 pub use inertia::BodyInertia;
 pub use kinematics::Motions;
