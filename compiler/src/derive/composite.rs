@@ -16,7 +16,7 @@ pub fn composites<'g>(model: &RobotModel<'g, '_>) -> Vec<BodyInertia<'g>> {
 }
 
 /// Linear and angular momentum (about the body's origin, in its axes) per unit of its joint's velocity.
-fn unit_momentum<'g>(
+pub(super) fn unit_momentum<'g>(
     model: &RobotModel<'g, '_>,
     index: usize,
     body: &BodyInertia<'g>,

@@ -5,13 +5,18 @@
 mod inertia;
 mod kinematics;
 mod model;
+mod sensitivity;
 
+pub mod articulated;
 pub mod composite;
 pub mod constrained;
 pub mod constraint;
 pub mod contact;
+pub mod coriolis;
+pub mod derivatives;
 pub mod frames;
 pub mod impact;
+pub mod momentum;
 pub mod newton_euler;
 pub mod solve;
 pub mod support;
