@@ -3,6 +3,9 @@
 //! The stages, each with a type of its own:
 //! [`description`] → tree → expression → derive → optimise → program →
 //! emit (Rust tokens) or evaluate (in process).
+pub mod derive;
 pub mod description;
+pub mod exact;
 pub mod expression;
+pub mod program;
 pub mod tree;

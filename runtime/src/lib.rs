@@ -3,6 +3,8 @@
 //! Without the feature `std` the crate is `no_std`, never allocates and never panics on finite input.
 #![cfg_attr(not(feature = "std"), no_std)]
 
+pub mod lanes;
+pub mod math;
 pub mod model;
 pub mod real;
 

@@ -2,7 +2,12 @@
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-/// `f64`, `f32` or a lane type holding several states.
+use crate::math::{arrays, scalar};
+
+/// `f64`, `f32` or a lane type of [`crate::lanes`] holding several states.
+///
+/// The other signs of a fused operation are those with negated arguments: `fused(-a, b, c)` is `c - a * b` in
+/// one instruction.
 pub trait Real:
     Copy
     + Debug
@@ -18,9 +23,11 @@ pub trait Real:
     fn constant(value: f64) -> Self;
     /// `a * b + c`: one rounding where the target has fused multiply-add, two elsewhere.
     fn fused(a: Self, b: Self, c: Self) -> Self;
-    /// Square root.
+    /// Square root, correctly rounded.
     fn sqrt(self) -> Self;
     /// Sine and cosine of `N` angles (rad), computed together so that they share vector instructions.
+    ///
+    /// The same bits as [`crate::math::sin_cos`] of each.
     fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]);
 }
 
@@ -31,14 +38,33 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn fused(a: Self, b: Self, c: Self) -> Self {
-        a * b + c
+        scalar::fused_f64(a, b, c)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        nalgebra::ComplexField::sqrt(self)
+        scalar::sqrt_f64(self)
     }
     #[inline(always)]
     fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
-        (angles.map(nalgebra::ComplexField::sin), angles.map(nalgebra::ComplexField::cos))
+        arrays::all_f64(angles)
+    }
+}
+
+impl Real for f32 {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        value as f32
+    }
+    #[inline(always)]
+    fn fused(a: Self, b: Self, c: Self) -> Self {
+        scalar::fused_f32(a, b, c)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        scalar::sqrt_f32(self)
+    }
+    #[inline(always)]
+    fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
+        arrays::all_f32(angles)
     }
 }

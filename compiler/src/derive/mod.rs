@@ -1,0 +1,17 @@
+//! The physics: one file per derived thing, all on the expression graph.
+//!
+//! Every derivation works in body frames with barycentric inertial parameters (mass, first moment, inertia
+//! about the frame origin), because then all of them enter linearly and add up along the tree.
+mod inertia;
+mod kinematics;
+mod model;
+
+pub mod composite;
+pub mod frames;
+pub mod momentum;
+pub mod newton_euler;
+pub mod solve;
+
+pub use inertia::BodyInertia;
+pub use kinematics::Motions;
+pub use model::{InertiaMode, RobotModel};

@@ -1,0 +1,193 @@
+//! A tree with its symbols: what all derivations start from.
+use super::inertia::{self, BodyInertia};
+use crate::expression::{Graph, Matrix3, Sym, Vector3};
+use crate::tree::{Motion, Placement, Rotation, Tree};
+use bipedc_runtime::Argument;
+
+/// Where the inertial parameters come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InertiaMode {
+    /// Numbers of the description, regrouped along the joint axes so that most of them vanish.
+    Folded,
+    /// Numbers as they stand, without regrouping.
+    Plain,
+    /// Ten run-time parameters per body ([`Argument::Parameters`], in the frame of the body's main link).
+    Symbolic,
+}
+
+/// A tree, a graph and the inertias in it.
+pub struct RobotModel<'g, 't> {
+    /// Where expressions live.
+    pub graph: &'g Graph,
+    /// The robot.
+    pub tree: &'t Tree,
+    /// By body.
+    pub inertias: Vec<BodyInertia<'g>>,
+}
+
+impl<'g, 't> RobotModel<'g, 't> {
+    /// Prepares the derivations.
+    pub fn new(graph: &'g Graph, tree: &'t Tree, mode: InertiaMode) -> Self {
+        let inertias = match mode {
+            InertiaMode::Folded => inertia::folded(graph, &inertia::regroup(tree)),
+            InertiaMode::Plain => {
+                inertia::folded(graph, &tree.bodies.iter().map(|b| b.inertia).collect::<Vec<_>>())
+            }
+            InertiaMode::Symbolic => inertia::symbolic(graph, tree),
+        };
+        Self { graph, tree, inertias }
+    }
+
+    /// A constant.
+    pub fn constant(&self, value: f64) -> Sym<'g> {
+        Sym::new(self.graph, self.graph.constant(value))
+    }
+    /// An element of an argument.
+    pub fn input(&self, argument: Argument, index: usize) -> Sym<'g> {
+        Sym::new(self.graph, self.graph.input(argument, index))
+    }
+    /// Three consecutive elements of an argument.
+    pub fn input3(&self, argument: Argument, first: usize) -> Vector3<'g> {
+        Vector3([0, 1, 2].map(|i| self.input(argument, first + i)))
+    }
+    /// The zero vector.
+    pub fn zero3(&self) -> Vector3<'g> {
+        Vector3::zero(self.graph)
+    }
+    /// A unit vector along a coordinate axis, times `value`.
+    pub fn along(&self, axis: usize, value: Sym<'g>) -> Vector3<'g> {
+        let mut v = self.zero3();
+        v[axis] = value;
+        v
+    }
+
+    /// Value of a joint variable in the direction of the body's coordinate axis: `±x`.
+    pub fn signed(&self, body: usize, x: Sym<'g>) -> Sym<'g> {
+        match self.tree.bodies[body].motion {
+            Motion::Revolute { reversed: true, .. } | Motion::Prismatic { reversed: true, .. } => -x,
+            _ => x,
+        }
+    }
+
+    /// A vector of the body's frame in the parent's axes (for a free root: world axes).
+    pub fn up(&self, body: usize, x: Vector3<'g>) -> Vector3<'g> {
+        let b = &self.tree.bodies[body];
+        let moved = match b.motion {
+            Motion::Revolute { axis, .. } => {
+                let (s, c) = self.sin_cos(body);
+                rotate(axis, s, c, x)
+            }
+            Motion::Prismatic { .. } => x,
+            Motion::Free => return self.base_rotation(body) * x,
+        };
+        rotate_constant(self.graph, &b.placement.rotation, moved)
+    }
+
+    /// A vector of the parent's frame in the body's axes.
+    pub fn down(&self, body: usize, x: Vector3<'g>) -> Vector3<'g> {
+        let b = &self.tree.bodies[body];
+        if b.motion == Motion::Free {
+            return self.base_rotation(body).transpose() * x;
+        }
+        let placed = rotate_constant(self.graph, &b.placement.rotation.inverse(), x);
+        match b.motion {
+            Motion::Revolute { axis, .. } => {
+                let (s, c) = self.sin_cos(body);
+                rotate(axis, -s, c, placed)
+            }
+            _ => placed,
+        }
+    }
+
+    /// Sine and cosine of the body's turn about its coordinate axis.
+    pub fn sin_cos(&self, body: usize) -> (Sym<'g>, Sym<'g>) {
+        let angle = self.signed(body, self.input(Argument::Q, self.tree.bodies[body].q_index));
+        (angle.sin(), angle.cos())
+    }
+
+    /// Origin of the body's frame in the parent's frame (for a free root: in the world).
+    pub fn offset(&self, body: usize) -> Vector3<'g> {
+        let b = &self.tree.bodies[body];
+        let fixed = Vector3::constant(self.graph, b.placement.translation);
+        match b.motion {
+            Motion::Revolute { .. } => fixed,
+            Motion::Free => self.input3(Argument::Q, b.q_index),
+            Motion::Prismatic { axis, .. } => {
+                let travel = self.signed(body, self.input(Argument::Q, b.q_index));
+                fixed + rotate_constant(self.graph, &b.placement.rotation, self.along(axis, travel))
+            }
+        }
+    }
+
+    /// Rotation of a free root, from its unit quaternion (x y z w).
+    pub fn base_rotation(&self, body: usize) -> Matrix3<'g> {
+        let first = self.tree.bodies[body].q_index + 3;
+        let [x, y, z, w] = [0, 1, 2, 3].map(|i| self.input(Argument::Q, first + i));
+        let (x2, y2, z2) = (x * 2.0, y * 2.0, z * 2.0);
+        let one = self.constant(1.0);
+        let (xx, yy, zz) = (x * x2, y * y2, z * z2);
+        let (xy, xz, yz) = (x * y2, x * z2, y * z2);
+        let (wx, wy, wz) = (w * x2, w * y2, w * z2);
+        Matrix3([
+            [one - (yy + zz), xy - wz, xz + wy],
+            [xy + wz, one - (xx + zz), yz - wx],
+            [xz - wy, yz + wx, one - (xx + yy)],
+        ])
+    }
+
+    /// A constant placement's rotation applied to a vector.
+    pub fn placed(&self, placement: &Placement, x: Vector3<'g>) -> Vector3<'g> {
+        rotate_constant(self.graph, &placement.rotation, x)
+    }
+
+    /// The direction of a joint in its body's axes.
+    pub fn joint_axis(&self, body: usize) -> Vector3<'g> {
+        match self.tree.bodies[body].motion {
+            Motion::Revolute { axis, .. } | Motion::Prismatic { axis, .. } => {
+                self.along(axis, self.signed(body, self.constant(1.0)))
+            }
+            Motion::Free => self.zero3(),
+        }
+    }
+
+    /// Total mass of all bodies, kg.
+    pub fn total_mass(&self) -> Sym<'g> {
+        self.inertias.iter().fold(self.constant(0.0), |sum, body| sum + body.mass)
+    }
+
+    /// Gravitational acceleration in world axes.
+    pub fn gravity(&self) -> Vector3<'g> {
+        Vector3::constant(self.graph, self.tree.gravity)
+    }
+}
+
+/// `R_axis(angle) x`
+pub fn rotate<'g>(axis: usize, s: Sym<'g>, c: Sym<'g>, x: Vector3<'g>) -> Vector3<'g> {
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let mut y = x;
+    y[u] = c * x[u] - s * x[v];
+    y[v] = s * x[u] + c * x[v];
+    y
+}
+
+/// A constant rotation applied to a vector: elementary turns while there are few, else the matrix.
+pub fn rotate_constant<'g>(graph: &'g Graph, rotation: &Rotation, x: Vector3<'g>) -> Vector3<'g> {
+    let elementary = |(axis, angle): (usize, f64)| {
+        let angle = Sym::new(graph, graph.constant(angle));
+        (axis, angle.sin(), angle.cos())
+    };
+    let turn = |x, &step: &(usize, f64)| {
+        let (axis, s, c) = elementary(step);
+        rotate(axis, s, c, x)
+    };
+    let odd = rotation.0.iter().filter(|&&step| !elementary(step).1.is_right_angle()).count();
+    if odd <= 2 {
+        return rotation.0.iter().rev().fold(x, turn);
+    }
+    let columns = [0, 1, 2].map(|k| {
+        let mut e = Vector3::zero(graph);
+        e[k] = Sym::new(graph, crate::expression::Expr::ONE);
+        rotation.0.iter().rev().fold(e, turn)
+    });
+    Matrix3::from_columns(columns) * x
+}

@@ -1,0 +1,165 @@
+//! Quantities of the whole robot (4.35–4.42): centre of mass, momentum, energy, zero moment point.
+use super::composite::{composites, unit_momentum};
+use super::frames::world_poses;
+use super::kinematics::{Motions, forward};
+use super::model::RobotModel;
+use super::newton_euler::body_wrench;
+use crate::expression::{Sym, Vector3};
+use crate::tree::Motion;
+use bipedc_runtime::Argument;
+
+/// A force or linear momentum, and a moment or angular momentum about the world's origin, world axes.
+#[derive(Debug, Clone, Copy)]
+pub struct Wrench<'g> {
+    /// N or kg m/s.
+    pub linear: Vector3<'g>,
+    /// N m or kg m²/s.
+    pub angular: Vector3<'g>,
+}
+
+/// Moves body wrenches (about body origins, body axes) to the world's origin and axes and adds them up.
+fn sum_in_world<'g>(model: &RobotModel<'g, '_>, mut wrenches: Vec<(Vector3<'g>, Vector3<'g>)>) -> Wrench<'g> {
+    let mut sum = (model.zero3(), model.zero3());
+    for index in (0..wrenches.len()).rev() {
+        let (force, moment) = wrenches[index];
+        let (force, moment) = (model.up(index, force), model.up(index, moment));
+        let carrier = match model.tree.bodies[index].parent {
+            Some(parent) => &mut wrenches[parent],
+            None => &mut sum,
+        };
+        *carrier = (carrier.0 + force, carrier.1 + moment + model.offset(index).cross(force));
+    }
+    Wrench { linear: sum.0, angular: sum.1 }
+}
+
+/// Linear velocity of each body's origin and angular velocity, in its axes.
+pub fn velocities<'g>(model: &RobotModel<'g, '_>) -> Vec<(Vector3<'g>, Vector3<'g>)> {
+    let mut out: Vec<(Vector3<'g>, Vector3<'g>)> = Vec::new();
+    for (index, body) in model.tree.bodies.iter().enumerate() {
+        if body.motion == Motion::Free {
+            let first = body.v_index;
+            out.push((model.input3(Argument::V, first), model.input3(Argument::V, first + 3)));
+            continue;
+        }
+        let (u, w) = body.parent.map_or((model.zero3(), model.zero3()), |p| out[p]);
+        let mut u = model.down(index, u + w.cross(model.offset(index)));
+        let mut w = model.down(index, w);
+        let rate = model.signed(index, model.input(Argument::V, body.v_index));
+        match body.motion {
+            Motion::Revolute { axis, .. } => w[axis] = w[axis] + rate,
+            Motion::Prismatic { axis, .. } => u[axis] = u[axis] + rate,
+            Motion::Free => {}
+        }
+        out.push((u, w));
+    }
+    out
+}
+
+/// Linear momentum ρ (4.38) and angular momentum σ about the world's origin (4.39).
+pub fn momentum<'g>(model: &RobotModel<'g, '_>) -> Wrench<'g> {
+    let moving = velocities(model);
+    let each = model.inertias.iter().zip(&moving).map(|(body, &(u, w))| body.momentum(u, w)).collect();
+    sum_in_world(model, each)
+}
+
+/// ρ̇ (4.40) and σ̇ (4.41, corrected: p × m p̈ + J ω̇ + ω × J ω); with `gravity`, what the ground has to
+/// provide instead.
+pub fn momentum_rate<'g>(model: &RobotModel<'g, '_>, gravity: bool) -> Wrench<'g> {
+    let moving = forward(model, Motions { velocity: true, acceleration: true, gravity });
+    let each = model.inertias.iter().zip(&moving).map(|(body, motion)| body_wrench(body, motion)).collect();
+    sum_in_world(model, each)
+}
+
+/// The same about the centre of mass.
+pub fn about_center_of_mass<'g>(model: &RobotModel<'g, '_>, about_origin: Wrench<'g>) -> Wrench<'g> {
+    let arm = center_of_mass(model);
+    Wrench { angular: about_origin.angular - arm.cross(about_origin.linear), ..about_origin }
+}
+
+/// Σ mᵢ pᵢ in the world, kg m.
+pub fn first_moment<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
+    let mut moments: Vec<(Sym<'g>, Vector3<'g>)> =
+        model.inertias.iter().map(|body| (body.mass, body.first_moment)).collect();
+    let mut sum = model.zero3();
+    for index in (0..moments.len()).rev() {
+        let (mass, moment) = moments[index];
+        let above = model.up(index, moment) + model.offset(index).scale(mass);
+        match model.tree.bodies[index].parent {
+            Some(parent) => {
+                let (m, l) = moments[parent];
+                moments[parent] = (m + mass, l + above);
+            }
+            None => sum = sum + above,
+        }
+    }
+    sum
+}
+
+/// Centre of mass in the world (4.35), m.
+pub fn center_of_mass<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
+    let per_mass = model.constant(1.0) / model.total_mass();
+    first_moment(model).scale(per_mass)
+}
+
+/// Jacobian of the centre of mass with respect to `v`: one column per element of `v`, world axes.
+pub fn center_of_mass_jacobian<'g>(model: &RobotModel<'g, '_>) -> Vec<Vector3<'g>> {
+    let poses = world_poses(model);
+    let composite = composites(model);
+    let per_mass = model.constant(1.0) / model.total_mass();
+    let mut columns = vec![model.zero3(); model.tree.nv];
+    for (index, body) in model.tree.bodies.iter().enumerate() {
+        let rotation = poses[index].rotation;
+        let inertia = &composite[index];
+        if body.motion == Motion::Free {
+            for k in 0..3 {
+                let about = model.along(k, model.constant(1.0)).cross(inertia.first_moment);
+                columns[body.v_index + k] = rotation.column(k).scale(inertia.mass * per_mass);
+                columns[body.v_index + 3 + k] = rotation * about.scale(per_mass);
+            }
+        } else {
+            let (linear, _) = unit_momentum(model, index, inertia);
+            columns[body.v_index] = rotation * linear.scale(per_mass);
+        }
+    }
+    columns
+}
+
+/// Velocity of the centre of mass, m/s.
+pub fn center_of_mass_velocity<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
+    momentum(model).linear.scale(model.constant(1.0) / model.total_mass())
+}
+
+/// Acceleration of the centre of mass, m/s².
+pub fn center_of_mass_acceleration<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
+    momentum_rate(model, false).linear.scale(model.constant(1.0) / model.total_mass())
+}
+
+/// Kinetic energy (4.36, corrected: ½ Σ (a + b)), J.
+pub fn kinetic_energy<'g>(model: &RobotModel<'g, '_>) -> Sym<'g> {
+    let twice =
+        model.inertias.iter().zip(velocities(model)).fold(model.constant(0.0), |sum, (body, (u, w))| {
+            let (linear, angular) = body.momentum(u, w);
+            sum + u.dot(linear) + w.dot(angular)
+        });
+    twice * 0.5
+}
+
+/// Potential energy (4.37), J; zero at the world's origin.
+pub fn potential_energy<'g>(model: &RobotModel<'g, '_>) -> Sym<'g> {
+    -model.gravity().dot(first_moment(model))
+}
+
+/// Force and moment about the world's origin that the ground has to provide for the motion.
+pub fn ground_wrench<'g>(model: &RobotModel<'g, '_>) -> Wrench<'g> {
+    momentum_rate(model, true)
+}
+
+/// Zero moment point on the plane z = 0 (4.42): x and y, m. Gravity along −z.
+///
+/// x = (M g x_com − σ̇_y) / (M g + ρ̇_z), y = (M g y_com + σ̇_x) / (M g + ρ̇_z), written with the ground's
+/// wrench.
+pub fn zero_moment_point<'g>(model: &RobotModel<'g, '_>) -> [Sym<'g>; 2] {
+    let wrench = ground_wrench(model);
+    let per_load = model.constant(1.0) / wrench.linear[2];
+    [-wrench.angular[1] * per_load, wrench.angular[0] * per_load]
+}

@@ -1,0 +1,5 @@
+//! Base parameters in exact arithmetic.
+mod arithmetic;
+mod field;
+mod fraction;
+mod random;

@@ -1,0 +1,60 @@
+//! Operation counts: a measure of work without noise.
+use super::{Instruction, Program};
+use std::fmt;
+
+/// How many of each operation a program does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Operations {
+    /// Additions and subtractions that are not fused.
+    pub additions: usize,
+    /// Products that are not fused.
+    pub multiplications: usize,
+    /// Fused multiply-adds.
+    pub fused: usize,
+    /// Quotients.
+    pub divisions: usize,
+    /// Square roots.
+    pub square_roots: usize,
+    /// Pairs of sine and cosine.
+    pub sin_cos: usize,
+}
+
+impl Operations {
+    /// Of a program. Negations cost nothing: they fold into the instructions around them.
+    pub fn of(program: &Program) -> Self {
+        let mut count = Self { sin_cos: program.angles.len(), ..Self::default() };
+        for instruction in &program.instructions {
+            match instruction {
+                Instruction::Add(..) | Instruction::Sub(..) => count.additions += 1,
+                Instruction::Mul(..) => count.multiplications += 1,
+                Instruction::Div(..) => count.divisions += 1,
+                Instruction::Sqrt(..) => count.square_roots += 1,
+                Instruction::Fused { .. } => count.fused += 1,
+                Instruction::Neg(..) => {}
+            }
+        }
+        count
+    }
+
+    /// Additions, multiplications, divisions and square roots; a fused operation is two.
+    pub fn total(&self) -> usize {
+        self.additions + self.multiplications + 2 * self.fused + self.divisions + self.square_roots
+    }
+}
+
+impl fmt::Display for Operations {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parts = [
+            (self.additions, "add"),
+            (self.multiplications, "mul"),
+            (self.fused, "fused"),
+            (self.divisions, "div"),
+            (self.square_roots, "sqrt"),
+            (self.sin_cos, "sin_cos"),
+        ];
+        write!(f, "{} operations:", self.total())?;
+        let listed: Vec<String> =
+            parts.iter().filter(|(n, _)| *n > 0).map(|(n, name)| format!(" {n} {name}")).collect();
+        f.write_str(&listed.join(","))
+    }
+}

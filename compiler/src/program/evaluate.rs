@@ -1,0 +1,243 @@
+//! Running a program in process, on any scalar: one state, or several in lanes.
+use super::{Instruction, Operand, Program};
+use bipedc_runtime::{Argument, Real, State};
+use std::collections::HashMap;
+
+#[derive(Debug, Clone, Copy)]
+enum Code {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Neg,
+    Sqrt,
+    /// a·b + c and its three signed forms
+    Fused,
+    FusedMinusProduct,
+    FusedMinusAddend,
+    FusedMinusBoth,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    code: Code,
+    to: u32,
+    a: u32,
+    b: u32,
+    c: u32,
+}
+
+/// A program with every operand resolved to a place in one workspace.
+#[derive(Debug, Clone)]
+pub struct Evaluator {
+    constants: Vec<f64>,
+    /// (place, argument, element)
+    inputs: Vec<(u32, Argument, u32)>,
+    angles: Vec<u32>,
+    first_sine: usize,
+    before_angles: Vec<Step>,
+    after_angles: Vec<Step>,
+    outputs: Vec<u32>,
+    workspace: usize,
+}
+
+/// Gives out places in the workspace and takes them back after the last use.
+struct Places {
+    of_value: Vec<u32>,
+    free: Vec<u32>,
+    next: u32,
+}
+
+impl Places {
+    fn take(&mut self) -> u32 {
+        self.free.pop().unwrap_or_else(|| {
+            self.next += 1;
+            self.next - 1
+        })
+    }
+}
+
+impl Evaluator {
+    /// Resolves the operands of `program`.
+    pub fn new(program: &Program) -> Self {
+        let mut layout = Layout::new(program);
+        let mut last_use = last_uses(program);
+        let mut places =
+            Places { of_value: vec![0; program.instructions.len()], free: Vec::new(), next: layout.size };
+        let mut steps = Vec::with_capacity(program.instructions.len());
+        for (index, instruction) in program.instructions.iter().enumerate() {
+            let at = |operand| layout.place(&places, operand);
+            let operands: Vec<u32> = instruction.operands().map(at).collect();
+            for operand in instruction.operands() {
+                if let Operand::Value(k) = operand
+                    && last_use[k as usize] == index
+                {
+                    places.free.push(places.of_value[k as usize]);
+                    // An operand may stand twice in one instruction; its place is free once.
+                    last_use[k as usize] = usize::MAX;
+                }
+            }
+            let to = places.take();
+            places.of_value[index] = to;
+            let operand = |k: usize| operands.get(k).copied().unwrap_or(0);
+            steps.push(Step { code: code(instruction), to, a: operand(0), b: operand(1), c: operand(2) });
+        }
+        let after_angles = steps.split_off(program.angles_ready);
+        Self {
+            angles: program.angles.iter().map(|&o| layout.place(&places, o)).collect(),
+            first_sine: layout.first_sine as usize,
+            before_angles: steps,
+            after_angles,
+            outputs: program.outputs.iter().map(|&o| layout.place(&places, o)).collect(),
+            workspace: places.next as usize,
+            constants: std::mem::take(&mut layout.constants),
+            inputs: layout.inputs,
+        }
+    }
+
+    /// A workspace for repeated calls.
+    pub fn workspace<R: Real>(&self) -> Vec<R> {
+        let mut workspace = vec![R::constant(0.0); self.workspace];
+        for (place, &value) in workspace.iter_mut().zip(&self.constants) {
+            *place = R::constant(value);
+        }
+        workspace
+    }
+
+    /// Number of outputs.
+    pub fn outputs(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// Runs the program. The slices of `state` must be as long as the model says, `output` as long as
+    /// [`Self::outputs`], and `workspace` from [`Self::workspace`].
+    pub fn run<R: Real>(&self, state: &State<'_, R>, workspace: &mut [R], output: &mut [R]) {
+        for &(place, argument, element) in &self.inputs {
+            workspace[place as usize] = state.get(argument)[element as usize];
+        }
+        run_steps(&self.before_angles, workspace);
+        for (k, &angle) in self.angles.iter().enumerate() {
+            let ([sine], [cosine]) = R::sin_cos_all([workspace[angle as usize]]);
+            workspace[self.first_sine + 2 * k] = sine;
+            workspace[self.first_sine + 2 * k + 1] = cosine;
+        }
+        run_steps(&self.after_angles, workspace);
+        for (out, &place) in output.iter_mut().zip(&self.outputs) {
+            *out = workspace[place as usize];
+        }
+    }
+}
+
+fn run_steps<R: Real>(steps: &[Step], w: &mut [R]) {
+    for step in steps {
+        let (a, b) = (w[step.a as usize], w[step.b as usize]);
+        w[step.to as usize] = match step.code {
+            Code::Add => a + b,
+            Code::Sub => a - b,
+            Code::Mul => a * b,
+            Code::Div => a / b,
+            Code::Neg => -a,
+            Code::Sqrt => a.sqrt(),
+            Code::Fused => R::fused(a, b, w[step.c as usize]),
+            Code::FusedMinusProduct => R::fused(-a, b, w[step.c as usize]),
+            Code::FusedMinusAddend => R::fused(a, b, -w[step.c as usize]),
+            Code::FusedMinusBoth => R::fused(-a, b, -w[step.c as usize]),
+        };
+    }
+}
+
+fn code(instruction: &Instruction) -> Code {
+    match instruction {
+        Instruction::Add(..) => Code::Add,
+        Instruction::Sub(..) => Code::Sub,
+        Instruction::Mul(..) => Code::Mul,
+        Instruction::Div(..) => Code::Div,
+        Instruction::Neg(_) => Code::Neg,
+        Instruction::Sqrt(_) => Code::Sqrt,
+        Instruction::Fused { minus_product, minus_addend, .. } => match (minus_product, minus_addend) {
+            (false, false) => Code::Fused,
+            (true, false) => Code::FusedMinusProduct,
+            (false, true) => Code::FusedMinusAddend,
+            (true, true) => Code::FusedMinusBoth,
+        },
+    }
+}
+
+/// The instruction that uses each value last; outputs and angles are never given up.
+fn last_uses(program: &Program) -> Vec<usize> {
+    let mut last = vec![usize::MAX; program.instructions.len()];
+    for (index, instruction) in program.instructions.iter().enumerate() {
+        for operand in instruction.operands() {
+            if let Operand::Value(k) = operand {
+                last[k as usize] = index;
+            }
+        }
+    }
+    for operand in program.outputs.iter().chain(&program.angles) {
+        if let Operand::Value(k) = operand {
+            last[*k as usize] = usize::MAX;
+        }
+    }
+    last
+}
+
+/// Places of everything that is not computed: constants first, then inputs, then sines and cosines.
+struct Layout {
+    constants: Vec<f64>,
+    constant_places: HashMap<u64, u32>,
+    inputs: Vec<(u32, Argument, u32)>,
+    input_places: HashMap<(Argument, u32), u32>,
+    first_sine: u32,
+    size: u32,
+}
+
+impl Layout {
+    fn new(program: &Program) -> Self {
+        let mut layout = Self {
+            constants: Vec::new(),
+            constant_places: HashMap::new(),
+            inputs: Vec::new(),
+            input_places: HashMap::new(),
+            first_sine: 0,
+            size: 0,
+        };
+        let operands: Vec<Operand> = program
+            .instructions
+            .iter()
+            .flat_map(Instruction::operands)
+            .chain(program.outputs.iter().copied())
+            .chain(program.angles.iter().copied())
+            .collect();
+        for operand in &operands {
+            if let Operand::Constant(x) = operand {
+                let next = layout.constants.len() as u32;
+                if *layout.constant_places.entry(x.to_bits()).or_insert(next) == next {
+                    layout.constants.push(*x);
+                }
+            }
+        }
+        layout.size = layout.constants.len() as u32;
+        for operand in &operands {
+            if let Operand::Input(argument, element) = *operand {
+                let next = layout.size;
+                if *layout.input_places.entry((argument, element)).or_insert(next) == next {
+                    layout.inputs.push((next, argument, element));
+                    layout.size += 1;
+                }
+            }
+        }
+        layout.first_sine = layout.size;
+        layout.size += 2 * program.angles.len() as u32;
+        layout
+    }
+
+    fn place(&self, places: &Places, operand: Operand) -> u32 {
+        match operand {
+            Operand::Constant(x) => self.constant_places[&x.to_bits()],
+            Operand::Input(argument, element) => self.input_places[&(argument, element)],
+            Operand::Sin(k) => self.first_sine + 2 * k,
+            Operand::Cos(k) => self.first_sine + 2 * k + 1,
+            Operand::Value(k) => places.of_value[k as usize],
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! From expressions to instructions: only what is needed, products fused into sums, in an order that keeps
+//! values short-lived.
+use super::{Instruction, Operand, Program};
+use crate::expression::{Expr, Graph, Node};
+use bipedc_runtime::{Argument, Arguments};
+use std::collections::HashMap;
+
+/// Lowers `outputs` into a program.
+pub fn lower(graph: &Graph, outputs: &[Expr]) -> Program {
+    let nodes = graph.nodes();
+    let uses = count_uses(&nodes, outputs);
+    let mut lowering = Lowering {
+        nodes: &nodes,
+        uses: &uses,
+        angle_of: HashMap::new(),
+        angles: Vec::new(),
+        instructions: Vec::new(),
+        value_of: HashMap::new(),
+        arguments: Vec::new(),
+    };
+    let angles = angle_nodes(&nodes, &uses);
+    for &angle in &angles {
+        let operand = lowering.value(Expr::positive(angle));
+        lowering.angle_of.insert(angle, lowering.angles.len() as u32);
+        lowering.angles.push(operand);
+    }
+    let angles_ready = lowering.instructions.len();
+    let outputs = outputs.iter().map(|&e| lowering.signed_value(e)).collect();
+    let arguments = Arguments::of(&lowering.arguments);
+    Program { angles: lowering.angles, angles_ready, instructions: lowering.instructions, outputs, arguments }
+}
+
+/// How often each reachable node is used as an operand or output.
+fn count_uses(nodes: &[Node], outputs: &[Expr]) -> Vec<u32> {
+    let mut uses = vec![0; nodes.len()];
+    for e in outputs {
+        uses[e.node()] += 1;
+    }
+    for index in (0..nodes.len()).rev() {
+        if uses[index] > 0 {
+            for operand in nodes[index].operands() {
+                uses[operand.node()] += 1;
+            }
+        }
+    }
+    uses
+}
+
+/// Nodes under a sine or cosine that is needed.
+fn angle_nodes(nodes: &[Node], uses: &[u32]) -> Vec<usize> {
+    let mut angles: Vec<usize> = (0..nodes.len())
+        .filter(|&i| uses[i] > 0)
+        .filter_map(|i| match nodes[i] {
+            Node::Sin(e) | Node::Cos(e) => Some(e.node()),
+            _ => None,
+        })
+        .collect();
+    angles.sort_unstable();
+    angles.dedup();
+    angles
+}
+
+struct Lowering<'a> {
+    nodes: &'a [Node],
+    uses: &'a [u32],
+    angle_of: HashMap<usize, u32>,
+    angles: Vec<Operand>,
+    instructions: Vec<Instruction>,
+    value_of: HashMap<usize, Operand>,
+    arguments: Vec<Argument>,
+}
+
+impl Lowering<'_> {
+    fn push(&mut self, instruction: Instruction) -> Operand {
+        self.instructions.push(instruction);
+        Operand::Value(self.instructions.len() as u32 - 1)
+    }
+
+    fn signed_value(&mut self, e: Expr) -> Operand {
+        match (self.value(e.abs()), e.is_negated()) {
+            (Operand::Constant(x), true) => Operand::Constant(-x),
+            (operand, true) => self.push(Instruction::Neg(operand)),
+            (operand, false) => operand,
+        }
+    }
+
+    /// The value of a positive edge; depth first with an explicit stack, since chains grow long.
+    fn value(&mut self, e: Expr) -> Operand {
+        let mut stack = vec![e.node()];
+        while let Some(&top) = stack.last() {
+            if self.value_of.contains_key(&top) {
+                stack.pop();
+                continue;
+            }
+            let missing: Vec<usize> =
+                self.needs(top).into_iter().filter(|n| !self.value_of.contains_key(n)).collect();
+            if missing.is_empty() {
+                let operand = self.emit(top);
+                self.value_of.insert(top, operand);
+                stack.pop();
+            } else {
+                // The last one pushed is computed first.
+                stack.extend(missing.into_iter().rev());
+            }
+        }
+        self.value_of[&e.node()]
+    }
+
+    /// A product that only this sum uses can be fused into it.
+    fn fusible(&self, e: Expr) -> Option<(Expr, Expr)> {
+        match self.nodes[e.node()] {
+            Node::Mul(a, b) if self.uses[e.node()] == 1 => Some((a, b)),
+            _ => None,
+        }
+    }
+
+    /// Nodes that must have values before `index` can be emitted.
+    fn needs(&self, index: usize) -> Vec<usize> {
+        match self.nodes[index] {
+            Node::Sin(_) | Node::Cos(_) => Vec::new(),
+            Node::Add(a, b) => match (self.fusible(a), self.fusible(b)) {
+                (_, Some((x, y))) => vec![a.node(), x.node(), y.node()],
+                (Some((x, y)), None) => vec![b.node(), x.node(), y.node()],
+                (None, None) => vec![a.node(), b.node()],
+            },
+            node => node.operands().map(Expr::node).collect(),
+        }
+    }
+
+    fn emit(&mut self, index: usize) -> Operand {
+        let value = |lowering: &Self, e: Expr| lowering.value_of[&e.node()];
+        match self.nodes[index] {
+            Node::Constant(x) => Operand::Constant(x),
+            Node::Input(input) => {
+                self.arguments.push(input.argument);
+                Operand::Input(input.argument, input.index)
+            }
+            Node::Sin(e) => Operand::Sin(self.angle_of[&e.node()]),
+            Node::Cos(e) => Operand::Cos(self.angle_of[&e.node()]),
+            Node::Mul(a, b) => self.push(Instruction::Mul(value(self, a), value(self, b))),
+            Node::Div(a, b) => self.push(Instruction::Div(value(self, a), value(self, b))),
+            Node::Sqrt(a) => {
+                let operand = self.signed_value(a);
+                self.push(Instruction::Sqrt(operand))
+            }
+            Node::Add(a, b) => self.emit_sum(a, b),
+        }
+    }
+
+    fn emit_sum(&mut self, a: Expr, b: Expr) -> Operand {
+        let value = |e: Expr| self.value_of[&e.node()];
+        let instruction = match (self.fusible(a), self.fusible(b)) {
+            (_, Some((x, y))) => Instruction::Fused {
+                a: value(x),
+                b: value(y),
+                c: value(a),
+                minus_product: b.is_negated(),
+                minus_addend: false,
+            },
+            (Some((x, y)), None) => Instruction::Fused {
+                a: value(x),
+                b: value(y),
+                c: value(b),
+                minus_product: false,
+                minus_addend: b.is_negated(),
+            },
+            (None, None) if b.is_negated() => Instruction::Sub(value(a), value(b)),
+            (None, None) => Instruction::Add(value(a), value(b)),
+        };
+        self.push(instruction)
+    }
+}

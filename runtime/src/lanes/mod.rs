@@ -1,0 +1,41 @@
+//! Several states side by side: types that hold 4, 8 or 16 numbers and compute like one.
+//!
+//! They are the registers of the target where it has registers of that width, and pairs of narrower ones
+//! elsewhere. The target is what the crate is compiled for: build with `-C target-cpu=native` (or
+//! `x86-64-v3`, `x86-64-v4`), because the default x86-64 target has neither wide registers nor fused
+//! multiply-add. Each lane has the same bits as the scalar type at equal target features.
+
+mod pair;
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+mod x86;
+
+pub use pair::Pair;
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+pub use x86::{F32x4, F64x2};
+
+/// Two `f64`.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
+pub type F64x2 = Pair<f64>;
+/// Four `f32`.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
+pub type F32x4 = Pair<Pair<f32>>;
+
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
+pub use x86::{F32x8, F64x4};
+
+/// Four `f64`.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+pub type F64x4 = Pair<F64x2>;
+/// Eight `f32`.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+pub type F32x8 = Pair<F32x4>;
+
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+pub use x86::{F32x16, F64x8};
+
+/// Eight `f64`.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx512f")))]
+pub type F64x8 = Pair<F64x4>;
+/// Sixteen `f32`.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx512f")))]
+pub type F32x16 = Pair<F32x8>;

@@ -1,0 +1,104 @@
+//! Arrays of angles in the widest lanes of the target.
+
+use super::kernel::{Kernel, any};
+
+/// Lane after lane: each is a full register, so they gain nothing from each other.
+#[inline(always)]
+pub(crate) fn each<V: Kernel, const N: usize>(angles: [V; N]) -> ([V; N], [V; N]) {
+    let (mut sines, mut cosines) = (angles, angles);
+    for (sine, cosine) in sines.iter_mut().zip(&mut cosines) {
+        (*sine, *cosine) = any(*sine);
+    }
+    (sines, cosines)
+}
+
+/// Scalars packed into lanes: blocks of the wide type, then what is left, padded.
+///
+/// Each block has its own branch to the slow path: one for all would pass the array on by reference, and
+/// keep it in memory where the fast path wants it in registers.
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+macro_rules! packed {
+    ($name:ident, $scalar:ident, $narrow:ident $half:literal, $wide:ident $full:literal) => {
+        /// Angles packed into lanes, the same bits as one by one.
+        #[inline]
+        pub(crate) fn $name<const N: usize>(angles: [$scalar; N]) -> ([$scalar; N], [$scalar; N]) {
+            use crate::lanes::{$narrow, $wide};
+            let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
+            let (blocks, rest) = angles.as_chunks::<$full>();
+            let (sine_blocks, sine_rest) = sines.as_chunks_mut::<$full>();
+            let (cosine_blocks, cosine_rest) = cosines.as_chunks_mut::<$full>();
+            for ((x, sine), cosine) in blocks.iter().zip(sine_blocks).zip(cosine_blocks) {
+                let (s, c) = any($wide::from_array(*x));
+                (*sine, *cosine) = (s.to_array(), c.to_array());
+            }
+            // Which of these runs is known at compile time.
+            if N % $full > $half {
+                let (s, c) = any($wide::from_array(padded(rest)));
+                unpad(&s.to_array(), sine_rest);
+                unpad(&c.to_array(), cosine_rest);
+            } else if N % $full > 1 {
+                let (s, c) = any($narrow::from_array(padded(rest)));
+                unpad(&s.to_array(), sine_rest);
+                unpad(&c.to_array(), cosine_rest);
+            } else if let ([x], [sine], [cosine]) = (rest, sine_rest, cosine_rest) {
+                (*sine, *cosine) = any(*x);
+            }
+            (sines, cosines)
+        }
+    };
+}
+
+/// The first elements from a slice, zeros after them.
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+#[inline(always)]
+fn padded<T: Copy + Default, const N: usize>(values: &[T]) -> [T; N] {
+    let mut block = [T::default(); N];
+    for (to, from) in block.iter_mut().zip(values) {
+        *to = *from;
+    }
+    block
+}
+
+/// As many elements as the slice takes.
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+#[inline(always)]
+fn unpad<T: Copy, const N: usize>(block: &[T; N], values: &mut [T]) {
+    for (to, from) in values.iter_mut().zip(block) {
+        *to = *from;
+    }
+}
+
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+packed!(all_f64, f64, F64x4 4, F64x8 8);
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+packed!(all_f32, f32, F32x8 8, F32x16 16);
+
+/// Scalars in a loop that the compiler can vectorise, with one branch for all of them.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
+mod looped {
+    use super::{Kernel, each};
+    use crate::math::kernel::common;
+
+    /// Any angles.
+    #[cold]
+    #[inline(never)]
+    fn slow<V: Kernel, const N: usize>(angles: &[V; N]) -> ([V; N], [V; N]) {
+        each(*angles)
+    }
+
+    /// The same bits as one by one.
+    #[inline]
+    pub(crate) fn all<V: Kernel, const N: usize>(angles: [V; N]) -> ([V; N], [V; N]) {
+        // No short circuit: the comparisons merge into one branch.
+        if !angles.iter().fold(true, |all, x| all & x.within()) {
+            return slow(&angles);
+        }
+        let (mut sines, mut cosines) = (angles, angles);
+        for (sine, cosine) in sines.iter_mut().zip(&mut cosines) {
+            (*sine, *cosine) = common(*sine);
+        }
+        (sines, cosines)
+    }
+}
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
+pub(crate) use looped::{all as all_f64, all as all_f32};
