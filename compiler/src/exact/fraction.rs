@@ -1,6 +1,6 @@
 //! Exact fractions: reading them from the numbers of a description and recovering them from residues.
 use num_bigint::{BigInt, Sign};
-use num_integer::{Integer, Roots};
+use num_integer::Integer;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 /// A reduced fraction with positive denominator.
@@ -42,11 +42,11 @@ impl Fraction {
         decimal(value).unwrap_or_else(|| simplest_near(value))
     }
 
-    /// From a residue: the only fraction `n/d ≡ residue (mod modulus)` with `n, d` below 2⁻¹⁰ `√modulus`, if any.
+    /// From a residue: the only fraction `n/d ≡ residue (mod modulus)` with `2 n², 2 d² ≤ modulus`, if any.
     ///
-    /// The margin of 2²⁰ makes a chance hit unlikely; what decides is the check with another prime.
+    /// Half of all residues have one by chance; what decides is the check with another prime.
     pub fn from_residue(residue: &BigInt, modulus: &BigInt) -> Option<Self> {
-        let bound = modulus.sqrt() >> 10;
+        let bound = (modulus >> 1_u32).sqrt();
         let (mut r, mut next_r) = (modulus.clone(), residue.mod_floor(modulus));
         let (mut t, mut next_t) = (BigInt::zero(), BigInt::one());
         while next_r > bound {
@@ -101,14 +101,19 @@ fn decimal(value: f64) -> Option<Fraction> {
     let digits: BigInt = digits.replace('.', "").parse().ok()?;
     let exponent = exponent.parse::<i32>().ok()? - 11;
     let scale = BigInt::from(10).pow(exponent.unsigned_abs());
-    Some(if exponent < 0 { Fraction::new(digits, scale) } else { Fraction::new(digits * scale, BigInt::one()) })
+    Some(if exponent < 0 {
+        Fraction::new(digits, scale)
+    } else {
+        Fraction::new(digits * scale, BigInt::one())
+    })
 }
 
 /// The fraction with the smallest denominator within 4 ulp.
 fn simplest_near(value: f64) -> Fraction {
     let bits = value.to_bits();
     let exponent = (bits >> 52) as i32;
-    let mantissa = if exponent == 0 { (bits & ((1 << 52) - 1)) << 1 } else { bits & ((1 << 52) - 1) | 1 << 52 };
+    let mantissa =
+        if exponent == 0 { (bits & ((1 << 52) - 1)) << 1 } else { bits & ((1 << 52) - 1) | 1 << 52 };
     let shift = exponent - 1075;
     let scale = BigInt::one() << shift.unsigned_abs();
     let at = |m: u64| {
@@ -168,7 +173,8 @@ mod tests {
     fn residues_give_fractions_back() {
         let (p, q) = (2_305_843_009_213_693_951_u64, 4_611_686_018_427_387_847_u64);
         let modulus = BigInt::from(p) * q;
-        let wanted = Fraction::new(BigInt::from(-123_456_789_012_345_i64), BigInt::from(98_765_432_100_001_i64));
+        let wanted =
+            Fraction::new(BigInt::from(-123_456_789_012_345_i64), BigInt::from(98_765_432_100_001_i64));
         let inverse = |d: u64, p: u64| BigInt::from(d).modpow(&BigInt::from(p - 2), &BigInt::from(p));
         let residue = |p: u64| {
             let (n, d) = wanted.modulo(p);
