@@ -15,6 +15,15 @@ pub struct Motions {
     pub gravity: bool,
 }
 
+impl Motions {
+    /// Everything.
+    pub const ALL: Self = Self { velocity: true, acceleration: true, gravity: true };
+    /// Velocity and gravity: the bias.
+    pub const NO_ACCELERATION: Self = Self { acceleration: false, ..Self::ALL };
+    /// Gravity alone.
+    pub const AT_REST: Self = Self { velocity: false, ..Self::NO_ACCELERATION };
+}
+
 /// Motion of one body, in its own axes.
 #[derive(Debug, Clone, Copy)]
 pub struct BodyMotion<'g> {

@@ -1,0 +1,160 @@
+//! Each function of the catalogue in terms of the derivations.
+use super::Context;
+use super::quantity::Quantity;
+use crate::derive::frames::{frame_pose, jacobian as frame_jacobian, world_poses};
+use crate::derive::newton_euler::generalised_forces;
+use crate::derive::solve::Factor;
+use crate::derive::{Motions, composite, frames, momentum as whole};
+use crate::expression::{Sym, separate};
+use crate::tree::{Frame, Tree};
+use bipedc_runtime::Argument;
+
+/// Units of generalised forces, by row.
+fn force_units(tree: &Tree) -> Vec<String> {
+    (0..tree.nv).map(|r| if tree.row_is_linear(r) { "N" } else { "N m" }.to_owned()).collect()
+}
+/// Units of generalised accelerations, by row.
+fn acceleration_units(tree: &Tree) -> Vec<String> {
+    (0..tree.nv).map(|r| if tree.row_is_linear(r) { "m/s²" } else { "rad/s²" }.to_owned()).collect()
+}
+
+fn forces<'g>(tree: &Tree, values: Vec<Sym<'g>>) -> Quantity<'g> {
+    Quantity::named(tree.row_names(), force_units(tree), values)
+}
+
+pub fn inverse_dynamics<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    forces(c.folded.tree, generalised_forces(&c.folded, Motions::ALL, false))
+}
+pub fn inverse_dynamics_with_forces<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    forces(c.folded.tree, generalised_forces(&c.folded, Motions::ALL, true))
+}
+pub fn bias<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    forces(c.folded.tree, generalised_forces(&c.folded, Motions::NO_ACCELERATION, false))
+}
+pub fn gravity<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    forces(c.folded.tree, generalised_forces(&c.folded, Motions::AT_REST, false))
+}
+
+fn accelerations<'g>(c: &Context<'g, '_>, external: bool) -> Quantity<'g> {
+    let model = &c.folded;
+    let bias = generalised_forces(model, Motions::NO_ACCELERATION, external);
+    let net: Vec<Sym<'g>> =
+        bias.iter().enumerate().map(|(i, &h)| model.input(Argument::Tau, i) - h).collect();
+    let factor = Factor::new(model, &composite::mass_matrix(model));
+    Quantity::named(model.tree.row_names(), acceleration_units(model.tree), factor.solve(&net))
+}
+pub fn forward_dynamics<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    accelerations(c, false)
+}
+pub fn forward_dynamics_with_forces<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    accelerations(c, true)
+}
+
+fn square<'g>(tree: &Tree, d: Vec<Vec<Sym<'g>>>) -> Quantity<'g> {
+    let units =
+        (0..tree.nv).map(|r| if tree.row_is_linear(r) { "kg, kg m" } else { "kg m, kg m²" }.to_owned());
+    let columns = (0..tree.nv).map(|c| d.iter().map(|row| row[c]).collect()).collect();
+    Quantity::matrix(tree.row_names(), units.collect(), tree.row_names(), columns)
+}
+pub fn mass_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    square(c.folded.tree, composite::mass_matrix(&c.folded))
+}
+pub fn mass_matrix_upper<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let mut d = composite::mass_matrix(&c.folded);
+    for (r, row) in d.iter_mut().enumerate() {
+        row[..r].fill(c.folded.constant(0.0));
+    }
+    square(c.folded.tree, d)
+}
+
+pub fn kinetic_energy<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    Quantity::scalar("kinetic_energy", "J", whole::kinetic_energy(&c.folded))
+}
+pub fn potential_energy<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    Quantity::scalar("potential_energy", "J", whole::potential_energy(&c.folded))
+}
+pub fn center_of_mass<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    Quantity::xyz("m", whole::center_of_mass(&c.folded))
+}
+pub fn center_of_mass_velocity<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    Quantity::xyz("m/s", whole::center_of_mass_velocity(&c.folded))
+}
+pub fn center_of_mass_acceleration<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    Quantity::xyz("m/s²", whole::center_of_mass_acceleration(&c.folded))
+}
+pub fn center_of_mass_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let columns = whole::center_of_mass_jacobian(&c.folded).into_iter().map(|v| v.0.to_vec()).collect();
+    let rows = ["x", "y", "z"].map(str::to_owned).to_vec();
+    Quantity::matrix(rows, vec!["m".to_owned(); 3], c.folded.tree.row_names(), columns)
+}
+
+const MOMENTUM: [&str; 2] = ["kg m/s", "kg m²/s"];
+pub fn momentum<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let w = whole::momentum(&c.folded);
+    Quantity::pair(MOMENTUM, w.linear, w.angular)
+}
+pub fn momentum_rate<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let w = whole::momentum_rate(&c.folded, false);
+    Quantity::pair(["N", "N m"], w.linear, w.angular)
+}
+pub fn centroidal_momentum<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let w = whole::about_center_of_mass(&c.folded, whole::momentum(&c.folded));
+    Quantity::pair(MOMENTUM, w.linear, w.angular)
+}
+pub fn centroidal_momentum_rate<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let w = whole::about_center_of_mass(&c.folded, whole::momentum_rate(&c.folded, false));
+    Quantity::pair(["N", "N m"], w.linear, w.angular)
+}
+pub fn zero_moment_point<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    Quantity::vector(&["x", "y"], "m", whole::zero_moment_point(&c.folded).to_vec())
+}
+
+/// Names of the ten standard parameters of every body.
+pub fn parameter_names(tree: &Tree) -> Vec<String> {
+    const TEN: [&str; 10] = ["m", "m*cx", "m*cy", "m*cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
+    tree.bodies.iter().flat_map(|body| TEN.iter().map(move |p| format!("{}.{p}", body.name))).collect()
+}
+
+pub fn inverse_dynamics_regressor<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let model = &c.symbolic;
+    let tau = generalised_forces(model, Motions::ALL, false);
+    let outputs: Vec<_> = tau.iter().map(|x| x.expr).collect();
+    let forms =
+        separate(model.graph, &outputs).expect("inverse dynamics is linear in barycentric parameters");
+    let zero = model.constant(0.0);
+    let names = parameter_names(model.tree);
+    let columns = (0..names.len() as u32)
+        .map(|k| {
+            forms
+                .iter()
+                .map(|form| form.coefficients.get(&k).map_or(zero, |&e| Sym::new(model.graph, e)))
+                .collect()
+        })
+        .collect();
+    Quantity::matrix(model.tree.row_names(), force_units(model.tree), names, columns)
+}
+
+pub fn position<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
+    Quantity::xyz("m", frame_pose(&c.folded, &world_poses(&c.folded), frame).position)
+}
+pub fn rotation<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
+    let r = frame_pose(&c.folded, &world_poses(&c.folded), frame).rotation;
+    let axes = ["x", "y", "z"].map(str::to_owned).to_vec();
+    let columns = (0..3).map(|k| r.column(k).0.to_vec()).collect();
+    Quantity::matrix(axes.clone(), vec!["1".to_owned(); 3], axes, columns)
+}
+pub fn jacobian<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
+    let poses = world_poses(&c.folded);
+    let position = frame_pose(&c.folded, &poses, frame).position;
+    let columns = frame_jacobian(&c.folded, &poses, frame.body, position);
+    let columns = columns.into_iter().map(|(v, w)| v.0.into_iter().chain(w.0).collect()).collect();
+    let zero = c.folded.zero3();
+    let names = Quantity::pair(["m, 1", "1"], zero, zero);
+    Quantity::matrix(names.row_names, names.row_units, c.folded.tree.row_names(), columns)
+}
+pub fn jacobian_rate_times_velocity<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
+    let six = frames::jacobian_rate_times_velocity(&c.folded, &world_poses(&c.folded), frame);
+    let zero = c.folded.zero3();
+    let names = Quantity::pair(["m/s²", "rad/s²"], zero, zero);
+    Quantity::named(names.row_names, names.row_units, six.to_vec())
+}

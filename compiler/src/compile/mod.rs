@@ -1,0 +1,189 @@
+//! The pipeline: from a tree and a wish list to optimised programs.
+mod catalogue;
+mod families;
+mod quantity;
+
+pub use catalogue::{Entry, Scope, catalogue, entry};
+pub use quantity::Quantity;
+
+use crate::derive::{InertiaMode, RobotModel};
+use crate::description::model::RobotDescription;
+use crate::expression::{Expr, Graph};
+use crate::program::{Operations, Program, lower};
+use crate::tree::Tree;
+use bipedc_runtime::Argument;
+use bipedc_runtime::diagnostic::Diagnostic;
+
+/// A derived function, ready to be emitted or run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Function {
+    /// Identifier, such as `position_of_left_foot`.
+    pub name: String,
+    /// The catalogue entry it belongs to.
+    pub family: &'static str,
+    /// The link, contact point or phase it is about.
+    pub subject: Option<String>,
+    /// What it is, for doc comments.
+    pub summary: &'static str,
+    /// Source equation.
+    pub source: &'static str,
+    /// Names of the rows.
+    pub rows: Vec<String>,
+    /// Names of the columns; one for a vector.
+    pub columns: Vec<String>,
+    /// Unit of each row (of its first column's kind for matrices).
+    pub row_units: Vec<String>,
+    /// What it computes.
+    pub program: Program,
+    /// How much work that is.
+    pub operations: Operations,
+}
+
+/// A robot with its functions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CompiledModel {
+    /// Name of the robot.
+    pub name: String,
+    /// The tree it was derived from.
+    pub tree: Tree,
+    /// In the order of the catalogue.
+    pub functions: Vec<Function>,
+}
+
+impl CompiledModel {
+    /// Length of an argument.
+    pub fn argument_length(&self, argument: Argument) -> usize {
+        argument_length(&self.tree, argument)
+    }
+}
+
+/// Length of an argument of a robot.
+pub fn argument_length(tree: &Tree, argument: Argument) -> usize {
+    match argument {
+        Argument::Q => tree.nq,
+        Argument::V | Argument::A | Argument::Tau => tree.nv,
+        Argument::Forces => 3 * tree.points.len(),
+        Argument::Parameters => 10 * tree.bodies.len(),
+        Argument::MotorQ | Argument::MotorV | Argument::MotorA => tree.joints.len(),
+    }
+}
+
+/// Everything a derivation may ask for.
+pub struct Context<'g, 't> {
+    /// The description the tree came from.
+    pub description: &'t RobotDescription,
+    /// Inertias as regrouped constants.
+    pub folded: RobotModel<'g, 't>,
+    /// Inertias as run-time parameters.
+    pub symbolic: RobotModel<'g, 't>,
+}
+
+impl<'g, 't> Context<'g, 't> {
+    /// Prepares derivations on `graph`.
+    pub fn new(graph: &'g Graph, description: &'t RobotDescription, tree: &'t Tree) -> Self {
+        Self {
+            description,
+            folded: RobotModel::new(graph, tree, InertiaMode::Folded),
+            symbolic: RobotModel::new(graph, tree, InertiaMode::Symbolic),
+        }
+    }
+}
+
+/// One function to compile: a catalogue entry and, where it needs one, its subject.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wish {
+    /// Name of the catalogue entry.
+    pub family: String,
+    /// Link, contact point or phase.
+    pub subject: Option<String>,
+}
+
+/// Derives and lowers the wished functions.
+///
+/// # Errors
+/// Unknown functions and subjects.
+pub fn compile(
+    description: &RobotDescription,
+    tree: &Tree,
+    wishes: &[Wish],
+) -> Result<CompiledModel, Diagnostic> {
+    let functions = wishes
+        .iter()
+        .map(|wish| {
+            // A graph of its own keeps the order of derivation, which is also a good order of execution.
+            let graph = Graph::new();
+            let context = Context::new(&graph, description, tree);
+            let entry = entry(&wish.family)?;
+            let quantity = entry.derive(&context, wish.subject.as_deref())?;
+            Ok(finish(&graph, entry, wish.subject.clone(), quantity))
+        })
+        .collect::<Result<Vec<_>, Diagnostic>>()?;
+    Ok(CompiledModel { name: description.name.clone(), tree: tree.clone(), functions })
+}
+
+fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quantity<'_>) -> Function {
+    let outputs: Vec<Expr> = quantity.columns.iter().flatten().map(|x| x.expr).collect();
+    let program = lower(graph, &outputs, entry.order);
+    let name = match &subject {
+        Some(subject) => format!("{}_of_{}", entry.name, identifier(subject)),
+        None => entry.name.to_owned(),
+    };
+    Function {
+        name,
+        family: entry.name,
+        subject,
+        summary: entry.summary,
+        source: entry.source,
+        rows: quantity.row_names,
+        columns: quantity.column_names,
+        row_units: quantity.row_units,
+        operations: Operations::of(&program),
+        program,
+    }
+}
+
+/// A Rust identifier for a link, contact point or joint name.
+pub fn identifier(name: &str) -> String {
+    let mut out = String::new();
+    for c in name.chars() {
+        let c = if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
+        if c != '_' || !out.ends_with('_') {
+            out.push(c);
+        }
+    }
+    if out.is_empty() || out.starts_with(|c: char| c.is_ascii_digit()) {
+        out.insert(0, '_');
+    }
+    out
+}
+
+/// Everything that `biped.toml` asks for; by default all functions, those of frames for the feet, their
+/// contact points and the root.
+pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, Diagnostic> {
+    let asked = &description.generate.functions;
+    for name in asked {
+        entry(name)?;
+    }
+    let mut out = Vec::new();
+    for entry in catalogue() {
+        if !asked.is_empty() && !asked.iter().any(|name| name == entry.name) {
+            continue;
+        }
+        let wish = |subject| Wish { family: entry.name.to_owned(), subject };
+        match entry.scope {
+            Scope::Robot => out.push(wish(None)),
+            Scope::Frame => out.extend(default_frames(description, tree).into_iter().map(|f| wish(Some(f)))),
+            Scope::Contacts if !tree.points.is_empty() => out.push(wish(None)),
+            Scope::Contacts => {}
+        }
+    }
+    Ok(out)
+}
+
+fn default_frames(description: &RobotDescription, tree: &Tree) -> Vec<String> {
+    let mut frames: Vec<String> = description.feet.iter().map(|foot| foot.link.clone()).collect();
+    frames.sort_unstable();
+    frames.dedup();
+    frames.extend(tree.points.iter().map(|point| point.name.clone()));
+    frames
+}
