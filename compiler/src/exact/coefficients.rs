@@ -60,11 +60,25 @@ fn reduce(
     while idle < IDLE_STATES {
         let rank = echelon.rank();
         for row in regressor.random_rows(&evaluator, space, &mut random)? {
-            echelon.insert(row);
+            echelon.insert(regressor.preference.iter().map(|&column| row[column]).collect());
         }
         idle = if echelon.rank() == rank { idle + 1 } else { 0 };
     }
-    Ok(echelon.reduced())
+    Ok(in_column_order(echelon.reduced(), &regressor.preference))
+}
+
+/// Undoes the reordering by preference.
+fn in_column_order(reduced: Reduced, preference: &[usize]) -> Reduced {
+    let restore = |(pivot, row): (usize, Vec<u64>)| {
+        let mut restored = vec![0; row.len()];
+        for (&column, value) in preference.iter().zip(row) {
+            restored[column] = value;
+        }
+        (preference[pivot], restored)
+    };
+    let mut out: Reduced = reduced.into_iter().map(restore).collect();
+    out.sort_by_key(|(pivot, _)| *pivot);
+    out
 }
 
 /// One entry on the way to its fraction.

@@ -79,8 +79,7 @@ impl ParameterList {
         }
     }
 
-    /// The columns for a tree, from the root outwards: the order in which parameters are preferred as
-    /// representatives of their group, so that what moves rigidly with the parent is grouped into the parent.
+    /// The columns for a tree, from the root outwards.
     pub fn columns(self, tree: &Tree) -> Vec<Column> {
         let real = tree.bodies.iter().enumerate().filter(|(_, body)| !body.is_virtual);
         real.flat_map(|(index, body)| {
@@ -92,6 +91,19 @@ impl ParameterList {
             })
         })
         .collect()
+    }
+
+    /// The columns in the order in which they are preferred as representatives of their group.
+    ///
+    /// Bodies near the root come first: what moves rigidly with the parent is grouped into the parent. Within
+    /// a body moments of inertia come before first moments, these before the mass: so factors are lengths and
+    /// their squares, not their inverses.
+    pub fn preference(self, tree: &Tree) -> Vec<usize> {
+        let columns = self.columns(tree);
+        let moment = |column: &Column| column.parts[0].0.min(4).div_ceil(3);
+        let mut order: Vec<usize> = (0..columns.len()).collect();
+        order.sort_by_key(|&c| (columns[c].body, std::cmp::Reverse(moment(&columns[c])), c));
+        order
     }
 
     /// The parameters of the description, in the order of [`Self::columns`].

@@ -16,6 +16,8 @@ pub struct Regressor<'g> {
     graph: &'g Graph,
     /// Its columns.
     pub columns: Vec<Column>,
+    /// The columns in the order in which they are preferred as representatives of their group.
+    pub preference: Vec<usize>,
     /// By row: index of the standard parameter and of its coefficient among the outputs.
     rows: Vec<BTreeMap<u32, usize>>,
     outputs: Vec<Expr>,
@@ -42,7 +44,8 @@ impl<'g> Regressor<'g> {
             outputs.extend(form.coefficients.values());
             indexed.push(form.coefficients.keys().enumerate().map(|(i, &k)| (k, first + i)).collect());
         }
-        Ok(Self { graph, columns: list.columns(space.tree), rows: indexed, outputs })
+        let (columns, preference) = (list.columns(space.tree), list.preference(space.tree));
+        Ok(Self { graph, columns, preference, rows: indexed, outputs })
     }
 
     /// Prepares evaluation in one arithmetic.
