@@ -26,6 +26,10 @@ pub enum ParameterList {
 pub struct Column {
     /// `body.m`, `body.m*cx`, `body.Ixx`; in the list of 16 `body.Ixx_com`, `body.m*cx*cy`.
     pub name: String,
+    /// Name of the body: that of its main link.
+    pub link: String,
+    /// The name without the body: `m`, `m*cx`, `Ixx`, …
+    pub parameter: &'static str,
     /// `kg`, `kg m` or `kg m²`.
     pub unit: &'static str,
     /// Index of the body in the tree.
@@ -85,6 +89,8 @@ impl ParameterList {
         real.flat_map(|(index, body)| {
             self.parts().into_iter().map(move |(name, unit, parts)| Column {
                 name: format!("{}.{name}", body.name),
+                link: body.name.clone(),
+                parameter: name,
                 unit,
                 body: index,
                 parts,

@@ -1,6 +1,7 @@
 //! Base parameters as people and programs read them.
 use super::coefficients::{Coefficient, Group};
 use super::columns::Column;
+use super::fraction::Fraction;
 use serde::Serialize;
 
 /// Which combinations of inertial parameters a model depends on (thesis 5.2.2).
@@ -27,7 +28,7 @@ pub struct BaseParameter {
     pub leading: usize,
     /// All terms, the leading one first.
     pub combination: Vec<Term>,
-    /// Such as `torso.m*cx + 0.0764 left_hip.m`; `~` marks a rounded coefficient.
+    /// Such as `torso.m*cx + 0.0764 (left_hip + left_knee).m`; `~` marks a rounded coefficient.
     pub text: String,
     /// `kg`, `kg m` or `kg m²`.
     pub unit: &'static str,
@@ -92,38 +93,61 @@ impl BaseParameters {
 }
 
 fn parameter(columns: &[Column], group: &Group, values: &[f64]) -> BaseParameter {
-    let leading = Coefficient::Exact(super::fraction::Fraction::read(1.0));
-    let all = std::iter::once((group.leading, &leading)).chain(group.others.iter().map(|(c, x)| (*c, x)));
-    let mut combination = Vec::new();
-    let mut text = String::new();
-    for (column, factor) in all {
-        let name = columns[column].name.clone();
-        text.push_str(&term_text(factor, &name, text.is_empty()));
-        let (coefficient, exact) = match factor {
+    let term = |column: usize, coefficient: &Coefficient| {
+        let (coefficient, exact) = match coefficient {
             Coefficient::Exact(fraction) => (fraction.to_f64(), Some(fraction.to_string())),
             Coefficient::Rounded(value) => (*value, None),
         };
-        combination.push(Term { column, name, coefficient, exact });
-    }
+        Term { column, name: columns[column].name.clone(), coefficient, exact }
+    };
+    let mut combination = vec![term(group.leading, &Coefficient::Exact(Fraction::read(1.0)))];
+    combination.extend(group.others.iter().map(|(column, coefficient)| term(*column, coefficient)));
     let value = combination.iter().map(|term| term.coefficient * values[term.column]).sum();
+    let text = sum_text(columns, &combination);
     BaseParameter { leading: group.leading, combination, text, unit: columns[group.leading].unit, value }
 }
 
-fn term_text(factor: &Coefficient, name: &str, first: bool) -> String {
-    let (value, mark) = match factor {
-        Coefficient::Exact(fraction) => (fraction.to_f64(), ""),
-        Coefficient::Rounded(value) => (*value, "~"),
-    };
-    let sign = match (first, value < 0.0) {
-        (true, true) => "-",
-        (true, false) => "",
-        (false, true) => " - ",
-        (false, false) => " + ",
-    };
-    if value.abs() == 1.0 && mark.is_empty() {
-        return format!("{sign}{name}");
+/// The sum in words; the same parameter of several links with one factor is written once.
+fn sum_text(columns: &[Column], combination: &[Term]) -> String {
+    let mut text = combination.first().map_or(String::new(), |leading| leading.name.clone());
+    let mut bundles: Vec<Vec<&Term>> = Vec::new();
+    for term in combination.iter().skip(1) {
+        // Lengths in oddly turned frames are rounded before the analysis and leave 1e-16 behind; that stays
+        // in the combination and is not worth reading.
+        if term.exact.is_none() && term.coefficient.abs() < 1e-12 {
+            continue;
+        }
+        let alike = |other: &Term| {
+            (other.coefficient < 0.0) == (term.coefficient < 0.0)
+                && factor_text(other) == factor_text(term)
+                && columns[other.column].parameter == columns[term.column].parameter
+        };
+        match bundles.iter_mut().find(|bundle| alike(bundle[0])) {
+            Some(bundle) => bundle.push(term),
+            None => bundles.push(vec![term]),
+        }
     }
-    format!("{sign}{mark}{} {name}", decimal(value.abs()))
+    for bundle in bundles {
+        text.push_str(if bundle[0].coefficient < 0.0 { " - " } else { " + " });
+        text.push_str(&factor_text(bundle[0]));
+        if let [term] = bundle[..] {
+            text.push_str(&term.name);
+            continue;
+        }
+        let links: Vec<&str> = bundle.iter().map(|term| columns[term.column].link.as_str()).collect();
+        text.push_str(&format!("({}).{}", links.join(" + "), columns[bundle[0].column].parameter));
+    }
+    text
+}
+
+/// The size of the factor and a blank; nothing for 1.
+fn factor_text(term: &Term) -> String {
+    let size = term.coefficient.abs();
+    match &term.exact {
+        Some(_) if size == 1.0 => String::new(),
+        Some(_) => format!("{} ", decimal(size)),
+        None => format!("~{} ", decimal(size)),
+    }
 }
 
 /// At most ten significant digits, no trailing zeros.
@@ -159,10 +183,17 @@ mod tests {
 
     #[test]
     fn factors_read_well() {
-        let exact = |x| Coefficient::Exact(super::super::fraction::Fraction::read(x));
-        assert_eq!(term_text(&exact(-0.0764), "torso.m", false), " - 0.0764 torso.m");
-        assert_eq!(term_text(&exact(-1.0), "torso.m", true), "-torso.m");
-        assert_eq!(term_text(&Coefficient::Rounded(1.0 / 3.0), "a.m", false), " + ~0.3333333333 a.m");
+        let text = |coefficient, exact: Option<&str>| {
+            factor_text(&Term {
+                column: 0,
+                name: String::new(),
+                coefficient,
+                exact: exact.map(str::to_owned),
+            })
+        };
+        assert_eq!(text(-0.0764, Some("-191/2500")), "0.0764 ");
+        assert_eq!(text(-1.0, Some("-1")), "");
+        assert_eq!(text(1.0 / 3.0, None), "~0.3333333333 ");
         assert_eq!(decimal(1.234_567_890_123e-9), "1.23456789e-9");
     }
 }

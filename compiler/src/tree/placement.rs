@@ -151,7 +151,7 @@ impl Placement {
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.inverse();
         let turned = matrix_vector(&rotation.matrix(), self.translation);
-        Self { rotation, translation: turned.map(|x| -x) }
+        Self { rotation, translation: turned.map(|x| clean(-x)) }
     }
 }
 
