@@ -1,5 +1,7 @@
 //! Each function of the catalogue in terms of the derivations.
 use super::Context;
+pub mod contacts;
+
 use super::quantity::Quantity;
 use crate::derive::frames::{frame_pose, jacobian as frame_jacobian, world_poses};
 use crate::derive::newton_euler::generalised_forces;
