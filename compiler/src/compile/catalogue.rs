@@ -305,6 +305,13 @@ const CATALOGUE: &[Entry] = &[
         families::center_of_mass_jacobian,
     ),
     Entry::robot(
+        "center_of_mass_with_jacobian",
+        "(4.35)",
+        "Centre of mass (first column) and its Jacobian with respect to `v`, together, world axes.",
+        families::center_of_mass_with_jacobian,
+    )
+    .on_demand(),
+    Entry::robot(
         "center_of_mass_velocity",
         "(4.35)",
         "Velocity of the centre of mass, world axes.",

@@ -100,6 +100,13 @@ pub fn center_of_mass_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     Quantity::matrix(rows, vec!["m".to_owned(); 3], c.folded.tree.row_names(), columns)
 }
 
+pub fn center_of_mass_with_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let mut both = center_of_mass_jacobian(c);
+    both.columns.insert(0, whole::center_of_mass(&c.folded).0.to_vec());
+    both.column_names.insert(0, "position".to_owned());
+    both
+}
+
 const MOMENTUM: [&str; 2] = ["kg m/s", "kg m²/s"];
 pub fn momentum<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::momentum(&c.folded);
