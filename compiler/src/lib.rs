@@ -6,6 +6,10 @@
 pub mod compile;
 pub mod derive;
 pub mod description;
+pub mod emit;
 pub mod expression;
 pub mod program;
+pub mod robot;
 pub mod tree;
+
+pub use robot::Robot;

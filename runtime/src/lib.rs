@@ -13,3 +13,5 @@ pub mod diagnostic;
 
 pub use model::{Argument, Arguments, CallError, Model, Signature, State};
 pub use real::Real;
+
+pub use nalgebra;

@@ -163,3 +163,31 @@ pub trait Model<R> {
         None
     }
 }
+
+/// One argument as an array; used by generated code.
+///
+/// # Errors
+/// The slice has another length.
+#[inline]
+pub fn argument<'a, R, const N: usize>(
+    state: &State<'a, R>,
+    argument: Argument,
+) -> Result<&'a [R; N], CallError> {
+    state.get(argument).try_into().map_err(|_| CallError::WrongLength { argument, expected: N })
+}
+
+/// The output as columns; used by generated code.
+///
+/// # Errors
+/// The slice has another length than rows × columns.
+#[inline]
+pub fn columns<R, const ROWS: usize, const COLUMNS: usize>(
+    output: &mut [R],
+) -> Result<&mut [[R; ROWS]; COLUMNS], CallError> {
+    let wrong = CallError::WrongOutput { expected: ROWS * COLUMNS };
+    let (columns, rest) = output.as_chunks_mut::<ROWS>();
+    if !rest.is_empty() {
+        return Err(wrong);
+    }
+    columns.try_into().map_err(|_| wrong)
+}

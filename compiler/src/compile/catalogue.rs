@@ -2,6 +2,7 @@
 use super::Context;
 use super::families;
 use super::quantity::Quantity;
+use crate::program::Order;
 use bipedc_runtime::diagnostic::Diagnostic;
 
 /// What a function is about.
@@ -35,6 +36,10 @@ pub struct Entry {
     pub source: &'static str,
     /// What it is about.
     pub scope: Scope,
+    /// Order of execution that measured fastest.
+    pub order: Order,
+    /// Not emitted unless the description names it: another function holds it already.
+    pub on_demand: bool,
     derivation: Derivation,
 }
 
@@ -45,7 +50,15 @@ impl Entry {
         summary: &'static str,
         derive: for<'g, 't> fn(&Context<'g, 't>) -> Quantity<'g>,
     ) -> Self {
-        Self { name, summary, source, scope: Scope::Robot, derivation: Derivation::Robot(derive) }
+        Self {
+            name,
+            summary,
+            source,
+            scope: Scope::Robot,
+            order: Order::Derivation,
+            on_demand: false,
+            derivation: Derivation::Robot(derive),
+        }
     }
     const fn contacts(
         name: &'static str,
@@ -53,7 +66,15 @@ impl Entry {
         summary: &'static str,
         derive: for<'g, 't> fn(&Context<'g, 't>) -> Quantity<'g>,
     ) -> Self {
-        Self { name, summary, source, scope: Scope::Contacts, derivation: Derivation::Robot(derive) }
+        Self {
+            name,
+            summary,
+            source,
+            scope: Scope::Contacts,
+            order: Order::Derivation,
+            on_demand: false,
+            derivation: Derivation::Robot(derive),
+        }
     }
     const fn frame(
         name: &'static str,
@@ -61,7 +82,25 @@ impl Entry {
         derive: for<'g, 't> fn(&Context<'g, 't>, &crate::tree::Frame) -> Quantity<'g>,
     ) -> Self {
         let source = "forward kinematics";
-        Self { name, summary, source, scope: Scope::Frame, derivation: Derivation::Frame(derive) }
+        Self {
+            name,
+            summary,
+            source,
+            scope: Scope::Frame,
+            order: Order::Derivation,
+            on_demand: false,
+            derivation: Derivation::Frame(derive),
+        }
+    }
+
+    const fn on_demand(mut self) -> Self {
+        self.on_demand = true;
+        self
+    }
+
+    const fn ordered(mut self, order: Order) -> Self {
+        self.order = order;
+        self
     }
 
     /// Derives the function.
@@ -130,25 +169,89 @@ const CATALOGUE: &[Entry] = &[
         "(4.25), by factoring the mass matrix along the tree",
         "Accelerations under generalised forces: `D⁻¹ (tau − H)`.",
         families::forward_dynamics,
-    ),
+    )
+    .ordered(Order::DepthFirst),
     Entry::robot(
         "forward_dynamics_with_forces",
         "(4.25), (4.13)",
         "Accelerations under generalised forces and external forces at the contact points (world axes).",
         families::forward_dynamics_with_forces,
-    ),
+    )
+    .ordered(Order::DepthFirst),
     Entry::robot(
         "mass_matrix",
         "(4.19a), by composite rigid bodies",
         "Mass matrix `D`, symmetric, all entries.",
         families::mass_matrix,
-    ),
+    )
+    .ordered(Order::Balanced),
     Entry::robot(
         "mass_matrix_upper",
         "(4.19a), by composite rigid bodies",
         "Mass matrix `D`, upper triangle; zeros below the diagonal.",
         families::mass_matrix_upper,
+    )
+    .ordered(Order::Balanced),
+    Entry::robot(
+        "coriolis_matrix",
+        "(4.19a), Echeandia and Wensing 2021",
+        "Coriolis matrix `C` with `C v = H − G`; `Ḋ − 2 C` is skew-symmetric.",
+        families::coriolis_matrix,
     ),
+    Entry::robot(
+        "inverse_dynamics_derivatives",
+        "Carpentier and Mansard 2018",
+        "Derivatives of the inverse dynamics `[∂τ/∂q, ∂τ/∂v, ∂τ/∂a]`; q in its tangent space, right increment.",
+        families::inverse_dynamics_derivatives,
+    )
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_derivatives",
+        "Carpentier and Mansard 2018",
+        "Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v, ∂a/∂τ]`; q in its tangent space, right increment.",
+        families::forward_dynamics_derivatives,
+    )
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "inverse_dynamics_dq",
+        "Carpentier and Mansard 2018",
+        "`∂τ/∂q` alone; q in its tangent space, right increment.",
+        families::inverse_dynamics_dq,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "inverse_dynamics_dv",
+        "Carpentier and Mansard 2018",
+        "`∂τ/∂v` alone; q in its tangent space, right increment.",
+        families::inverse_dynamics_dv,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dq",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂q` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dq,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dv",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂v` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dv,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dtau",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂τ = D⁻¹` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dtau,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
     Entry::robot("bias", "(4.19a)", "Bias `H = C v + G`.", families::bias),
     Entry::robot("gravity", "(4.19a)", "Gravity's generalised forces `G`.", families::gravity),
     Entry::robot("kinetic_energy", "(4.36)", "Kinetic energy.", families::kinetic_energy),
@@ -212,7 +315,8 @@ const CATALOGUE: &[Entry] = &[
         "(5.1)",
         "Regressor of the inverse dynamics: `regressor · parameters = tau`; ten parameters per body.",
         families::inverse_dynamics_regressor,
-    ),
+    )
+    .ordered(Order::DepthFirst),
     Entry::frame("position", "Position in the world.", families::position),
     Entry::frame("rotation", "Rotation: columns are the frame's axes in the world.", families::rotation),
     Entry::frame(

@@ -107,11 +107,12 @@ pub fn compile(
     tree: &Tree,
     wishes: &[Wish],
 ) -> Result<CompiledModel, Diagnostic> {
-    let graph = Graph::new();
-    let context = Context::new(&graph, description, tree);
     let functions = wishes
         .iter()
         .map(|wish| {
+            // A graph of its own keeps the order of derivation, which is also a good order of execution.
+            let graph = Graph::new();
+            let context = Context::new(&graph, description, tree);
             let entry = entry(&wish.family)?;
             let quantity = entry.derive(&context, wish.subject.as_deref())?;
             Ok(finish(&graph, entry, wish.subject.clone(), quantity))
@@ -122,7 +123,7 @@ pub fn compile(
 
 fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quantity<'_>) -> Function {
     let outputs: Vec<Expr> = quantity.columns.iter().flatten().map(|x| x.expr).collect();
-    let program = lower(graph, &outputs);
+    let program = lower(graph, &outputs, entry.order);
     let name = match &subject {
         Some(subject) => format!("{}_of_{}", entry.name, identifier(subject)),
         None => entry.name.to_owned(),
@@ -165,7 +166,9 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
     }
     let mut out = Vec::new();
     for entry in catalogue() {
-        if !asked.is_empty() && !asked.iter().any(|name| name == entry.name) {
+        let wanted =
+            if asked.is_empty() { !entry.on_demand } else { asked.iter().any(|name| name == entry.name) };
+        if !wanted {
             continue;
         }
         let wish = |subject| Wish { family: entry.name.to_owned(), subject };

@@ -3,7 +3,7 @@ use super::RobotModel;
 use super::sensitivity::Sensitivity;
 use super::solve::Factor;
 use crate::expression::{Expr, Sym};
-use crate::program::{Operations, lower};
+use crate::program::{Operations, Order, lower};
 use bipedc_runtime::Argument;
 
 /// Price of a division in multiplications.
@@ -19,7 +19,7 @@ pub fn forward_dynamics<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<
 /// Operations of `outputs`, a division counted as four.
 fn price(model: &RobotModel<'_, '_>, outputs: &[Sym<'_>]) -> usize {
     let outputs: Vec<Expr> = outputs.iter().map(|x| x.expr).collect();
-    let operations = Operations::of(&lower(model.graph, &outputs));
+    let operations = Operations::of(&lower(model.graph, &outputs, Order::DepthFirst));
     operations.total() + (DIVISION - 1) * operations.divisions
 }
 

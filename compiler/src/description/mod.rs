@@ -1,2 +1,128 @@
 //! What the user wrote: the URDF and `biped.toml`, read and checked.
+//!
+//! [`read`] takes a folder, [`parse`] the two texts. Both find everything that is wrong at once.
+mod check;
+pub(crate) mod geometry;
+mod init;
 pub mod model;
+mod settings;
+pub(crate) mod source;
+pub(crate) mod urdf;
+
+pub use check::{CheckReport, LinkReport, check_report};
+pub use init::{init, init_text};
+
+use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use model::RobotDescription;
+use settings::{DEFAULT_URDF, describe, urdf_name};
+use source::{Messages, finish};
+use std::path::{Path, PathBuf};
+use urdf::read_urdf;
+
+/// The name of the description in a robot's folder.
+pub const DESCRIPTION_FILE: &str = "biped.toml";
+
+/// Files larger than this are refused; the largest robots have a few hundred kilobytes.
+const SIZE_LIMIT: u64 = 64 << 20;
+
+/// The texts that describe a robot, as read: everything that the result depends on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SourceFiles {
+    /// Path of the URDF.
+    pub urdf_path: PathBuf,
+    /// Text of the URDF.
+    pub urdf_text: String,
+    /// Path of `biped.toml`; of the URDF when that alone was given.
+    pub toml_path: PathBuf,
+    /// Text of `biped.toml`; empty when the URDF alone was given.
+    pub toml_text: String,
+}
+
+impl SourceFiles {
+    /// Reads the files of a robot: `path` is its folder, its `biped.toml`, or a URDF without a description.
+    ///
+    /// # Errors
+    /// Files that are missing, unreadable, not UTF-8 or larger than 64 MB.
+    pub fn load(path: &Path) -> Result<Self, Diagnostics> {
+        if path.extension().is_some_and(|extension| extension == "urdf") {
+            let (urdf_path, toml_path) = (path.to_path_buf(), path.to_path_buf());
+            return Ok(Self { urdf_text: load_text(path)?, urdf_path, toml_path, toml_text: String::new() });
+        }
+        let toml_path = if path.is_dir() { path.join(DESCRIPTION_FILE) } else { path.to_path_buf() };
+        let toml_text = load_text(&toml_path)?;
+        let folder = toml_path.parent().unwrap_or(Path::new(""));
+        let urdf_path = folder.join(urdf_name(&toml_text).as_deref().unwrap_or(DEFAULT_URDF));
+        Ok(Self { urdf_text: load_text(&urdf_path)?, urdf_path, toml_path, toml_text })
+    }
+
+    /// The description and its warnings.
+    ///
+    /// # Errors
+    /// Everything that has no meaning, all at once, together with the warnings.
+    pub fn parse(&self) -> Result<(RobotDescription, Vec<Diagnostic>), Diagnostics> {
+        parse(&self.urdf_text, &self.urdf_path, &self.toml_text, &self.toml_path)
+    }
+}
+
+fn load_text(path: &Path) -> Result<String, Diagnostics> {
+    let problem = |message: String, help: &str| {
+        Err(Diagnostics(vec![Diagnostic::error(message).in_file(path).help(help)]))
+    };
+    match std::fs::metadata(path) {
+        Ok(metadata) if metadata.len() > SIZE_LIMIT => {
+            return problem(
+                format!("the file has {} MB, expected less than 64", metadata.len() >> 20),
+                "is this the right file?",
+            );
+        }
+        _ => {}
+    }
+    match std::fs::read(path).map(String::from_utf8) {
+        Ok(Ok(text)) => Ok(text),
+        Ok(Err(error)) => {
+            let valid = error.utf8_error().valid_up_to();
+            problem(format!("the file is not UTF-8 text (byte {valid})"), "save it as UTF-8")
+        }
+        Err(error) => problem(
+            format!("cannot read the file: {error}"),
+            "give a robot's folder with `robot.urdf` and `biped.toml`; `bipedc init some.urdf` writes the latter",
+        ),
+    }
+}
+
+/// Reads a robot: its folder with `robot.urdf` and `biped.toml`, or one of these files.
+///
+/// Returns the description and the warnings.
+///
+/// # Errors
+/// Everything that has no meaning, all at once, together with the warnings.
+pub fn read(path: &Path) -> Result<(RobotDescription, Vec<Diagnostic>), Diagnostics> {
+    SourceFiles::load(path)?.parse()
+}
+
+/// Reads a robot from the texts of its URDF and its description (which may be empty); the names only serve
+/// messages.
+///
+/// Returns the description and the warnings.
+///
+/// # Errors
+/// Everything that has no meaning, all at once, together with the warnings.
+pub fn parse(
+    urdf_text: &str,
+    urdf_name: &Path,
+    toml_text: &str,
+    toml_name: &Path,
+) -> Result<(RobotDescription, Vec<Diagnostic>), Diagnostics> {
+    let mut urdf_messages = Messages::new(urdf_text, urdf_name);
+    let robot = read_urdf(urdf_text, &mut urdf_messages);
+    let mut toml_messages = Messages::new(toml_text, toml_name);
+    let description = describe(toml_text, robot, &mut toml_messages);
+    let mut list = urdf_messages.into_list();
+    list.extend(toml_messages.into_list());
+    let warnings = finish(list)?;
+    match description {
+        Some(description) => Ok((description, warnings)),
+        // Unreachable: a description is only missing after an error; said rather than panicked on.
+        None => Err(Diagnostics(vec![Diagnostic::error("the robot could not be read").in_file(urdf_name)])),
+    }
+}

@@ -1,12 +1,24 @@
 //! From expressions to instructions: only what is needed, products fused into sums, in an order that keeps
 //! values short-lived.
-use super::{Instruction, Operand, Program};
+use super::{Instruction, Operand, Program, schedule};
 use crate::expression::{Expr, Graph, Node};
 use bipedc_runtime::{Argument, Arguments};
 use std::collections::HashMap;
 
+/// In which order operations are written down. Compilers keep it nearly as it is, so it decides how much
+/// independent work stands close together and how many values live at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// As derived: recursions over the tree go through both legs in turn, which hides latencies.
+    Derivation,
+    /// Operands just before their use: few live values, for long eliminations.
+    DepthFirst,
+    /// By a list scheduler that weighs both.
+    Balanced,
+}
+
 /// Lowers `outputs` into a program.
-pub fn lower(graph: &Graph, outputs: &[Expr]) -> Program {
+pub fn lower(graph: &Graph, outputs: &[Expr], order: Order) -> Program {
     let nodes = graph.nodes();
     let uses = count_uses(&nodes, outputs);
     let mut lowering = Lowering {
@@ -25,9 +37,22 @@ pub fn lower(graph: &Graph, outputs: &[Expr]) -> Program {
         lowering.angles.push(operand);
     }
     let angles_ready = lowering.instructions.len();
+    if order == Order::Derivation {
+        lowering.in_order_of_derivation();
+    }
     let outputs = outputs.iter().map(|&e| lowering.signed_value(e)).collect();
     let arguments = Arguments::of(&lowering.arguments);
-    Program { angles: lowering.angles, angles_ready, instructions: lowering.instructions, outputs, arguments }
+    let mut program = Program {
+        angles: lowering.angles,
+        angles_ready,
+        instructions: lowering.instructions,
+        outputs,
+        arguments,
+    };
+    if order == Order::Balanced {
+        schedule(&mut program);
+    }
+    program
 }
 
 /// How often each reachable node is used as an operand or output.
@@ -81,6 +106,25 @@ impl Lowering<'_> {
             (Operand::Constant(x), true) => Operand::Constant(-x),
             (operand, true) => self.push(Instruction::Neg(operand)),
             (operand, false) => operand,
+        }
+    }
+
+    /// Computes everything in the order in which it was derived.
+    fn in_order_of_derivation(&mut self) {
+        let mut fused = vec![false; self.nodes.len()];
+        for (index, node) in self.nodes.iter().enumerate() {
+            if let (Node::Add(a, b), true) = (node, self.uses[index] > 0) {
+                if self.fusible(*b).is_some() {
+                    fused[b.node()] = true;
+                } else if self.fusible(*a).is_some() {
+                    fused[a.node()] = true;
+                }
+            }
+        }
+        for index in 0..self.nodes.len() {
+            if self.uses[index] > 0 && !fused[index] {
+                self.value(Expr::positive(index));
+            }
         }
     }
 

@@ -2,10 +2,14 @@
 mod count;
 mod evaluate;
 mod lower;
+mod model;
+mod schedule;
 
 pub use count::Operations;
 pub use evaluate::Evaluator;
-pub use lower::lower;
+pub use lower::{Order, lower};
+pub use model::ProgramModel;
+pub use schedule::schedule;
 
 use bipedc_runtime::{Argument, Arguments};
 
@@ -64,6 +68,21 @@ impl Instruction {
         };
         list.into_iter().flatten()
     }
+
+    /// The same operation on other operands.
+    pub fn renamed(&self, f: impl Fn(Operand) -> Operand) -> Self {
+        match *self {
+            Self::Add(a, b) => Self::Add(f(a), f(b)),
+            Self::Sub(a, b) => Self::Sub(f(a), f(b)),
+            Self::Mul(a, b) => Self::Mul(f(a), f(b)),
+            Self::Div(a, b) => Self::Div(f(a), f(b)),
+            Self::Neg(a) => Self::Neg(f(a)),
+            Self::Sqrt(a) => Self::Sqrt(f(a)),
+            Self::Fused { a, b, c, minus_product, minus_addend } => {
+                Self::Fused { a: f(a), b: f(b), c: f(c), minus_product, minus_addend }
+            }
+        }
+    }
 }
 
 /// A function as a list of operations without branches.
@@ -79,4 +98,12 @@ pub struct Program {
     pub outputs: Vec<Operand>,
     /// Arguments that are read.
     pub arguments: Arguments,
+}
+
+impl Program {
+    /// The arguments it reads, in the order in which functions take them.
+    pub fn arguments(&self) -> impl Iterator<Item = Argument> + use<> {
+        let read = self.arguments;
+        Argument::ALL.into_iter().filter(move |&a| read.has(a))
+    }
 }

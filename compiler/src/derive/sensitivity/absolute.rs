@@ -1,6 +1,6 @@
 //! Absolute angles of parallel revolute joints as coordinates.
-use super::subtree::{Change, Wrench};
 use super::Sensitivity;
+use super::subtree::{Change, Wrench};
 use crate::expression::Sym;
 use crate::tree::Motion;
 
@@ -134,4 +134,3 @@ impl<'g> Sensitivity<'_, 'g, '_> {
         }
     }
 }
-

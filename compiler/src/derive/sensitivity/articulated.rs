@@ -31,11 +31,7 @@ impl<'g> Articulated<'g> {
     }
 
     fn turned(&self, turn: (usize, Sym<'g>, Sym<'g>)) -> Self {
-        Self {
-            a: turn_matrix(turn, &self.a),
-            b: turn_matrix(turn, &self.b),
-            c: turn_matrix(turn, &self.c),
-        }
+        Self { a: turn_matrix(turn, &self.a), b: turn_matrix(turn, &self.b), c: turn_matrix(turn, &self.c) }
     }
 
     fn turned_constant(&self, model: &RobotModel<'g, '_>, rotation: &Rotation) -> Self {
@@ -71,9 +67,8 @@ impl<'g> Articulated<'g> {
         };
         let inverse = d.constant(1.0) / d;
         let (f, n) = (force.scale(inverse), moment.scale(inverse));
-        let rank_one = |x: Vector3<'g>, y: Vector3<'g>| {
-            Matrix3([0, 1, 2].map(|r| [0, 1, 2].map(|c| x[r] * y[c])))
-        };
+        let rank_one =
+            |x: Vector3<'g>, y: Vector3<'g>| Matrix3([0, 1, 2].map(|r| [0, 1, 2].map(|c| x[r] * y[c])));
         let symmetric = |x: Vector3<'g>, y: Vector3<'g>| {
             let m = rank_one(x, y);
             Matrix3([0, 1, 2].map(|r: usize| [0, 1, 2].map(|c: usize| m[(r.min(c), r.max(c))])))
@@ -123,9 +118,7 @@ pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sy
                 let wrench = (axes.out(single.0 + w.0), axes.out(single.1 + w.1));
                 (axes.turn.map_or(sum, |turn| sum.turned(turn)), wrench)
             }
-            None => {
-                (Articulated::rigid(&robot.moments[index].turned(axes.turn)), robot.single[index])
-            }
+            None => (Articulated::rigid(&robot.moments[index].turned(axes.turn)), robot.single[index]),
         };
         if let Some((carried, w)) = &joined[index] {
             inertia = inertia.plus(carried);

@@ -53,12 +53,7 @@ pub(super) enum Column {
 impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     /// Prepares the sums. `factor` is 2 for derivatives (both velocities of a Coriolis term change) and 1 for
     /// [`Column::UnitRate`].
-    pub fn new(
-        model: &'m RobotModel<'g, 't>,
-        accelerations: &[Sym<'g>],
-        gravity: bool,
-        factor: f64,
-    ) -> Self {
+    pub fn new(model: &'m RobotModel<'g, 't>, accelerations: &[Sym<'g>], gravity: bool, factor: f64) -> Self {
         let axes = axes::choose(model);
         let links = motion::forward(model, &axes, accelerations, gravity);
         let moments = subtree::moments(model);
@@ -98,9 +93,9 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
             if let Some(parent) = model.tree.bodies[index].parent {
                 let place = if turned.joined { &mut joined[parent] } else { &mut own[parent] };
                 let moved = self.in_hub(index, &all);
-                *place = Some(place.map_or(moved, |(s, w)| {
-                    (s.plus(&moved.0), (w.0 + moved.1.0, w.1 + moved.1.1))
-                }));
+                *place = Some(
+                    place.map_or(moved, |(s, w)| (s.plus(&moved.0), (w.0 + moved.1.0, w.1 + moved.1.1))),
+                );
             }
             done.push(all);
         }
@@ -110,12 +105,17 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     }
 
     /// Sums of a body about its parent's origin.
-    fn in_hub(&self, index: usize, (subtree, wrench): &(Subtree<'g>, Wrench<'g>)) -> (Subtree<'g>, Wrench<'g>) {
+    fn in_hub(
+        &self,
+        index: usize,
+        (subtree, wrench): &(Subtree<'g>, Wrench<'g>),
+    ) -> (Subtree<'g>, Wrench<'g>) {
         let link = &self.links[index];
         let velocity = link.arm_velocity.scale(self.model.constant(self.factor));
         let mut moved = *subtree;
         if !self.axes[index].joined {
-            moved = moved.turned_constant(self.model.graph, &self.model.tree.bodies[index].placement.rotation);
+            moved =
+                moved.turned_constant(self.model.graph, &self.model.tree.bodies[index].placement.rotation);
         }
         let (force, moment) = (self.placed(index, wrench.0), self.placed(index, wrench.1));
         (moved.shifted(link.arm, velocity), (force, moment + link.arm.cross(force)))

@@ -70,11 +70,8 @@ pub(super) fn forward<'g>(
         };
         let (joint, sliding) = step(model, axes[index].joined, index, accelerations, &hub, arm);
         let turned = axes[index];
-        let own = Moving::new(
-            turned.into_body(joint.w),
-            turned.into_body(joint.wd),
-            turned.into_body(joint.a),
-        );
+        let own =
+            Moving::new(turned.into_body(joint.w), turned.into_body(joint.wd), turned.into_body(joint.a));
         out.push(Link { joint, own, arm, arm_velocity: hub.w.cross(arm) + sliding });
     }
     out

@@ -1,0 +1,144 @@
+//! A first `biped.toml` for a URDF, with every guess written out so that it can be corrected.
+mod feet;
+mod pairs;
+mod points;
+
+use super::geometry::Frame;
+use super::model::{JointKind, Side};
+use super::settings::DEFAULT_URDF;
+use super::source::{Messages, finish};
+use super::urdf::{Tree, UrdfRobot, WORLD, read_urdf};
+use bipedc_runtime::diagnostic::Diagnostics;
+use feet::FootGuess;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The text of a first `biped.toml` for this URDF. Nothing is written to disk.
+///
+/// # Errors
+/// Everything about the URDF that has no meaning, all at once.
+pub fn init(urdf: &Path) -> Result<String, Diagnostics> {
+    init_text(&super::load_text(urdf)?, urdf)
+}
+
+/// The text of a first `biped.toml` for the text of a URDF; the name serves messages and the key `urdf`.
+///
+/// # Errors
+/// Everything about the URDF that has no meaning, all at once.
+pub fn init_text(urdf_text: &str, urdf_name: &Path) -> Result<String, Diagnostics> {
+    let mut messages = Messages::new(urdf_text, urdf_name);
+    let robot = read_urdf(urdf_text, &mut messages);
+    finish(messages.into_list())?;
+    let file = urdf_name.file_name().map_or_else(|| DEFAULT_URDF.into(), |name| name.to_string_lossy());
+    let described = robot.as_ref().and_then(|robot| Some(describe(robot, robot.tree.as_ref()?, &file)));
+    // Without errors there is a robot with a tree; an empty description would be right as well.
+    Ok(described.unwrap_or_default())
+}
+
+fn describe(robot: &UrdfRobot, tree: &Tree, file: &str) -> String {
+    let frames = tree.frames(robot);
+    let feet = feet::guess_feet(robot, tree, &frames);
+    let mut out = String::from(
+        "# A first description, guessed from the URDF: check every line. Keys that are left out have defaults.\n\n",
+    );
+    if file != DEFAULT_URDF && !file.chars().any(char::is_control) {
+        let _ = writeln!(out, "urdf = {}", quoted(file));
+    }
+    out.push_str("gravity = [0.0, 0.0, -9.81]     # m/s²\n");
+    write_base(robot, tree, &frames, &feet, &mut out);
+    write_feet(&feet, &mut out);
+    pairs::write_symmetry(robot, tree, &frames, &mut out);
+    write_actuation(robot, &mut out);
+    write_phases(&feet, &mut out);
+    out
+}
+
+/// A text as TOML writes it; names with control characters were refused with the URDF.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+fn write_base(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], feet: &[FootGuess], out: &mut String) {
+    let root = &robot.links[tree.root].name;
+    let name = quoted(root);
+    out.push_str("\n[base]\n");
+    let _ = if root == WORLD {
+        writeln!(out, "kind = \"fixed\"                  # the URDF's root link is the world\nlink = {name}")
+    } else if feet.is_empty() {
+        writeln!(
+            out,
+            "kind = \"fixed\"                  # no feet found: bolted to the world. Else \"floating\" or \"planar\", with `root`\nlink = {name}"
+        )
+    } else if is_planar(robot, tree, frames) {
+        writeln!(
+            out,
+            "kind = \"planar\"                 # all axes are pitch axes: x, z, pitch. Else \"floating\" or \"fixed\" (with `link`)\nroot = {name}"
+        )
+    } else {
+        writeln!(
+            out,
+            "kind = \"floating\"               # free in space; \"fixed\" (with `link` instead of `root`) if bolted to a stand\nroot = {name}"
+        )
+    };
+}
+
+/// Whether every moving joint turns about the y axis of the root.
+fn is_planar(robot: &UrdfRobot, tree: &Tree, frames: &[Frame]) -> bool {
+    let mut moving =
+        tree.below.iter().flatten().filter(|(joint, _)| robot.joints[*joint].kind.moves()).peekable();
+    moving.peek().is_some()
+        && moving.all(|&(joint, child)| {
+            let [x, _, z] = frames[child].direction(robot.joints[joint].axis);
+            robot.joints[joint].kind != JointKind::Prismatic && x.hypot(z) < 1e-9
+        })
+}
+
+fn write_feet(feet: &[FootGuess], out: &mut String) {
+    if feet.is_empty() {
+        out.push_str(
+            "\n# No feet were recognised. A foot looks like this:\n# [feet.right_foot]\n# link = \"…\"                    # the link that touches the ground\n# side = \"right\"\n# points.toe = [0.15, 0.0, -0.05]  # m, in the frame of that link\n",
+        );
+    }
+    for foot in feet {
+        let _ = writeln!(out, "\n# {}", foot.reason);
+        let _ = writeln!(out, "[feet.{}]\nlink = {}", foot.name, quoted(&foot.link));
+        match foot.side {
+            Some(Side::Left) => out.push_str("side = \"left\"\n"),
+            Some(Side::Right) => out.push_str("side = \"right\"\n"),
+            None => {}
+        }
+        for (name, [x, y, z]) in &foot.points {
+            let _ = writeln!(out, "points.{name} = [{x:?}, {y:?}, {z:?}]");
+        }
+    }
+}
+
+fn write_actuation(robot: &UrdfRobot, out: &mut String) {
+    let moving = robot.joints.iter().filter(|joint| joint.kind.moves());
+    // Planar robots often carry their base joints in the URDF.
+    let (base, driven): (Vec<_>, Vec<_>) = moving.partition(|joint| {
+        let name = joint.name.to_ascii_lowercase();
+        ["base", "root", "floating"].iter().any(|word| name.starts_with(word))
+    });
+    out.push_str("\n# Joints with an actuator, in the order of the generalised torques.\n");
+    for joint in base {
+        let _ = writeln!(out, "# Not {}: it looks like a joint of the base.", joint.name);
+    }
+    out.push_str("[actuation]\njoints = [\n");
+    for joint in driven {
+        let _ = writeln!(out, "  {},", quoted(&joint.name));
+    }
+    out.push_str("]\n");
+}
+
+fn write_phases(feet: &[FootGuess], out: &mut String) {
+    let of = |side| feet.iter().filter(move |foot| foot.side == Some(side));
+    let (mut left, mut right) = (of(Side::Left), of(Side::Right));
+    let (Some(left), Some(right), 2) = (left.next(), right.next(), feet.len()) else { return };
+    let _ = write!(
+        out,
+        "\n# Walking phases in their order; this one is a walk that swaps its legs at each touch-down.\n# [[phase]]\n# name = \"single_support\"\n# contacts = [\"{right}\"]\n# impact = [\"{left}\"]\n# relabel = true\n",
+        right = right.name,
+        left = left.name
+    );
+}

@@ -1,0 +1,186 @@
+//! Typed access to TOML tables that reports what is missing, mistyped or unknown, with its place.
+use crate::description::source::{Messages, Place, short, suggest};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The title of the top level.
+const TOP: &str = "the top level";
+
+/// "in [base]", "at the top level".
+fn inside(title: &str) -> String {
+    if title == TOP { format!("at {title}") } else { format!("in {title}") }
+}
+
+/// A TOML table with its name for messages.
+#[derive(Debug, Clone)]
+pub(super) struct Section<'t, 'i> {
+    table: &'t DeTable<'i>,
+    /// How messages call it: `[base]`, `[drives.left_knee]`, [`TOP`].
+    pub(super) title: String,
+    pub(super) at: Place,
+}
+
+/// A value with its key, place and title.
+#[derive(Debug, Clone)]
+pub(super) struct Entry<'t, 'i> {
+    pub(super) key: &'t str,
+    pub(super) at: Place,
+    title: String,
+    value: &'t DeValue<'i>,
+}
+
+impl<'t, 'i> Section<'t, 'i> {
+    pub(super) fn top(table: &'t DeTable<'i>) -> Self {
+        Self { table, title: TOP.into(), at: Some(0) }
+    }
+
+    /// Reports keys that are not among the known ones.
+    pub(super) fn check_keys(&self, known: &[&'static str], messages: &mut Messages<'_>) {
+        for (key, _) in self.table.iter() {
+            let written: &str = key.get_ref();
+            if !known.contains(&written) {
+                messages.error(
+                    Some(key.span().start),
+                    format!("unknown key `{}` {}", short(written), inside(&self.title)),
+                    suggest(written, known.iter().copied(), "known keys"),
+                );
+            }
+        }
+    }
+
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.table.contains_key(key)
+    }
+
+    pub(super) fn get(&self, key: &'t str) -> Option<Entry<'t, 'i>> {
+        let value = self.table.get(key)?;
+        Some(Entry { key, at: place(value), title: self.title.clone(), value: value.get_ref() })
+    }
+
+    /// All entries in the order of the file.
+    pub(super) fn entries(&self) -> Vec<Entry<'t, 'i>> {
+        let mut pairs: Vec<_> = self.table.iter().collect();
+        pairs.sort_by_key(|(key, _)| key.span().start);
+        let entry = |(key, value): (&'t Spanned<_>, &'t Spanned<DeValue<'i>>)| {
+            let key: &'t std::borrow::Cow<'i, str> = key.get_ref();
+            Entry { key, at: place(value), title: self.title.clone(), value: value.get_ref() }
+        };
+        pairs.into_iter().map(entry).collect()
+    }
+
+    /// The table under a key.
+    pub(super) fn section(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<Section<'t, 'i>> {
+        self.get(key)?.section(format!("[{key}]"), messages)
+    }
+
+    pub(super) fn string(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<(String, Place)> {
+        let entry = self.get(key)?;
+        entry.string(messages).map(|text| (text, entry.at))
+    }
+
+    pub(super) fn number(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<f64> {
+        self.get(key)?.number(messages)
+    }
+
+    pub(super) fn boolean(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<bool> {
+        let entry = self.get(key)?;
+        match entry.value {
+            DeValue::Boolean(value) => Some(*value),
+            _ => entry.mistyped("true or false", messages),
+        }
+    }
+
+    pub(super) fn strings(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<Vec<(String, Place)>> {
+        self.get(key)?.strings(messages)
+    }
+
+    /// An array of tables, written `[[key]]` or as inline tables.
+    pub(super) fn sections(&self, key: &'t str, messages: &mut Messages<'_>) -> Vec<Section<'t, 'i>> {
+        let Some(entry) = self.get(key) else { return Vec::new() };
+        let title = format!("[[{key}]]");
+        let Some(items) = entry.items("an array of tables", messages) else { return Vec::new() };
+        items.into_iter().filter_map(|item| item.section(title.clone(), messages)).collect()
+    }
+}
+
+impl<'t, 'i> Entry<'t, 'i> {
+    /// "`key` in [section]".
+    pub(super) fn name(&self) -> String {
+        format!("`{}` {}", short(self.key), inside(&self.title))
+    }
+
+    pub(super) fn section(&self, title: String, messages: &mut Messages<'_>) -> Option<Section<'t, 'i>> {
+        match self.value {
+            DeValue::Table(table) => Some(Section { table, title, at: self.at }),
+            _ => self.mistyped("a table", messages),
+        }
+    }
+
+    pub(super) fn string(&self, messages: &mut Messages<'_>) -> Option<String> {
+        match self.value {
+            DeValue::String(text) => Some(text.to_string()),
+            _ => self.mistyped("a text in quotes", messages),
+        }
+    }
+
+    pub(super) fn number(&self, messages: &mut Messages<'_>) -> Option<f64> {
+        let value = match self.value {
+            DeValue::Float(value) => value.as_str().parse::<f64>().ok(),
+            DeValue::Integer(value) => {
+                i64::from_str_radix(value.as_str(), value.radix()).ok().map(|value| value as f64)
+            }
+            _ => return self.mistyped("a number", messages),
+        };
+        match value.filter(|value| value.is_finite()) {
+            Some(value) => Some(value),
+            None => self.mistyped("a finite number", messages),
+        }
+    }
+
+    pub(super) fn vector(&self, messages: &mut Messages<'_>) -> Option<[f64; 3]> {
+        let items = self.items("three numbers, such as [0.0, 0.0, -0.1]", messages)?;
+        if items.len() != 3 {
+            let message = format!("{}: expected three numbers, found {}", self.name(), items.len());
+            messages.error(self.at, message, "write [x, y, z]");
+            return None;
+        }
+        let mut numbers = items.iter().map(|item| item.number(messages));
+        let all = [numbers.next()??, numbers.next()??, numbers.next()??];
+        Some(all)
+    }
+
+    pub(super) fn strings(&self, messages: &mut Messages<'_>) -> Option<Vec<(String, Place)>> {
+        let items = self.items("an array of texts", messages)?;
+        Some(items.iter().filter_map(|item| Some((item.string(messages)?, item.at))).collect())
+    }
+
+    fn items(&self, expected: &str, messages: &mut Messages<'_>) -> Option<Vec<Entry<'t, 'i>>> {
+        let DeValue::Array(array) = self.value else { return self.mistyped(expected, messages) };
+        let item = |value: &'t Spanned<DeValue<'i>>| Entry {
+            key: self.key,
+            at: place(value),
+            title: self.title.clone(),
+            value: value.get_ref(),
+        };
+        Some(array.iter().map(item).collect())
+    }
+
+    fn mistyped<T>(&self, expected: &str, messages: &mut Messages<'_>) -> Option<T> {
+        let found = match self.value {
+            DeValue::String(text) => format!("the text \"{}\"", short(text)),
+            DeValue::Integer(number) => format!("the number {}", short(number.as_str())),
+            DeValue::Float(number) => format!("the number {}", short(number.as_str())),
+            DeValue::Boolean(value) => format!("{value}"),
+            DeValue::Datetime(_) => "a date".into(),
+            DeValue::Array(_) => "an array".into(),
+            DeValue::Table(_) => "a table".into(),
+        };
+        let message = format!("{}: expected {expected}, found {found}", self.name());
+        messages.error(self.at, message, format!("write {expected}"));
+        None
+    }
+}
+
+fn place(value: &Spanned<DeValue<'_>>) -> Place {
+    Some(value.span().start)
+}
