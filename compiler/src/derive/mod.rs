@@ -12,6 +12,7 @@ pub mod composite;
 pub mod coriolis;
 pub mod derivatives;
 pub mod frames;
+pub mod joint_axes;
 pub mod momentum;
 pub mod newton_euler;
 pub mod solve;
