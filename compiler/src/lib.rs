@@ -10,4 +10,7 @@ pub mod emit;
 pub mod exact;
 pub mod expression;
 pub mod program;
+pub mod robot;
 pub mod tree;
+
+pub use robot::Robot;

@@ -1,7 +1,9 @@
 //! From compiled models to Rust tokens: used alike by the command line, the derive macro and build scripts.
+mod files;
 mod function;
 mod model;
 mod package;
 
-pub use model::{Options, model};
+pub use files::{Difference, write_whole};
+pub use model::{Model, Options, items, model};
 pub use package::{Origin, Package, package, type_name};

@@ -142,3 +142,21 @@ fn implementation(compiled: &CompiledModel, options: &Options) -> TokenStream {
         }
     }
 }
+
+/// The whole model as items, its families as inline modules: what the derive macro and build scripts emit.
+pub fn items(compiled: &CompiledModel, options: &Options) -> TokenStream {
+    let Model { modules, items } = model(compiled, options);
+    let modules = modules.into_iter().map(|(name, tokens)| {
+        let name = ident(&name);
+        quote! {
+            #[rustfmt::skip]
+            mod #name {
+                #tokens
+            }
+        }
+    });
+    quote! {
+        #(#modules)*
+        #items
+    }
+}

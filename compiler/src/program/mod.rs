@@ -2,11 +2,13 @@
 mod count;
 mod evaluate;
 mod lower;
+mod model;
 mod schedule;
 
 pub use count::Operations;
 pub use evaluate::Evaluator;
 pub use lower::{Order, lower};
+pub use model::ProgramModel;
 pub use schedule::schedule;
 
 use bipedc_runtime::{Argument, Arguments};

@@ -1,0 +1,73 @@
+//! A compiled model that runs in process.
+use super::Evaluator;
+use crate::compile::CompiledModel;
+use bipedc_runtime::{Argument, CallError, Model, Real, Signature, State};
+
+/// All functions of a robot as evaluators; the same interface as emitted code.
+#[derive(Debug, Clone)]
+pub struct ProgramModel {
+    compiled: CompiledModel,
+    evaluators: Vec<Evaluator>,
+}
+
+impl ProgramModel {
+    /// Prepares the programs of `compiled`.
+    pub fn new(compiled: CompiledModel) -> Self {
+        let evaluators = compiled.functions.iter().map(|f| Evaluator::new(&f.program)).collect();
+        Self { compiled, evaluators }
+    }
+
+    /// What it was compiled from.
+    pub fn compiled(&self) -> &CompiledModel {
+        &self.compiled
+    }
+
+    /// The evaluator of one function, for repeated calls with one workspace.
+    pub fn evaluator(&self, function: usize) -> Option<&Evaluator> {
+        self.evaluators.get(function)
+    }
+
+    fn check<R>(&self, function: usize, state: &State<'_, R>, output: &[R]) -> Result<(), CallError> {
+        let f = self.compiled.functions.get(function).ok_or(CallError::UnknownFunction)?;
+        for argument in f.program.arguments() {
+            let expected = self.compiled.argument_length(argument);
+            if state.get(argument).len() != expected {
+                return Err(CallError::WrongLength { argument, expected });
+            }
+        }
+        let expected = f.rows.len() * f.columns.len();
+        if output.len() == expected { Ok(()) } else { Err(CallError::WrongOutput { expected }) }
+    }
+}
+
+impl<R: Real> Model<R> for ProgramModel {
+    fn nq(&self) -> usize {
+        self.compiled.tree.nq
+    }
+    fn nv(&self) -> usize {
+        self.compiled.tree.nv
+    }
+    fn joint_name(&self, index: usize) -> Option<&str> {
+        self.compiled.tree.joints.get(index).map(|joint| joint.name.as_str())
+    }
+    fn joints(&self) -> usize {
+        self.compiled.tree.joints.len()
+    }
+    fn signature(&self, index: usize) -> Option<Signature<'_>> {
+        self.compiled.functions.get(index).map(|f| Signature {
+            name: &f.name,
+            arguments: f.program.arguments,
+            rows: f.rows.len(),
+            columns: f.columns.len(),
+        })
+    }
+    fn argument_length(&self, argument: Argument) -> usize {
+        self.compiled.argument_length(argument)
+    }
+    fn evaluate(&self, function: usize, state: &State<'_, R>, output: &mut [R]) -> Result<(), CallError> {
+        self.check(function, state, output)?;
+        let evaluator = &self.evaluators[function];
+        evaluator.run(state, &mut evaluator.workspace(), output);
+        Ok(())
+    }
+}

@@ -1,0 +1,110 @@
+//! The edges of the pipeline: reading a robot, compiling it, writing its crate.
+use crate::compile::{CompiledModel, Wish, compile, wishes};
+use crate::description::SourceFiles;
+use crate::description::model::{Base, RobotDescription};
+use crate::emit::{Origin, Package, package};
+use crate::tree::Tree;
+use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use std::path::Path;
+
+/// Version of the emitted code's form; part of the hash, so that old output counts as stale.
+const FORMAT: u32 = 1;
+
+/// A robot as read from its folder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// What the files say.
+    pub description: RobotDescription,
+    /// What is odd about them.
+    pub warnings: Vec<Diagnostic>,
+    /// The files' texts.
+    pub sources: SourceFiles,
+}
+
+impl Robot {
+    /// Reads a robot's folder, its `biped.toml` or a URDF.
+    ///
+    /// # Errors
+    /// Everything that has no meaning, all at once.
+    pub fn read(path: &Path) -> Result<Self, Diagnostics> {
+        let sources = SourceFiles::load(path)?;
+        let (description, warnings) = sources.parse()?;
+        Ok(Self { description, warnings, sources })
+    }
+
+    /// The same robot on another base.
+    ///
+    /// # Errors
+    /// `kind` is none of `floating`, `planar`, `fixed`, or `root` names no link or contact point.
+    pub fn with_base(mut self, kind: &str, root: Option<&str>) -> Result<Self, Diagnostic> {
+        let present = match &self.description.base {
+            Base::Floating { root } | Base::Planar { root } => root.clone(),
+            Base::Fixed { link } => link.clone(),
+            Base::Pivot { .. } => self.description.root_link.clone(),
+        };
+        let root = root.map_or(present, str::to_owned);
+        self.description.base = match kind {
+            "floating" => Base::Floating { root },
+            "planar" => Base::Planar { root },
+            "fixed" => Base::Fixed { link: root },
+            "pivot" => Base::Pivot { about: root },
+            other => {
+                return Err(Diagnostic::error(format!("there is no base `{other}`"))
+                    .help("bases are: floating, planar, fixed, pivot"));
+            }
+        };
+        Ok(self)
+    }
+
+    /// The tree on the description's base.
+    ///
+    /// # Errors
+    /// A base that names nothing of this robot.
+    pub fn tree(&self) -> Result<Tree, Diagnostic> {
+        Tree::new(&self.description, &self.description.base)
+    }
+
+    /// Compiles everything that the description asks for.
+    ///
+    /// # Errors
+    /// Functions or frames that do not exist.
+    pub fn compile(&self) -> Result<CompiledModel, Diagnostic> {
+        let tree = self.tree()?;
+        compile(&self.description, &tree, &wishes(&self.description, &tree)?)
+    }
+
+    /// Compiles the wished functions alone.
+    ///
+    /// # Errors
+    /// Functions or frames that do not exist.
+    pub fn compile_only(&self, wishes: &[Wish]) -> Result<CompiledModel, Diagnostic> {
+        compile(&self.description, &self.tree()?, wishes)
+    }
+
+    /// A hash of all inputs and of the compiler: equal hashes mean equal output.
+    pub fn hash(&self) -> String {
+        let parts = [
+            env!("CARGO_PKG_VERSION"),
+            &FORMAT.to_string(),
+            &self.sources.urdf_text,
+            &self.sources.toml_text,
+        ];
+        format!("{:016x}", fnv1a(&parts.join("\0")))
+    }
+
+    /// The robot's crate. `source` is what its header names, `runtime` the dependency's value, such as
+    /// `path = "../../runtime"`.
+    ///
+    /// # Errors
+    /// Functions or frames that do not exist.
+    pub fn package(&self, source: &str, runtime: &str) -> Result<Package, Diagnostic> {
+        let origin = Origin { source: source.to_owned(), hash: self.hash(), runtime: runtime.to_owned() };
+        Ok(package(&self.compile()?, &origin))
+    }
+}
+
+/// FNV-1a, 64 bits: enough to notice a change, the same on every machine.
+fn fnv1a(text: &str) -> u64 {
+    text.bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
