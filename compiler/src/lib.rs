@@ -3,11 +3,13 @@
 //! The stages, each with a type of its own:
 //! [`description`] → tree → expression → derive → optimise → program →
 //! emit (Rust tokens) or evaluate (in process).
+pub mod build;
 pub mod compile;
 pub mod derive;
 pub mod description;
 pub mod emit;
 pub mod expression;
+pub mod front;
 pub mod program;
 pub mod robot;
 pub mod tree;
