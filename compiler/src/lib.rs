@@ -10,6 +10,7 @@ pub mod emit;
 pub mod expression;
 pub mod program;
 pub mod robot;
+pub mod states;
 pub mod tree;
 
 pub use robot::Robot;
