@@ -7,6 +7,7 @@ pub mod compile;
 pub mod derive;
 pub mod description;
 pub mod emit;
+pub mod exact;
 pub mod expression;
 pub mod program;
 pub mod robot;

@@ -38,6 +38,8 @@ pub struct Entry {
     pub scope: Scope,
     /// Order of execution that measured fastest.
     pub order: Order,
+    /// Not emitted unless the description names it: another function holds it already.
+    pub on_demand: bool,
     derivation: Derivation,
 }
 
@@ -54,6 +56,7 @@ impl Entry {
             source,
             scope: Scope::Robot,
             order: Order::Derivation,
+            on_demand: false,
             derivation: Derivation::Robot(derive),
         }
     }
@@ -69,6 +72,7 @@ impl Entry {
             source,
             scope: Scope::Contacts,
             order: Order::Derivation,
+            on_demand: false,
             derivation: Derivation::Robot(derive),
         }
     }
@@ -84,8 +88,14 @@ impl Entry {
             source,
             scope: Scope::Frame,
             order: Order::Derivation,
+            on_demand: false,
             derivation: Derivation::Frame(derive),
         }
+    }
+
+    const fn on_demand(mut self) -> Self {
+        self.on_demand = true;
+        self
     }
 
     const fn ordered(mut self, order: Order) -> Self {
@@ -159,8 +169,7 @@ const CATALOGUE: &[Entry] = &[
         "(4.25), by factoring the mass matrix along the tree",
         "Accelerations under generalised forces: `D⁻¹ (tau − H)`.",
         families::forward_dynamics,
-    )
-    .ordered(Order::DepthFirst),
+    ),
     Entry::robot(
         "forward_dynamics_with_forces",
         "(4.25), (4.13)",
@@ -182,6 +191,65 @@ const CATALOGUE: &[Entry] = &[
         families::mass_matrix_upper,
     )
     .ordered(Order::Balanced),
+    Entry::robot(
+        "coriolis_matrix",
+        "(4.19a), Echeandia and Wensing 2021",
+        "Coriolis matrix `C` with `C v = H − G`; `Ḋ − 2 C` is skew-symmetric.",
+        families::coriolis_matrix,
+    ),
+    Entry::robot(
+        "inverse_dynamics_derivatives",
+        "Carpentier and Mansard 2018",
+        "Derivatives of the inverse dynamics `[∂τ/∂q, ∂τ/∂v, ∂τ/∂a]`; q in its tangent space, right increment.",
+        families::inverse_dynamics_derivatives,
+    )
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_derivatives",
+        "Carpentier and Mansard 2018",
+        "Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v, ∂a/∂τ]`; q in its tangent space, right increment.",
+        families::forward_dynamics_derivatives,
+    ),
+    Entry::robot(
+        "inverse_dynamics_dq",
+        "Carpentier and Mansard 2018",
+        "`∂τ/∂q` alone; q in its tangent space, right increment.",
+        families::inverse_dynamics_dq,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "inverse_dynamics_dv",
+        "Carpentier and Mansard 2018",
+        "`∂τ/∂v` alone; q in its tangent space, right increment.",
+        families::inverse_dynamics_dv,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dq",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂q` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dq,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dv",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂v` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dv,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dtau",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂τ = D⁻¹` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dtau,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
     Entry::robot("bias", "(4.19a)", "Bias `H = C v + G`.", families::bias),
     Entry::robot("gravity", "(4.19a)", "Gravity's generalised forces `G`.", families::gravity),
     Entry::robot("kinetic_energy", "(4.36)", "Kinetic energy.", families::kinetic_energy),

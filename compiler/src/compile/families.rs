@@ -4,7 +4,7 @@ use super::quantity::Quantity;
 use crate::derive::frames::{frame_pose, jacobian as frame_jacobian, world_poses};
 use crate::derive::newton_euler::generalised_forces;
 use crate::derive::solve::Factor;
-use crate::derive::{Motions, composite, frames, momentum as whole};
+use crate::derive::{Motions, articulated, composite, coriolis, derivatives, frames, momentum as whole};
 use crate::expression::{Sym, separate};
 use crate::tree::{Frame, Tree};
 use bipedc_runtime::Argument;
@@ -35,13 +35,23 @@ pub fn gravity<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     forces(c.folded.tree, generalised_forces(&c.folded, Motions::AT_REST, false))
 }
 
+/// Accelerations under `tau` plus what the external forces contribute.
 fn accelerations<'g>(c: &Context<'g, '_>, external: bool) -> Quantity<'g> {
     let model = &c.folded;
-    let bias = generalised_forces(model, Motions::NO_ACCELERATION, external);
-    let net: Vec<Sym<'g>> =
-        bias.iter().enumerate().map(|(i, &h)| model.input(Argument::Tau, i) - h).collect();
-    let factor = Factor::new(model, &composite::mass_matrix(model));
-    Quantity::named(model.tree.row_names(), acceleration_units(model.tree), factor.solve(&net))
+    let mut tau: Vec<Sym<'g>> = (0..model.tree.nv).map(|i| model.input(Argument::Tau, i)).collect();
+    if external {
+        let with = generalised_forces(model, Motions::NO_ACCELERATION, true);
+        let factor = Factor::new(model, &composite::mass_matrix(model));
+        for (x, h) in tau.iter_mut().zip(with) {
+            *x = *x - h;
+        }
+        return Quantity::named(model.tree.row_names(), acceleration_units(model.tree), factor.solve(&tau));
+    }
+    Quantity::named(
+        model.tree.row_names(),
+        acceleration_units(model.tree),
+        articulated::forward_dynamics(model, &tau),
+    )
 }
 pub fn forward_dynamics<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     accelerations(c, false)
@@ -157,4 +167,54 @@ pub fn jacobian_rate_times_velocity<'g>(c: &Context<'g, '_>, frame: &Frame) -> Q
     let zero = c.folded.zero3();
     let names = Quantity::pair(["m/s²", "rad/s²"], zero, zero);
     Quantity::named(names.row_names, names.row_units, six.to_vec())
+}
+
+/// Units of one generalised force by one generalised displacement are mixed; the row's force unit is named.
+fn blocks<'g>(tree: &Tree, units: Vec<String>, blocks: &[(&str, Vec<Vec<Sym<'g>>>)]) -> Quantity<'g> {
+    let (mut names, mut columns) = (Vec::new(), Vec::new());
+    for (prefix, block) in blocks {
+        names.extend(tree.row_names().into_iter().map(|name| format!("{prefix}{name}")));
+        columns.extend((0..tree.nv).map(|c| block.iter().map(|row| row[c]).collect::<Vec<_>>()));
+    }
+    Quantity::matrix(tree.row_names(), units, names, columns)
+}
+
+pub fn coriolis_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("", coriolis::coriolis_matrix(&c.folded))])
+}
+pub fn inverse_dynamics_dq<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("", derivatives::inverse_dynamics(&c.folded).0)])
+}
+pub fn inverse_dynamics_dv<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("", derivatives::inverse_dynamics(&c.folded).1)])
+}
+pub fn inverse_dynamics_derivatives<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let (dq, dv) = derivatives::inverse_dynamics(&c.folded);
+    let da = composite::mass_matrix(&c.folded);
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("q/", dq), ("v/", dv), ("a/", da)])
+}
+pub fn forward_dynamics_dq<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(
+        c.folded.tree,
+        acceleration_units(c.folded.tree),
+        &[("", derivatives::forward_dynamics(&c.folded).0)],
+    )
+}
+pub fn forward_dynamics_dv<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(
+        c.folded.tree,
+        acceleration_units(c.folded.tree),
+        &[("", derivatives::forward_dynamics(&c.folded).1)],
+    )
+}
+pub fn forward_dynamics_dtau<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(
+        c.folded.tree,
+        acceleration_units(c.folded.tree),
+        &[("", derivatives::forward_dynamics(&c.folded).2)],
+    )
+}
+pub fn forward_dynamics_derivatives<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let (dq, dv, dtau) = derivatives::forward_dynamics(&c.folded);
+    blocks(c.folded.tree, acceleration_units(c.folded.tree), &[("q/", dq), ("v/", dv), ("tau/", dtau)])
 }

@@ -166,7 +166,9 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
     }
     let mut out = Vec::new();
     for entry in catalogue() {
-        if !asked.is_empty() && !asked.iter().any(|name| name == entry.name) {
+        let wanted =
+            if asked.is_empty() { !entry.on_demand } else { asked.iter().any(|name| name == entry.name) };
+        if !wanted {
             continue;
         }
         let wish = |subject| Wish { family: entry.name.to_owned(), subject };
