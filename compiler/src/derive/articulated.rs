@@ -17,7 +17,7 @@ pub fn forward_dynamics<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<
 }
 
 /// Operations of `outputs`, a division counted as four.
-fn price(model: &RobotModel<'_, '_>, outputs: &[Sym<'_>]) -> usize {
+pub(super) fn price(model: &RobotModel<'_, '_>, outputs: &[Sym<'_>]) -> usize {
     let outputs: Vec<Expr> = outputs.iter().map(|x| x.expr).collect();
     let operations = Operations::of(&lower(model.graph, &outputs, Order::DepthFirst));
     operations.total() + (DIVISION - 1) * operations.divisions
