@@ -46,9 +46,9 @@ pub fn factored<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<Sym<'g>>
 /// chains has constant diagonals and most couplings are single products.
 pub fn absolute<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<Sym<'g>> {
     let still = still(model);
-    let forces = less(&still.to_absolute_forces(tau), &still.absolute_forces());
+    let forces = less(&still.in_absolute_angles(tau), &still.absolute_forces());
     let accelerations = Factor::new(model, &still.absolute_mass_matrix()).solve(&forces);
-    still.from_absolute_velocities(&accelerations)
+    still.joint_velocities(&accelerations)
 }
 
 /// Articulated-body algorithm (Featherstone, "Rigid Body Dynamics Algorithms", table 7.1). Its bias

@@ -73,7 +73,7 @@ impl<'r, 'm, 'g, 't> Inverse<'r, 'm, 'g, 't> {
         let column = |k: usize| {
             let unit = (0..nv).map(|i| if i == k { one } else { zero }).collect();
             let column = factor.back_solve(unit);
-            if absolute { robot.from_absolute_velocities(&column) } else { column }
+            if absolute { robot.joint_velocities(&column) } else { column }
         };
         let columns = (0..nv).map(column).collect();
         Self { robot, absolute, factor, zero, columns }
@@ -85,8 +85,8 @@ impl<'r, 'm, 'g, 't> Inverse<'r, 'm, 'g, 't> {
             tau.iter().zip(bias).map(|(&tau, &bias)| tau - bias).collect()
         };
         if self.absolute {
-            let rest = less(&self.robot.to_absolute_forces(tau), &self.robot.absolute_forces());
-            return self.robot.from_absolute_velocities(&self.factor.solve(&rest));
+            let rest = less(&self.robot.in_absolute_angles(tau), &self.robot.absolute_forces());
+            return self.robot.joint_velocities(&self.factor.solve(&rest));
         }
         self.factor.solve(&less(tau, &self.robot.forces()))
     }
@@ -102,7 +102,7 @@ impl<'r, 'm, 'g, 't> Inverse<'r, 'm, 'g, 't> {
         for c in 0..n {
             let mut column: Vec<Sym<'g>> = matrix.iter().map(|row| row[c]).collect();
             if self.absolute {
-                column = self.robot.to_absolute_forces(&column);
+                column = self.robot.in_absolute_angles(&column);
             }
             let y = self.scaled(&self.factor.half_solve(&column));
             for (r, row) in out.iter_mut().enumerate() {
