@@ -15,11 +15,8 @@ pub mod contact;
 pub mod coriolis;
 pub mod derivatives;
 pub mod frames;
-<<<<<<< HEAD
 pub mod impact;
-=======
 pub mod joint_axes;
->>>>>>> derivatives
 pub mod momentum;
 pub mod newton_euler;
 pub mod solve;
