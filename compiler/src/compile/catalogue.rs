@@ -1,7 +1,7 @@
 //! Everything that can be derived, by name.
 use super::Context;
 use super::families;
-use super::families::contacts;
+use super::families::{contacts, regressors};
 use super::quantity::Quantity;
 use crate::description::model::Phase;
 use crate::program::Order;
@@ -27,6 +27,8 @@ pub enum Scope {
 pub enum Derivation {
     /// From the robot alone.
     Robot(for<'g, 't> fn(&Context<'g, 't>) -> Quantity<'g>),
+    /// From the robot, where something can be missing.
+    Analysed(for<'g, 't> fn(&Context<'g, 't>) -> Result<Quantity<'g>, Diagnostic>),
     /// For one frame.
     Frame(for<'g, 't> fn(&Context<'g, 't>, &crate::tree::Frame) -> Quantity<'g>),
     /// For one phase.
@@ -66,6 +68,23 @@ impl Entry {
             order: Order::Derivation,
             on_demand: false,
             derivation: Derivation::Robot(derive),
+        }
+    }
+    const fn analysed(
+        name: &'static str,
+        source: &'static str,
+        summary: &'static str,
+        derive: for<'g, 't> fn(&Context<'g, 't>) -> Result<Quantity<'g>, Diagnostic>,
+    ) -> Self {
+        let derivation = Derivation::Analysed(derive);
+        Self {
+            name,
+            summary,
+            source,
+            scope: Scope::Robot,
+            order: Order::DepthFirst,
+            on_demand: false,
+            derivation,
         }
     }
     const fn contacts(
@@ -133,6 +152,7 @@ impl Entry {
     ) -> Result<Quantity<'g>, Diagnostic> {
         match (self.derivation, subject) {
             (Derivation::Robot(derive), _) => Ok(derive(context)),
+            (Derivation::Analysed(derive), _) => derive(context),
             (Derivation::Frame(derive), Some(name)) => {
                 let tree = context.folded.tree;
                 let frame = tree.frame(name).ok_or_else(|| unknown_frame(context, name))?;
@@ -305,6 +325,13 @@ const CATALOGUE: &[Entry] = &[
         families::center_of_mass_jacobian,
     ),
     Entry::robot(
+        "center_of_mass_with_jacobian",
+        "(4.35)",
+        "Centre of mass (first column) and its Jacobian with respect to `v`, together, world axes.",
+        families::center_of_mass_with_jacobian,
+    )
+    .on_demand(),
+    Entry::robot(
         "center_of_mass_velocity",
         "(4.35)",
         "Velocity of the centre of mass, world axes.",
@@ -347,12 +374,53 @@ const CATALOGUE: &[Entry] = &[
         families::zero_moment_point,
     ),
     Entry::robot(
+        "ground_wrench",
+        "(4.40)–(4.42)",
+        "Force and moment about the world's origin that the ground has to provide, world axes.",
+        families::ground_wrench,
+    ),
+    Entry::analysed(
+        "inertial_parameters",
+        "(5.1)",
+        "Ten parameters per body, in the frame of its main link and about its origin.",
+        regressors::values,
+    ),
+    Entry::analysed(
+        "base_parameters",
+        "(5.2)",
+        "Base parameters of the equations of motion: all that the inverse dynamics depends on.",
+        regressors::base_values,
+    ),
+    Entry::analysed(
         "inverse_dynamics_regressor",
         "(5.1)",
-        "Regressor of the inverse dynamics: `regressor · parameters = tau`; ten parameters per body.",
-        families::inverse_dynamics_regressor,
-    )
-    .ordered(Order::DepthFirst),
+        "Regressor of the inverse dynamics: `regressor · inertial_parameters = tau`.",
+        regressors::inverse_dynamics,
+    ),
+    Entry::analysed(
+        "inverse_dynamics_base_regressor",
+        "(5.2)",
+        "Base regressor of the inverse dynamics: `regressor · base_parameters = tau`, of full column rank.",
+        regressors::inverse_dynamics_base,
+    ),
+    Entry::analysed(
+        "energy_regressor",
+        "(5.1), (4.36), (4.37)",
+        "Regressor of kinetic and potential energy.",
+        regressors::energy,
+    ),
+    Entry::analysed(
+        "center_of_mass_regressor",
+        "(5.19)",
+        "Regressor of total mass times centre of mass, world axes.",
+        regressors::center_of_mass,
+    ),
+    Entry::analysed(
+        "ground_wrench_regressor",
+        "(5.26)–(5.29)",
+        "Regressor of the ground's wrench about the world's origin, whose ratios are the zero moment point.",
+        regressors::ground_wrench,
+    ),
     Entry::contacts(
         "contact_distances",
         "κ_N of (4.2)",

@@ -2,9 +2,11 @@
 mod catalogue;
 mod families;
 mod quantity;
+mod readable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};
 pub use quantity::Quantity;
+pub use readable::{Readable, readable};
 
 use crate::derive::{InertiaMode, RobotModel};
 use crate::description::model::RobotDescription;

@@ -18,6 +18,7 @@ pub mod derivatives;
 pub mod drive;
 pub mod frames;
 pub mod impact;
+pub mod joint_axes;
 pub mod momentum;
 pub mod newton_euler;
 pub mod relabel;

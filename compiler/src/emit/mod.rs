@@ -3,7 +3,10 @@ mod files;
 mod function;
 mod model;
 mod package;
+mod program;
+mod split;
 
 pub use files::{Difference, write_whole};
+pub(crate) use function::ident;
 pub use model::{Model, Options, items, model};
 pub use package::{Origin, Package, package, type_name};
