@@ -127,23 +127,22 @@ pub(super) fn dot<'g>(a: &[Sym<'g>], b: &[Sym<'g>]) -> Sym<'g> {
 pub fn solve_symmetric<'g>(mut g: Vec<Vec<Sym<'g>>>, mut b: Vec<Sym<'g>>) -> Vec<Sym<'g>> {
     let n = b.len();
     for k in 0..n {
-        let inverse = g[k][k].constant(1.0) / g[k][k];
-        for i in k + 1..n {
-            let factor = g[i][k] * inverse;
-            for j in k + 1..=i {
-                g[i][j] = g[i][j] - factor * g[j][k];
+        let (done, below) = g.split_at_mut(k + 1);
+        let inverse = b[k].constant(1.0) / done[k][k];
+        let column: Vec<Sym<'g>> = below.iter().map(|row| row[k]).collect();
+        for (r, row) in below.iter_mut().enumerate() {
+            let factor = column[r] * inverse;
+            for (x, &c) in row[k + 1..].iter_mut().zip(&column) {
+                *x = *x - factor * c;
             }
-            b[i] = b[i] - factor * b[k];
-        }
-        for i in k + 1..n {
-            g[i][k] = g[i][k] * inverse;
+            b[k + 1 + r] = b[k + 1 + r] - factor * b[k];
+            row[k] = factor;
         }
         b[k] = b[k] * inverse;
     }
     for k in (0..n).rev() {
-        for i in k + 1..n {
-            b[k] = b[k] - g[i][k] * b[i];
-        }
+        let rest = g[k + 1..].iter().zip(&b[k + 1..]);
+        b[k] = rest.fold(b[k], |sum, (row, &x)| sum - row[k] * x);
     }
     b
 }
