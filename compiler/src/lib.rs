@@ -3,12 +3,14 @@
 //! The stages, each with a type of its own:
 //! [`description`] → tree → expression → derive → optimise → program →
 //! emit (Rust tokens) or evaluate (in process).
+pub mod build;
 pub mod compile;
 pub mod derive;
 pub mod description;
 pub mod emit;
 pub mod exact;
 pub mod expression;
+pub mod front;
 pub mod program;
 pub mod robot;
 pub mod states;

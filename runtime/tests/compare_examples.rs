@@ -4,7 +4,7 @@ mod support;
 use bipedc_runtime::compare::{BaseKind, Comparison, Options, compare_file};
 use bipedc_runtime::log::Mapping;
 use serde_json::Value;
-use support::{rnea::Robot, repository, subject, tulip};
+use support::{repository, rnea::Robot, subject, tulip};
 
 fn compare_example(name: &str, robot: &mut Robot) -> Comparison {
     let log = repository(&format!("tests/data/examples/{name}/validation.csv.gz"));
@@ -13,7 +13,8 @@ fn compare_example(name: &str, robot: &mut Robot) -> Comparison {
 }
 
 fn assert_nominal(name: &str) {
-    let text = std::fs::read_to_string(repository(&format!("tests/data/examples/{name}/truth.json"))).unwrap();
+    let text =
+        std::fs::read_to_string(repository(&format!("tests/data/examples/{name}/truth.json"))).unwrap();
     let truth: Value = serde_json::from_str(&text).unwrap();
     let nominal = &truth["nominal"];
     let comparison = compare_example(name, &mut tulip());

@@ -36,7 +36,11 @@ fn by_blocks(text: &str, filter: &Butterworth, step: f64) -> (Vec<(f64, [f64; 3]
         count += 1;
         let last = block.time.len() - 1;
         let grid = Grid::covering(block.start, step, block.time[0], block.time[last]);
-        let even = if block.uniform { block.columns[0].clone() } else { resample(block.time, &block.columns[0], grid) };
+        let even = if block.uniform {
+            block.columns[0].clone()
+        } else {
+            resample(block.time, &block.columns[0], grid)
+        };
         let spline = Spline::new(&filter.zero_phase(&even), step).unwrap();
         for i in block.core.clone() {
             let t = block.time[i];
@@ -55,7 +59,8 @@ fn assert_blocks_equal_whole(rows: usize, time: impl Fn(usize) -> f64, cutoff: f
     let values: Vec<f64> = times.iter().map(|t| signal(*t)).collect();
     let grid = Grid::covering(0.0, STEP, times[0], times[rows - 1]);
     let whole = Spline::new(&filter.zero_phase(&resample(&times, &values, grid)), STEP).unwrap();
-    let range = values.iter().fold(f64::MIN, |m, v| m.max(*v)) - values.iter().fold(f64::MAX, |m, v| m.min(*v));
+    let range =
+        values.iter().fold(f64::MIN, |m, v| m.max(*v)) - values.iter().fold(f64::MAX, |m, v| m.min(*v));
     let expected: Vec<_> = times.iter().filter(|t| **t >= 0.499 && **t <= times[rows - 1] - 0.499).collect();
     assert_eq!(pieces.len(), expected.len(), "every sample belongs to one core");
     let rate = 2.0 * std::f64::consts::PI * cutoff;
@@ -66,7 +71,11 @@ fn assert_blocks_equal_whole(rows: usize, time: impl Fn(usize) -> f64, cutoff: f
         let bound = |k: i32| 4.0 * TRUNCATION * range * rate.powi(k) + 1e-12 * range / STEP.powi(k);
         for k in 0..3 {
             let error = (found[k] - expected[k]).abs();
-            assert!(error < bound(k as i32), "derivative {k} at {t} s: {error:e}, bound {:e}", bound(k as i32));
+            assert!(
+                error < bound(k as i32),
+                "derivative {k} at {t} s: {error:e}, bound {:e}",
+                bound(k as i32)
+            );
         }
     }
 }
@@ -96,7 +105,16 @@ fn a_short_log_is_one_block() {
 #[test]
 fn gaps_cut_the_log_and_are_reported() {
     // Lines 1002 and 1052 follow a pause of half a second and of two seconds.
-    let time = |i: usize| STEP * i as f64 + if i >= 1050 { 2.5 } else if i >= 1000 { 0.5 } else { 0.0 };
+    let time = |i: usize| {
+        STEP * i as f64
+            + if i >= 1050 {
+                2.5
+            } else if i >= 1000 {
+                0.5
+            } else {
+                0.0
+            }
+    };
     let mut blocks = blocks(&log(3000, time), 300, 0.5);
     let mut cores = Vec::new();
     while let Some(block) = blocks.next_block().unwrap() {
@@ -107,9 +125,21 @@ fn gaps_cut_the_log_and_are_reported() {
     assert!((cores[1].0 - (time(1050) + 0.5)).abs() < 1e-9);
     let messages: Vec<String> = blocks.report().warnings.iter().map(ToString::to_string).collect();
     assert_eq!((blocks.report().gaps, blocks.report().segments, messages.len()), (2, 2, 3), "{messages:?}");
-    assert!(messages[0].contains("gap of 0.5040 s") && messages[0].contains("log.csv:1002"), "{}", messages[0]);
-    assert!(messages[1].contains("gap of 2.0040 s") && messages[1].contains("log.csv:1052"), "{}", messages[1]);
-    assert!(messages[2].contains("50 samples") && messages[2].contains("too short a stretch"), "{}", messages[2]);
+    assert!(
+        messages[0].contains("gap of 0.5040 s") && messages[0].contains("log.csv:1002"),
+        "{}",
+        messages[0]
+    );
+    assert!(
+        messages[1].contains("gap of 2.0040 s") && messages[1].contains("log.csv:1052"),
+        "{}",
+        messages[1]
+    );
+    assert!(
+        messages[2].contains("50 samples") && messages[2].contains("too short a stretch"),
+        "{}",
+        messages[2]
+    );
 }
 
 #[test]

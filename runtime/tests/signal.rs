@@ -79,7 +79,8 @@ fn angular_velocity_of_two_turns() {
     // R = Rz(a t) Rx(b t): ω in base axes is (b, a sin bt, a cos bt).
     let (a, b, step) = (1.3, 0.7, 0.004);
     let turn = |t: f64| {
-        let (sz, cz, sx, cx) = ((a * t / 2.0).sin(), (a * t / 2.0).cos(), (b * t / 2.0).sin(), (b * t / 2.0).cos());
+        let (sz, cz, sx, cx) =
+            ((a * t / 2.0).sin(), (a * t / 2.0).cos(), (b * t / 2.0).sin(), (b * t / 2.0).cos());
         // A length other than one and changing must not matter.
         [cz * sx, sz * sx, sz * cx, cz * cx].map(|c| c * (1.0 + 0.1 * t))
     };

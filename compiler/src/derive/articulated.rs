@@ -58,8 +58,3 @@ pub fn articulated<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<Sym<'
     let still = still(model);
     super::sensitivity::articulated::solve(&still, tau)
 }
-
-pub fn engine_id<'g>(model: &RobotModel<'g, '_>) -> Vec<Sym<'g>> {
-    let a: Vec<Sym<'g>> = (0..model.tree.nv).map(|k| model.input(Argument::A, k)).collect();
-    Sensitivity::new(model, &a, true, 2.0).forces()
-}

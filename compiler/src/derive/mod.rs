@@ -14,10 +14,13 @@ pub mod constraint;
 pub mod contact;
 pub mod coriolis;
 pub mod derivatives;
+pub mod drive;
 pub mod frames;
 pub mod impact;
+pub mod joint_axes;
 pub mod momentum;
 pub mod newton_euler;
+pub mod relabel;
 pub mod solve;
 pub mod support;
 

@@ -3,7 +3,10 @@ mod files;
 mod function;
 mod model;
 mod package;
+mod program;
+mod split;
 
+pub(crate) use function::ident;
 pub use files::{Difference, write_whole};
 pub use model::{Model, Options, items, model};
 pub use package::{Origin, Package, package, type_name};

@@ -1,5 +1,6 @@
 //! All functions of a robot, its constants, and its implementation of [`bipedc_runtime::Model`].
-use super::function::{function, ident, program_name};
+use super::function::{function, ident};
+use super::program::program_name;
 use crate::compile::{CompiledModel, Function, identifier};
 use bipedc_runtime::Argument;
 use proc_macro2::{Ident, Literal, TokenStream};
@@ -10,6 +11,18 @@ use quote::{format_ident, quote};
 pub struct Options {
     /// Name of the type that stands for the robot.
     pub type_name: String,
+    /// Programs with more instructions are split: rustc takes more than linear time for long functions.
+    pub split_above: usize,
+}
+
+impl Options {
+    /// Instructions in one emitted function; measured in `emit/split.rs`.
+    pub const SPLIT_ABOVE: usize = 4000;
+
+    /// The usual form, for this type.
+    pub fn new(type_name: &str) -> Self {
+        Self { type_name: type_name.to_owned(), split_above: Self::SPLIT_ABOVE }
+    }
 }
 
 /// The modules of a model, by name: one per family of functions, then `layout` and the trait.
@@ -24,7 +37,7 @@ pub struct Model {
 pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
     let mut modules: Vec<(String, TokenStream)> = Vec::new();
     for f in &compiled.functions {
-        let tokens = function(compiled, f);
+        let tokens = function(compiled, f, options.split_above);
         match modules.last_mut() {
             Some((name, items)) if name == f.family => items.extend(tokens),
             _ => modules.push((f.family.to_owned(), tokens)),

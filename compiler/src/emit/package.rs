@@ -29,7 +29,7 @@ pub struct Origin {
 pub fn package(compiled: &CompiledModel, origin: &Origin) -> Package {
     let name = identifier(&compiled.name);
     let type_name = type_name(&name);
-    let model = model(compiled, &Options { type_name: type_name.clone() });
+    let model = model(compiled, &Options::new(&type_name));
     let header = header(origin);
     let mut files = BTreeMap::new();
     files.insert("Cargo.toml".to_owned(), manifest(&name, origin));

@@ -16,7 +16,10 @@ use num_traits::ToPrimitive;
 const IDLE_STATES: usize = 3;
 
 /// Primes after which coefficients that are still too long are given as rounded numbers.
-const PRIMES: usize = 10;
+const PRIMES: usize = 6;
+
+/// The same after so many primes in a row that certified nothing.
+const IDLE_PRIMES: usize = 2;
 
 /// The reduced echelon form of one field, pivots first.
 type Reduced = Vec<(usize, Vec<u64>)>;
@@ -105,18 +108,21 @@ pub fn groups(regressor: &Regressor<'_>, space: &StateSpace<'_>, seed: u64) -> R
     let mut entries = entries(&first);
     let mut modulus = BigInt::from(field.prime());
     propose(&mut entries, &modulus);
-    let mut primes = 1;
+    let (mut primes, mut idle) = (1, 0);
+    let open = |entries: &[Entry]| entries.iter().filter(|entry| !entry.certified).count();
     // The second field runs even without coefficients: it certifies rank and pattern.
-    while primes == 1 || (primes < PRIMES && entries.iter().any(|entry| !entry.certified)) {
+    while primes == 1 || (primes < PRIMES && idle < IDLE_PRIMES && open(&entries) > 0) {
         let (field, reduced) = next()?;
+        let before = open(&entries);
         primes += 1;
         if pivots(&reduced) != pivots(&first) || !same_pattern(&reduced, &first) {
             // One of the two primes divides a minor (probability below 2⁻⁴⁰): begin again with this one.
             (entries, modulus) = (self::entries(&reduced), BigInt::from(field.prime()));
             first = reduced;
-            primes = 1;
+            (primes, idle) = (1, 0);
         } else {
             certify(&mut entries, field, &reduced, &mut modulus);
+            idle = if primes > 2 && open(&entries) == before { idle + 1 } else { 0 };
         }
         propose(&mut entries, &modulus);
     }
@@ -184,7 +190,7 @@ fn collect(
 
 /// Coefficients of the `open` columns in rounded arithmetic: by column and group.
 ///
-/// Which coefficients are not zero is known exactly, so the fit has full rank.
+/// The pivot columns are known exactly to be independent, so the fit has full rank.
 fn fit(
     reduced: &Reduced,
     open: &[usize],
@@ -195,16 +201,21 @@ fn fit(
     let evaluator = regressor.evaluator(Rounded)?;
     let mut random = Random::new(seed);
     let mut rows: Vec<Vec<f64>> = Vec::new();
-    while rows.len() < 3 * reduced.len() {
+    while rows.len() < 2 * reduced.len() + 10 {
         rows.extend(regressor.random_rows(&evaluator, space, &mut random)?);
     }
+    let pick = |columns: &[usize]| -> Vec<Vec<f64>> {
+        rows.iter().map(|row| columns.iter().map(|&c| row[c]).collect()).collect()
+    };
+    let pivots: Vec<usize> = reduced.iter().map(|(pivot, _)| *pivot).collect();
+    let mut open = open.to_vec();
+    open.sort_unstable();
+    open.dedup();
+    let solution = solve(&pick(&pivots), &pick(&open));
     let mut fitted = vec![vec![0.0; reduced.len()]; regressor.columns.len()];
-    for (column, coefficients) in fitted.iter_mut().enumerate().filter(|(column, _)| open.contains(column)) {
-        let members: Vec<usize> = (0..reduced.len()).filter(|&g| reduced[g].1[column] != 0).collect();
-        let matrix = rows.iter().map(|row| members.iter().map(|&g| row[reduced[g].0]).collect()).collect();
-        let solution = solve(matrix, rows.iter().map(|row| row[column]).collect());
-        for (&group, value) in members.iter().zip(solution) {
-            coefficients[group] = value;
+    for (group, row) in solution.iter().enumerate() {
+        for (&column, &value) in open.iter().zip(row) {
+            fitted[column][group] = value;
         }
     }
     Ok(fitted)

@@ -7,17 +7,18 @@ use super::random::Random;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Field {
     prime: u64,
+    /// The prime is 2^bits − gap.
+    bits: u32,
+    gap: u64,
 }
-
-/// 2⁶¹ − 1
-const MERSENNE: u64 = (1 << 61) - 1;
 
 impl Field {
     /// The first field is modulo 2⁶¹ − 1, the others modulo the largest primes below 2⁶².
     pub fn all() -> impl Iterator<Item = Self> {
         // p ≡ 3 (mod 4): a square root is one power.
-        let others = (0..1_u64 << 60).map(|i| (1 << 62) - 1 - 4 * i).filter(|&n| is_prime(n));
-        std::iter::once(MERSENNE).chain(others).map(|prime| Self { prime })
+        let others = (0..1_u64 << 20).map(|i| 4 * i + 1).filter(|gap| is_prime((1_u64 << 62) - gap));
+        let field = |bits, gap| Self { prime: (1_u64 << bits) - gap, bits, gap };
+        std::iter::once(field(61, 1)).chain(others.map(move |gap| field(62, gap)))
     }
 
     /// The prime.
@@ -27,12 +28,16 @@ impl Field {
 
     /// `a b`
     pub fn product(self, a: u64, b: u64) -> u64 {
-        multiply(a, b, self.prime)
+        // 2^bits = gap: the upper bits are folded onto the lower ones, which takes no division.
+        let lower = u128::from((1_u64 << self.bits) - 1);
+        let fold = |x: u128| (x & lower) + (x >> self.bits) * u128::from(self.gap);
+        let folded = fold(fold(u128::from(a) * u128::from(b))) as u64;
+        if folded >= self.prime { folded - self.prime } else { folded }
     }
 
     /// `aⁿ`
     pub fn power(self, a: u64, n: u64) -> u64 {
-        power(a, n, self.prime)
+        power(a, n, |x, y| self.product(x, y))
     }
 
     /// `1/a` for a ≠ 0.
@@ -47,23 +52,13 @@ impl Field {
     }
 }
 
-fn multiply(a: u64, b: u64, p: u64) -> u64 {
-    let wide = u128::from(a) * u128::from(b);
-    if p == MERSENNE {
-        // 2⁶¹ = 1: the upper bits are added to the lower ones.
-        let sum = (wide as u64 & MERSENNE) + (wide >> 61) as u64;
-        return if sum >= p { sum - p } else { sum };
-    }
-    (wide % u128::from(p)) as u64
-}
-
-fn power(mut a: u64, mut n: u64, p: u64) -> u64 {
+fn power(mut a: u64, mut n: u64, product: impl Fn(u64, u64) -> u64) -> u64 {
     let mut result = 1;
     while n > 0 {
         if n & 1 == 1 {
-            result = multiply(result, a, p);
+            result = product(result, a);
         }
-        a = multiply(a, a, p);
+        a = product(a, a);
         n >>= 1;
     }
     result
@@ -75,14 +70,15 @@ fn is_prime(n: u64) -> bool {
     if n < 41 || BASES.iter().any(|b| n.is_multiple_of(*b)) {
         return BASES.contains(&n);
     }
+    let multiply = |a, b| (u128::from(a) * u128::from(b) % u128::from(n)) as u64;
     let twos = (n - 1).trailing_zeros();
     BASES.iter().all(|&base| {
-        let mut x = power(base, (n - 1) >> twos, n);
+        let mut x = power(base, (n - 1) >> twos, multiply);
         if x == 1 || x == n - 1 {
             return true;
         }
         (1..twos).any(|_| {
-            x = multiply(x, x, n);
+            x = multiply(x, x);
             x == n - 1
         })
     })
@@ -113,7 +109,7 @@ impl Arithmetic for Field {
         if a == 0 { 0 } else { self.prime - a }
     }
     fn mul(&self, a: u64, b: u64) -> u64 {
-        multiply(a, b, self.prime)
+        self.product(a, b)
     }
     fn div(&self, a: u64, b: u64) -> Option<u64> {
         (b != 0).then(|| self.mul(a, self.inverse(b)))
@@ -172,6 +168,6 @@ mod tests {
     fn small_primes_are_recognised() {
         let primes: Vec<u64> = (0..60).filter(|&n| is_prime(n)).collect();
         assert_eq!(primes, [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59]);
-        assert!(!is_prime(3_215_031_751) && !is_prime(MERSENNE - 2) && is_prime(MERSENNE));
+        assert!(!is_prime(3_215_031_751) && !is_prime((1 << 61) - 3) && is_prime((1 << 61) - 1));
     }
 }

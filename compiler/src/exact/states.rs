@@ -185,8 +185,8 @@ fn free_body<A: Arithmetic>(
     let t = [number(), number(), number()];
     let square = a.dot(t, t);
     let sum = a.add(a.one(), square);
-    for k in 0..3 {
-        out.values.insert(input(Argument::Q, q + 3 + k), a.div(a.add(t[k], t[k]), sum)?);
+    for (k, &x) in t.iter().enumerate() {
+        out.values.insert(input(Argument::Q, q + 3 + k), a.div(a.add(x, x), sum)?);
     }
     out.values.insert(input(Argument::Q, q + 6), a.div(a.sub(a.one(), square), sum)?);
     Some(())

@@ -1,3 +1,5 @@
+// 1.5708 and 3.1416 are what URDFs write.
+#![allow(clippy::approx_constant)]
 use super::*;
 
 fn inputs() -> (Graph, Expr, Expr) {

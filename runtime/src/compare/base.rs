@@ -5,7 +5,13 @@ use crate::signal::{rotate_to_base, rotation};
 /// Base parts of `q`, `v` and `a` at one sample, for value and two derivatives of each base column.
 ///
 /// `motion` is in the order of the base's `q`. `None` if the quaternion is zero.
-pub(super) fn fill(kind: BaseKind, motion: &[[f64; 3]], q: &mut [f64], v: &mut [f64], a: &mut [f64]) -> Option<()> {
+pub(super) fn fill(
+    kind: BaseKind,
+    motion: &[[f64; 3]],
+    q: &mut [f64],
+    v: &mut [f64],
+    a: &mut [f64],
+) -> Option<()> {
     match kind {
         BaseKind::Fixed => {}
         BaseKind::Planar => {

@@ -42,7 +42,10 @@ impl Plan {
     /// Looks at the header and selects the columns in the reader.
     pub fn new(subject: &Subject, reader: &mut Reader, options: &Options) -> Result<Self, Diagnostics> {
         if reader.kind() != Kind::Time {
-            let message = format!("a comparison needs a log (first column `time`), this table has `{}`", reader.kind().column());
+            let message = format!(
+                "a comparison needs a log (first column `time`), this table has `{}`",
+                reader.kind().column()
+            );
             let help = "posture and impact tables are for other commands";
             return Err(Diagnostics(vec![Diagnostic::error(message).in_file(reader.file()).help(help)]));
         }
@@ -88,15 +91,19 @@ impl Plan {
         }
         if found == 0 {
             let columns = reader.columns().map(|c| c.name.as_str());
-            let message = format!("no column is of a joint of this robot; columns: {}", names::list(columns, 8));
+            let message =
+                format!("no column is of a joint of this robot; columns: {}", names::list(columns, 8));
             let help = format!(
                 "columns are named like `left_knee/position`, joints of the robot: {}; a mapping file gives other names",
                 names::list(known(), 40)
             );
-            return Err(Diagnostics(vec![Diagnostic::error(message).in_file(reader.file()).at(1, 0).help(help)]));
+            return Err(Diagnostics(vec![
+                Diagnostic::error(message).in_file(reader.file()).at(1, 0).help(help),
+            ]));
         }
         for joint in unknown {
-            let message = format!("columns of `{}` are ignored: the robot has no such joint", names::shorten(joint));
+            let message =
+                format!("columns of `{}` are ignored: the robot has no such joint", names::shorten(joint));
             let help = match names::closest(joint, known()) {
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => format!("joints of the robot: {}", names::list(known(), 40)),
@@ -106,7 +113,12 @@ impl Plan {
         Ok(())
     }
 
-    fn note_missing(&mut self, subject: &Subject, reader: &Reader, options: &Options) -> Result<(), Diagnostics> {
+    fn note_missing(
+        &mut self,
+        subject: &Subject,
+        reader: &Reader,
+        options: &Options,
+    ) -> Result<(), Diagnostics> {
         let place = |d: Diagnostic| d.in_file(reader.file()).at(1, 0);
         let without = |has: fn(&JointColumns) -> bool| {
             let joints = subject.joints.iter().zip(&self.joints).filter(move |(_, c)| !has(c));
@@ -117,18 +129,27 @@ impl Plan {
         let no_velocity = without(|c| c.velocity.is_some() || c.position.is_none());
         for (what, missing) in [("position", &no_position), ("effort", &no_effort)] {
             if missing.len() == subject.joints.len() {
-                let message = format!("no joint of the robot has a column `<joint>/{what}`: nothing can be compared");
-                let help = format!("the log needs columns like `{}/{what}`; a mapping file gives other names", missing[0]);
+                let message =
+                    format!("no joint of the robot has a column `<joint>/{what}`: nothing can be compared");
+                let help = format!(
+                    "the log needs columns like `{}/{what}`; a mapping file gives other names",
+                    missing[0]
+                );
                 return Err(Diagnostics(vec![place(Diagnostic::error(message)).help(help)]));
             }
         }
         for name in &no_effort {
-            self.missing.push(Missing { name: name.clone(), reason: format!("the log has no column `{name}/effort`") });
+            self.missing.push(Missing {
+                name: name.clone(),
+                reason: format!("the log has no column `{name}/effort`"),
+            });
         }
         if options.velocity == VelocitySource::Logged && !no_velocity.is_empty() {
             let joints = names::list(no_velocity.iter().map(String::as_str), 40);
             let message = format!("no velocity column for {joints}: their positions are differentiated");
-            self.warnings.push(place(Diagnostic::warning(message)).help("log `<joint>/velocity` for all joints or for none"));
+            self.warnings.push(
+                place(Diagnostic::warning(message)).help("log `<joint>/velocity` for all joints or for none"),
+            );
         }
         if !no_position.is_empty() {
             let joints = names::list(no_position.iter().map(String::as_str), 40);
@@ -147,28 +168,39 @@ impl Plan {
         let any_of_base = reader.columns().any(|c| c.name.starts_with("base/"));
         if !any_of_base {
             self.assumptions.push(
-                "the log has no base/... columns: the root link is taken as fixed, upright and at rest".to_owned(),
+                "the log has no base/... columns: the root link is taken as fixed, upright and at rest"
+                    .to_owned(),
             );
         } else if wanted.is_empty() {
-            self.assumptions.push("the base of the model is fixed: the log's base/... columns are ignored".to_owned());
+            self.assumptions
+                .push("the base of the model is fixed: the log's base/... columns are ignored".to_owned());
         } else if missing.is_empty() {
             let columns = found.iter().filter_map(|name| self.add(reader, (*name).to_owned())).collect();
             self.base = Some(BaseColumns(columns));
             self.note_forces(reader);
         } else {
-            let message = format!("the motion of the base is incomplete: no column {}", names::list(missing, 7));
-            let help = "log position and orientation of the base, or drop all base/... columns if it did not move";
-            return Err(Diagnostics(vec![Diagnostic::error(message).in_file(reader.file()).at(1, 0).help(help)]));
+            let message =
+                format!("the motion of the base is incomplete: no column {}", names::list(missing, 7));
+            let help =
+                "log position and orientation of the base, or drop all base/... columns if it did not move";
+            return Err(Diagnostics(vec![
+                Diagnostic::error(message).in_file(reader.file()).at(1, 0).help(help),
+            ]));
         }
         Ok(())
     }
 
     fn note_forces(&mut self, reader: &Reader) {
-        self.assumptions.push("no external forces act: ground contact is not part of the prediction".to_owned());
+        self.assumptions
+            .push("no external forces act: ground contact is not part of the prediction".to_owned());
         let force = reader.columns().find(|c| c.name.contains("/force/") || c.name.contains("/cop/"));
         if let Some(column) = force {
-            let message = format!("contact forces (`{}`) are in the log but not part of the prediction yet", column.name);
-            let help = "while a foot touches the ground the errors contain the torques that hold the robot up";
+            let message = format!(
+                "contact forces (`{}`) are in the log but not part of the prediction yet",
+                column.name
+            );
+            let help =
+                "while a foot touches the ground the errors contain the torques that hold the robot up";
             self.warnings.push(Diagnostic::warning(message).in_file(reader.file()).at(1, 0).help(help));
         }
     }

@@ -83,7 +83,11 @@ impl fmt::Display for Comparison {
         let name = wide(&mut self.channels.iter().map(|c| c.name.chars().count()), 5);
         let unit = wide(&mut self.channels.iter().map(|c| c.unit.len()), self.unit.len());
         let column = 10 + unit;
-        writeln!(f, "{:name$}  {:>column$}  {:>column$}  {:>10}  {:>8}", "joint", "rms", "max", "relative", "samples")?;
+        writeln!(
+            f,
+            "{:name$}  {:>column$}  {:>column$}  {:>10}  {:>8}",
+            "joint", "rms", "max", "relative", "samples"
+        )?;
         for c in &self.channels {
             let relative = c.relative.map_or_else(|| "-".to_owned(), |r| format!("{:.2} %", 100.0 * r));
             writeln!(
@@ -95,7 +99,8 @@ impl fmt::Display for Comparison {
         writeln!(f, "{:name$}  {:>9.4} {:unit$}", "total", self.rms, self.unit)?;
         writeln!(f)?;
         let tried: Vec<_> = self.cutoffs.iter().map(|c| format!("{} Hz", c.cutoff_hz)).collect();
-        let choice = if tried.len() > 1 { format!(", the best of {}", tried.join(", ")) } else { String::new() };
+        let choice =
+            if tried.len() > 1 { format!(", the best of {}", tried.join(", ")) } else { String::new() };
         writeln!(f, "filter: zero-phase 4th-order Butterworth, cut-off {} Hz{choice}", self.cutoff_hz)?;
         writeln!(
             f,

@@ -75,7 +75,8 @@ pub fn compare(
     let compared = compared_joints(model, subject, &mut plan).map_err(|e| one(e.in_file(&file)))?;
     let sampling = Sampling::probe(reader)?;
     let step = sampling.step();
-    let candidates = candidates(&mut plan, subject, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
+    let candidates =
+        candidates(&mut plan, subject, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
     let overlap = candidates.iter().map(|c| c.filter.overlap()).max().unwrap_or(0) + SPLINE_OVERLAP;
     let mut blocks = Blocks::new(sampling, overlap, options.trim_s);
     let mut run = Run { file, subject, plan, compared, step, candidates, span: None };
@@ -143,7 +144,12 @@ fn compared_joints(
         .help(format!("log position and effort of all joints ({})", reasons.join("; "))))
 }
 
-fn candidates(plan: &mut Plan, subject: &Subject, options: &Options, rate: f64) -> Result<Vec<Candidate>, Diagnostic> {
+fn candidates(
+    plan: &mut Plan,
+    subject: &Subject,
+    options: &Options,
+    rate: f64,
+) -> Result<Vec<Candidate>, Diagnostic> {
     let tried = options.cutoff_hz.map_or_else(|| options.candidates.clone(), |c| vec![c]);
     let mut candidates = Vec::new();
     let mut refused = Vec::new();
@@ -151,13 +157,19 @@ fn candidates(plan: &mut Plan, subject: &Subject, options: &Options, rate: f64) 
     for cutoff_hz in tried {
         match Butterworth::new(cutoff_hz, rate) {
             Ok(filter) => {
-                candidates.push(Candidate { cutoff_hz, filter, sums: vec![Sums::default(); subject.joints.len()] });
+                candidates.push(Candidate {
+                    cutoff_hz,
+                    filter,
+                    sums: vec![Sums::default(); subject.joints.len()],
+                });
             }
             Err(error) => {
                 refused.push(format!("{cutoff_hz} Hz"));
                 reason = match error {
                     FilterError::OutOfRange => format!("not below half the sampling rate of {rate:.6} Hz"),
-                    FilterError::TooLow => format!("less than a ten-thousandth of the sampling rate of {rate:.6} Hz"),
+                    FilterError::TooLow => {
+                        format!("less than a ten-thousandth of the sampling rate of {rate:.6} Hz")
+                    }
                 };
             }
         }
@@ -181,7 +193,12 @@ fn within(block: &Block<'_>, options: &Options) -> Range<usize> {
 }
 
 impl Run<'_> {
-    fn add(&mut self, model: &mut dyn InverseDynamics, block: &Block<'_>, range: Range<usize>) -> Result<(), Diagnostics> {
+    fn add(
+        &mut self,
+        model: &mut dyn InverseDynamics,
+        block: &Block<'_>,
+        range: Range<usize>,
+    ) -> Result<(), Diagnostics> {
         let even = Even::new(&self.plan, block, self.step);
         let (first, last) = (block.time[range.start], block.time[range.end - 1]);
         self.span = Some((self.span.map_or(first, |s| s.0), last));
@@ -206,7 +223,9 @@ impl Run<'_> {
         let nv = model.nv();
         let mut tau = vec![0.0; states.count * nv];
         let batch = Batch { count: states.count, q: &states.q, v: &states.v, a: &states.a };
-        model.torques(&batch, &mut tau).map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
+        model
+            .torques(&batch, &mut tau)
+            .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
         for (joint, columns) in self.plan.joints.iter().enumerate().filter(|(j, _)| self.compared[*j]) {
             let Some(effort) = columns.effort else { continue };
             let logged = &block.columns[effort][first..];
@@ -229,10 +248,10 @@ impl Run<'_> {
         match reason {
             Unusable::TooFew => Diagnostic::error("a stretch of the log has fewer than 8 samples")
                 .help("leave out more at the ends, or record longer"),
-            Unusable::ZeroQuaternion(time) => {
-                Diagnostic::error(format!("base/orientation is no rotation at {time} s: its quaternion is zero"))
-                    .help("a unit quaternion x, y, z, w is expected")
-            }
+            Unusable::ZeroQuaternion(time) => Diagnostic::error(format!(
+                "base/orientation is no rotation at {time} s: its quaternion is zero"
+            ))
+            .help("a unit quaternion x, y, z, w is expected"),
         }
         .in_file(&self.file)
     }
@@ -242,15 +261,19 @@ impl Run<'_> {
         let Some((from_s, to_s)) = self.span else { return Err(one(self.nothing(blocks, options))) };
         let best = self.candidates.iter().min_by(|a, b| a.total().rms().total_cmp(&b.total().rms()));
         let Some(best) = best else { return Err(one(self.nothing(blocks, options))) };
-        let channels: Vec<_> = self.subject.joints.iter().zip(&best.sums).filter(|(_, s)| s.samples > 0).collect();
+        let channels: Vec<_> =
+            self.subject.joints.iter().zip(&best.sums).filter(|(_, s)| s.samples > 0).collect();
         let mut units: Vec<_> = channels.iter().map(|(j, _)| j.unit()).collect();
         units.dedup();
         let mut warnings = self.plan.warnings;
         warnings.extend(uneven(blocks, self.step, &self.file));
         warnings.extend(report.warnings.iter().cloned());
         if report.gaps > MOST_GAPS {
-            let message = format!("the log has {} gaps in all; the first {MOST_GAPS} are listed", report.gaps);
-            warnings.push(Diagnostic::warning(message).in_file(&self.file).help("check the recorder for lost messages"));
+            let message =
+                format!("the log has {} gaps in all; the first {MOST_GAPS} are listed", report.gaps);
+            warnings.push(
+                Diagnostic::warning(message).in_file(&self.file).help("check the recorder for lost messages"),
+            );
         }
         Ok(Comparison {
             rms: best.total().rms(),
@@ -266,7 +289,11 @@ impl Run<'_> {
             assumptions: self.plan.assumptions,
             warnings,
             channels: channels.iter().map(|(joint, sums)| channel(&joint.name, joint.unit(), sums)).collect(),
-            cutoffs: self.candidates.iter().map(|c| Cutoff { cutoff_hz: c.cutoff_hz, rms: c.total().rms() }).collect(),
+            cutoffs: self
+                .candidates
+                .iter()
+                .map(|c| Cutoff { cutoff_hz: c.cutoff_hz, rms: c.total().rms() })
+                .collect(),
         })
     }
 

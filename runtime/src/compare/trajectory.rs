@@ -44,7 +44,8 @@ impl Even {
         for index in motion.chain(plan.base.iter().flat_map(|b| b.0.iter().copied())) {
             raw[index].clone_from(&block.columns[index]);
         }
-        if let Some(Ok(quaternion)) = plan.base.as_ref().and_then(|b| b.0.get(3..7).map(<[usize; 4]>::try_from))
+        if let Some(Ok(quaternion)) =
+            plan.base.as_ref().and_then(|b| b.0.get(3..7).map(<[usize; 4]>::try_from))
             && let Ok(columns) = raw.get_disjoint_mut(quaternion)
         {
             align_signs(columns.map(Vec::as_mut_slice));
@@ -73,12 +74,17 @@ impl Even {
             .collect();
         let motion = |column: usize, sample: usize| -> Result<[f64; 3], Unusable> {
             let spline = splines[column].as_ref().ok_or(Unusable::TooFew)?;
-            Ok(if self.uniform { spline.at_sample(sample) } else { spline.at(time[sample] - self.grid.start) })
+            Ok(if self.uniform {
+                spline.at_sample(sample)
+            } else {
+                spline.at(time[sample] - self.grid.start)
+            })
         };
         let (bq, bv) = (subject.base.nq(), subject.base.nv());
         let (nq, nv) = (bq + subject.joints.len(), bv + subject.joints.len());
         let count = range.len();
-        let mut states = States { count, q: vec![0.0; count * nq], v: vec![0.0; count * nv], a: vec![0.0; count * nv] };
+        let mut states =
+            States { count, q: vec![0.0; count * nq], v: vec![0.0; count * nv], a: vec![0.0; count * nv] };
         let mut base_motion = Vec::with_capacity(bq);
         for (i, sample) in range.enumerate() {
             let q = &mut states.q[i * nq..(i + 1) * nq];
@@ -91,7 +97,8 @@ impl Even {
                     for column in &columns.0 {
                         base_motion.push(motion(*column, sample)?);
                     }
-                    base::fill(subject.base, &base_motion, q, v, a).ok_or(Unusable::ZeroQuaternion(time[sample]))?;
+                    base::fill(subject.base, &base_motion, q, v, a)
+                        .ok_or(Unusable::ZeroQuaternion(time[sample]))?;
                 }
             }
             for (j, columns) in plan.joints.iter().enumerate() {

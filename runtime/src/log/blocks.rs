@@ -35,7 +35,8 @@ impl Sampling {
             let Some(row) = reader.next_row(&mut values)? else { break };
             first.push_back((row, values.clone()));
         }
-        let mut steps: Vec<f64> = first.iter().zip(first.iter().skip(1)).map(|(a, b)| b.1[0] - a.1[0]).collect();
+        let mut steps: Vec<f64> =
+            first.iter().zip(first.iter().skip(1)).map(|(a, b)| b.1[0] - a.1[0]).collect();
         if steps.is_empty() {
             let error = match first.front() {
                 None => no_rows(&reader),
@@ -230,7 +231,10 @@ impl Blocks {
         let Some(&last) = self.time.last() else { return 0..0 };
         let begin = self.time.partition_point(|t| *t < self.start + self.trim - slack).max(self.done);
         let cut = if ended { 0 } else { self.overlap };
-        let end = self.time.partition_point(|t| *t <= last - self.trim + slack).min(self.time.len().saturating_sub(cut));
+        let end = self
+            .time
+            .partition_point(|t| *t <= last - self.trim + slack)
+            .min(self.time.len().saturating_sub(cut));
         begin..end.max(begin)
     }
 
@@ -246,7 +250,9 @@ impl Blocks {
                 "derivatives across a gap are not trusted: {} s on either side are left out of the error",
                 self.trim
             );
-            self.report.warnings.push(Diagnostic::warning(message).in_file(self.sampling.reader.file()).at(row.line, 0).help(help));
+            self.report.warnings.push(
+                Diagnostic::warning(message).in_file(self.sampling.reader.file()).at(row.line, 0).help(help),
+            );
         }
     }
 
@@ -256,9 +262,12 @@ impl Blocks {
         if self.done > 0 || !core.is_empty() {
             self.report.segments += 1;
         } else if self.report.gaps > 0 && self.report.gaps <= MOST_GAPS {
-            let message = format!("{length} samples from {} s to {last} s are too short a stretch to use", self.start);
+            let message =
+                format!("{length} samples from {} s to {last} s are too short a stretch to use", self.start);
             let help = format!("a stretch between gaps must last more than {} s", 2.0 * self.trim);
-            self.report.warnings.push(Diagnostic::warning(message).in_file(self.sampling.reader.file()).help(help));
+            self.report
+                .warnings
+                .push(Diagnostic::warning(message).in_file(self.sampling.reader.file()).help(help));
         }
     }
 }

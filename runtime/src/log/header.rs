@@ -53,7 +53,12 @@ pub(super) struct Header {
 }
 
 /// Understands the header line.
-pub(super) fn parse(file: &Path, line: &str, number: usize, mapping: &Mapping) -> Result<Header, Diagnostics> {
+pub(super) fn parse(
+    file: &Path,
+    line: &str,
+    number: usize,
+    mapping: &Mapping,
+) -> Result<Header, Diagnostics> {
     let at = |d: Diagnostic, offset: usize| d.in_file(file).at(number, character(line, offset));
     let mut fields = Vec::new();
     split(line, &mut fields).map_err(|e| {
@@ -68,12 +73,14 @@ pub(super) fn parse(file: &Path, line: &str, number: usize, mapping: &Mapping) -
     let mut index = HashMap::new();
     for (i, name) in names.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
         if let Some(first) = index.insert(*name, i) {
-            let message = format!("column `{}` appears twice: as number {} and {}", shorten(name), first + 1, i + 1);
+            let message =
+                format!("column `{}` appears twice: as number {} and {}", shorten(name), first + 1, i + 1);
             errors.push(at(Diagnostic::error(message), fields[i].start).help("remove or rename one of them"));
         }
     }
     let columns = apply(mapping, &names, &index, &mut errors);
-    let kind = Kind::ALL.into_iter().find(|k| columns.iter().any(|c| c.name == k.column() && is_first(c, mapping)));
+    let kind =
+        Kind::ALL.into_iter().find(|k| columns.iter().any(|c| c.name == k.column() && is_first(c, mapping)));
     match kind {
         Some(kind) if errors.is_empty() => Ok(Header { kind, fields: names.len(), columns }),
         Some(_) => Err(Diagnostics(errors)),
@@ -89,7 +96,12 @@ fn is_first(column: &Column, mapping: &Mapping) -> bool {
     column.field == 0 || mapping.columns.contains_key(&column.name)
 }
 
-fn apply(mapping: &Mapping, names: &[&str], index: &HashMap<&str, usize>, errors: &mut Vec<Diagnostic>) -> Vec<Column> {
+fn apply(
+    mapping: &Mapping,
+    names: &[&str],
+    index: &HashMap<&str, usize>,
+    errors: &mut Vec<Diagnostic>,
+) -> Vec<Column> {
     let mut columns: Vec<_> = names
         .iter()
         .enumerate()
@@ -100,7 +112,12 @@ fn apply(mapping: &Mapping, names: &[&str], index: &HashMap<&str, usize>, errors
         let wanted = source.column.as_ref().unwrap_or(name);
         match index.get(wanted.as_str()) {
             Some(&field) => {
-                columns.push(Column { name: name.clone(), field, factor: source.factor, offset: source.offset });
+                columns.push(Column {
+                    name: name.clone(),
+                    field,
+                    factor: source.factor,
+                    offset: source.offset,
+                });
             }
             None => errors.push(unknown_source(mapping, source.position, wanted, names)),
         }
@@ -128,8 +145,11 @@ fn wrong_separator(line: &str, names: &[&str]) -> Option<Diagnostic> {
         );
     }
     (names[0].parse::<f64>().is_ok()).then(|| {
-        Diagnostic::error(format!("no header row: the first line starts with the number {}", shorten(names[0])))
-            .help("put the names of the columns into the first line, such as `time,left_knee/position`")
+        Diagnostic::error(format!(
+            "no header row: the first line starts with the number {}",
+            shorten(names[0])
+        ))
+        .help("put the names of the columns into the first line, such as `time,left_knee/position`")
     })
 }
 

@@ -103,7 +103,9 @@ impl Mapping {
     fn add(&mut self, name: &str, value: toml::Value, position: (usize, usize)) -> Result<(), Diagnostic> {
         let entry: Entry = value.clone().try_into().map_err(|_| bad_entry(name, value))?;
         let full = match entry {
-            Entry::Name(column) => Full { column: Some(column), scale: None, offset: None, sign: None, frame: None },
+            Entry::Name(column) => {
+                Full { column: Some(column), scale: None, offset: None, sign: None, frame: None }
+            }
             Entry::Full(full) => full,
         };
         let scale = full.scale.unwrap_or(1.0);
@@ -114,21 +116,28 @@ impl Mapping {
                 .help("use `scale` for a factor"));
         }
         if !scale.is_finite() || scale == 0.0 || !offset.is_finite() {
-            return Err(Diagnostic::error(format!("`{name}`: scale {scale} and offset {offset} have no meaning"))
-                .help("scale must be finite and not zero, offset finite"));
+            return Err(Diagnostic::error(format!(
+                "`{name}`: scale {scale} and offset {offset} have no meaning"
+            ))
+            .help("scale must be finite and not zero, offset finite"));
         }
         let is_vector = is_known_form(&format!("{name}/z")) && !is_known_form(name);
         if let Some(frame) = full.frame {
             if !is_vector {
-                return Err(Diagnostic::error(format!("`{name}`: only the force or torque of a foot has a frame"))
-                    .help("write it as \"left_foot/force\" = { frame = \"sole\" }"));
+                return Err(Diagnostic::error(format!(
+                    "`{name}`: only the force or torque of a foot has a frame"
+                ))
+                .help("write it as \"left_foot/force\" = { frame = \"sole\" }"));
             }
             self.frames.insert(name.to_owned(), frame);
         } else if !is_known_form(name) {
             return Err(unknown_name(name));
         }
         if !is_vector {
-            self.columns.insert(name.to_owned(), Source { column: full.column, factor: sign * scale, offset, position });
+            self.columns.insert(
+                name.to_owned(),
+                Source { column: full.column, factor: sign * scale, offset, position },
+            );
         }
         Ok(())
     }
@@ -138,21 +147,30 @@ fn bad_entry(name: &str, value: toml::Value) -> Diagnostic {
     const KEYS: [&str; 5] = ["column", "scale", "offset", "sign", "frame"];
     let unknown = value.as_table().and_then(|t| t.keys().find(|k| !KEYS.contains(&k.as_str())));
     match unknown {
-        Some(key) => Diagnostic::error(format!("`{name}`: unknown key `{key}`")).help(match closest(key, KEYS) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => "keys: column, scale, offset, sign, frame".to_owned(),
-        }),
-        None => Diagnostic::error(format!("`{name}`: expected a column name or {{ column, scale, offset, sign, frame }}"))
-            .help("scale, offset and sign are numbers, column is a text, frame is \"world\" or \"sole\""),
+        Some(key) => {
+            Diagnostic::error(format!("`{name}`: unknown key `{key}`")).help(match closest(key, KEYS) {
+                Some(meant) => format!("did you mean `{meant}`?"),
+                None => "keys: column, scale, offset, sign, frame".to_owned(),
+            })
+        }
+        None => Diagnostic::error(format!(
+            "`{name}`: expected a column name or {{ column, scale, offset, sign, frame }}"
+        ))
+        .help("scale, offset and sign are numbers, column is a text, frame is \"world\" or \"sole\""),
     }
 }
 
 fn unknown_name(name: &str) -> Diagnostic {
     let error = Diagnostic::error(format!("`{name}` is no column of a log, posture or impact table"));
     let guess = name.rsplit_once('/').and_then(|(joint, quantity)| {
-        closest(quantity, super::names::JOINT_QUANTITIES).map(|meant| format!("did you mean `{joint}/{meant}`?"))
+        closest(quantity, super::names::JOINT_QUANTITIES)
+            .map(|meant| format!("did you mean `{joint}/{meant}`?"))
     });
-    error.help(guess.unwrap_or_else(|| "columns are named like `left_knee/position` or `left_foot/force/z`".to_owned()))
+    error.help(
+        guess.unwrap_or_else(|| {
+            "columns are named like `left_knee/position` or `left_foot/force/z`".to_owned()
+        }),
+    )
 }
 
 /// Line and column (from 1) of a byte offset.

@@ -13,13 +13,16 @@ pub const JOINT_QUANTITIES: [&str; 7] =
 pub fn joint_of(column: &str) -> Option<&str> {
     let name = column.strip_suffix("/before").or_else(|| column.strip_suffix("/after")).unwrap_or(column);
     let (joint, quantity) = name.rsplit_once('/')?;
-    let foreign = joint.is_empty() || joint.starts_with("base") && joint.len() == 4 || joint.starts_with("imu");
+    let foreign =
+        joint.is_empty() || joint.starts_with("base") && joint.len() == 4 || joint.starts_with("imu");
     (JOINT_QUANTITIES.contains(&quantity) && !foreign).then_some(joint)
 }
 
 /// Whether the name has one of the forms of the format.
 pub fn is_known_form(column: &str) -> bool {
-    if matches!(column, "time" | "posture" | "impact" | "base/orientation/pitch") || joint_of(column).is_some() {
+    if matches!(column, "time" | "posture" | "impact" | "base/orientation/pitch")
+        || joint_of(column).is_some()
+    {
         return true;
     }
     let name = column.strip_suffix("/before").or_else(|| column.strip_suffix("/after")).unwrap_or(column);

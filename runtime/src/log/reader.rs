@@ -50,7 +50,11 @@ impl Reader {
         Self::with_lines(path, Lines::new(path, source), mapping)
     }
 
-    fn with_lines(path: &Path, lines: Result<Lines, Diagnostic>, mapping: &Mapping) -> Result<Self, Diagnostics> {
+    fn with_lines(
+        path: &Path,
+        lines: Result<Lines, Diagnostic>,
+        mapping: &Mapping,
+    ) -> Result<Self, Diagnostics> {
         let one = |d| Diagnostics(vec![d]);
         let mut lines = lines.map_err(one)?;
         let header = match lines.next().map_err(one)? {
@@ -61,8 +65,15 @@ impl Reader {
             }
         };
         let file = path.to_path_buf();
-        let mut reader =
-            Self { file, lines, header, selected: Vec::new(), fields: Vec::new(), last_time: f64::NAN, rows: 0 };
+        let mut reader = Self {
+            file,
+            lines,
+            header,
+            selected: Vec::new(),
+            fields: Vec::new(),
+            last_time: f64::NAN,
+            rows: 0,
+        };
         reader.select::<&str>(&[]);
         Ok(reader)
     }
@@ -139,7 +150,11 @@ impl Reader {
     }
 
     /// One line: its number, or `None` at the end. Errors of single fields go to `errors`.
-    fn read(&mut self, row: &mut Vec<f64>, errors: &mut Vec<Diagnostic>) -> Result<Option<usize>, Diagnostic> {
+    fn read(
+        &mut self,
+        row: &mut Vec<f64>,
+        errors: &mut Vec<Diagnostic>,
+    ) -> Result<Option<usize>, Diagnostic> {
         row.clear();
         let Self { lines, header, selected, fields, file, .. } = self;
         let Some((number, line)) = lines.next()? else { return Ok(None) };

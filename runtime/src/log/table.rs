@@ -29,7 +29,8 @@ impl Table {
         let kind = reader.kind();
         let mut found = vec![kind.column().to_owned()];
         found.extend(names.iter().map(|n| n.as_ref().to_owned()).filter(|n| reader.has(n)));
-        let mut table = Self { kind, columns: vec![Vec::new(); found.len()], names: found, lines: Vec::new() };
+        let mut table =
+            Self { kind, columns: vec![Vec::new(); found.len()], names: found, lines: Vec::new() };
         let mut values = Vec::new();
         while let Some(row) = reader.next_row(&mut values)? {
             for (column, value) in table.columns.iter_mut().zip(&values) {

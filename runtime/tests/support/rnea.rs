@@ -66,7 +66,9 @@ impl Robot {
         let document = roxmltree::Document::parse(urdf).unwrap();
         let root = document.root_element();
         let joints: Vec<_> = root.children().filter(|n| n.has_tag_name("joint")).collect();
-        let end = |joint: roxmltree::Node<'_, '_>, tag| child(joint, tag).unwrap().attribute("link").unwrap().to_owned();
+        let end = |joint: roxmltree::Node<'_, '_>, tag| {
+            child(joint, tag).unwrap().attribute("link").unwrap().to_owned()
+        };
         let children: Vec<_> = joints.iter().map(|j| end(*j, "child")).collect();
         let links = root.children().filter(|n| n.has_tag_name("link")).filter_map(|n| n.attribute("name"));
         let top = links.into_iter().find(|name| !children.iter().any(|c| c == name)).unwrap();
@@ -85,7 +87,14 @@ impl Robot {
                 assert!(matches!(kind, "revolute" | "continuous" | "fixed"), "{kind}");
                 let name = joint.attribute("name").unwrap().to_owned();
                 let axis = (kind != "fixed").then_some(axis);
-                robot.bodies.push(Body { parent, name, axis, translation, rotation, link: link(root, &below) });
+                robot.bodies.push(Body {
+                    parent,
+                    name,
+                    axis,
+                    translation,
+                    rotation,
+                    link: link(root, &below),
+                });
             }
         }
         robot

@@ -31,11 +31,7 @@ impl<'g> Articulated<'g> {
     }
 
     fn turned(&self, turn: (usize, Sym<'g>, Sym<'g>)) -> Self {
-        Self {
-            a: turn_matrix(turn, &self.a),
-            b: turn_matrix(turn, &self.b),
-            c: turn_matrix(turn, &self.c),
-        }
+        Self { a: turn_matrix(turn, &self.a), b: turn_matrix(turn, &self.b), c: turn_matrix(turn, &self.c) }
     }
 
     fn turned_constant(&self, model: &RobotModel<'g, '_>, rotation: &Rotation) -> Self {
@@ -122,9 +118,7 @@ pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sy
                 let wrench = (axes.out(single.0 + w.0), axes.out(single.1 + w.1));
                 (axes.turn.map_or(sum, |turn| sum.turned(turn)), wrench)
             }
-            None => {
-                (Articulated::rigid(&robot.moments[index].turned(axes.turn)), robot.single[index])
-            }
+            None => (Articulated::rigid(&robot.moments[index].turned(axes.turn)), robot.single[index]),
         };
         if let Some((carried, w)) = &joined[index] {
             inertia = inertia.plus(carried);

@@ -30,13 +30,34 @@ pub(super) struct Sensitivity<'m, 'g, 't> {
     links: Vec<Link<'g>>,
     /// Of single bodies: in their own axes where children hang on those, else in the joint axes.
     single: Vec<Wrench<'g>>,
-    /// Without the children at parallel joints, in joint axes.
-    cores: Vec<(Subtree<'g>, Wrench<'g>)>,
+    /// Without the children that have absolute angles, in joint axes.
+    cores: Vec<Sums<'g>>,
     /// In joint axes.
     subtrees: Vec<Subtree<'g>>,
     /// In joint axes.
     wrenches: Vec<Wrench<'g>>,
     factor: f64,
+}
+
+/// Sums over a subtree and the wrench that it needs.
+type Sums<'g> = (Subtree<'g>, Wrench<'g>);
+
+/// What the children of a body add to its sums.
+#[derive(Clone, Default)]
+struct Carried<'g> {
+    /// In its own axes.
+    own: Option<Sums<'g>>,
+    /// In its joint axes, turning with it.
+    beside: Option<Sums<'g>>,
+    /// In its joint axes, with an absolute angle of their own.
+    parallel: Option<Sums<'g>>,
+}
+
+fn add<'g>(sum: &mut Sums<'g>, other: Option<&Sums<'g>>) {
+    if let Some((subtree, wrench)) = other {
+        sum.0 = sum.0.plus(subtree);
+        sum.1 = (sum.1.0 + wrench.0, sum.1.1 + wrench.1);
+    }
 }
 
 /// Which changes a matrix is asked for.
@@ -66,42 +87,47 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     /// Sums from the leaves to the root. Bodies that carry something in their own axes are summed there
     /// and turned once; the others are turned alone.
     fn sum(&mut self) {
-        let model = self.model;
-        let n = model.tree.bodies.len();
-        // What the children add, in the own axes and in the joint axes.
-        let mut own: Vec<Option<(Subtree<'g>, Wrench<'g>)>> = vec![None; n];
-        let mut joined: Vec<Option<(Subtree<'g>, Wrench<'g>)>> = vec![None; n];
-        let (mut done, mut cores, mut single) = (Vec::new(), Vec::new(), Vec::new());
-        for index in (0..n).rev() {
-            let (turned, link) = (self.axes[index], &self.links[index]);
-            let rigid = |moments, w| Subtree::rigid(moments, w, self.factor);
-            let mut all = if let Some((carried, wrench)) = &own[index] {
-                let here = subtree::rigid_wrench(&self.moments[index], &link.own);
-                single.push(here);
-                let sum = carried.plus(&rigid(self.moments[index], link.own.w));
-                (sum.turned(turned.turn), (turned.out(here.0 + wrench.0), turned.out(here.1 + wrench.1)))
-            } else {
-                let still = self.moments[index].turned(turned.turn);
-                let here = subtree::rigid_wrench(&still, &link.joint);
-                single.push(here);
-                (rigid(still, link.joint.w), here)
-            };
-            cores.push(all);
-            if let Some((carried, wrench)) = &joined[index] {
-                all = (all.0.plus(carried), (all.1.0 + wrench.0, all.1.1 + wrench.1));
-            }
-            if let Some(parent) = model.tree.bodies[index].parent {
-                let place = if turned.joined { &mut joined[parent] } else { &mut own[parent] };
+        let bodies = &self.model.tree.bodies;
+        let mut carried = vec![Carried::default(); bodies.len()];
+        for index in (0..bodies.len()).rev() {
+            let (single, mut all) = self.body(index, carried[index].own.as_ref());
+            add(&mut all, carried[index].beside.as_ref());
+            self.single.push(single);
+            self.cores.push(all);
+            add(&mut all, carried[index].parallel.as_ref());
+            if let Some(parent) = bodies[index].parent {
                 let moved = self.in_hub(index, &all);
-                *place = Some(
-                    place.map_or(moved, |(s, w)| (s.plus(&moved.0), (w.0 + moved.1.0, w.1 + moved.1.1))),
-                );
+                let place = match (self.axes[index].joined, self.absolute_parent(index)) {
+                    (false, _) => &mut carried[parent].own,
+                    (true, None) => &mut carried[parent].beside,
+                    (true, Some(_)) => &mut carried[parent].parallel,
+                };
+                match place {
+                    Some(sum) => add(sum, Some(&moved)),
+                    None => *place = Some(moved),
+                }
             }
-            done.push(all);
+            self.subtrees.push(all.0);
+            self.wrenches.push(all.1);
         }
-        self.single = single.into_iter().rev().collect();
-        self.cores = cores.into_iter().rev().collect();
-        (self.subtrees, self.wrenches) = done.into_iter().rev().unzip();
+        self.single.reverse();
+        self.cores.reverse();
+        self.subtrees.reverse();
+        self.wrenches.reverse();
+    }
+
+    /// A body's own wrench, and in the joint axes its sums with what it carries in its own axes.
+    fn body(&self, index: usize, carried: Option<&Sums<'g>>) -> (Wrench<'g>, Sums<'g>) {
+        let (turned, link, moments) = (self.axes[index], &self.links[index], &self.moments[index]);
+        if let Some((subtree, wrench)) = carried {
+            let single = subtree::rigid_wrench(moments, &link.own);
+            let sum = subtree.plus(&Subtree::rigid(*moments, link.own.w, self.factor));
+            let wrench = (turned.out(single.0 + wrench.0), turned.out(single.1 + wrench.1));
+            return (single, (sum.turned(turned.turn), wrench));
+        }
+        let moments = moments.turned(turned.turn);
+        let single = subtree::rigid_wrench(&moments, &link.joint);
+        (single, (Subtree::rigid(moments, link.joint.w, self.factor), single))
     }
 
     /// Sums of a body about its parent's origin.

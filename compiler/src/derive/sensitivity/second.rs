@@ -28,11 +28,7 @@ pub(super) fn turn_matrix<'g>(turn: Turn<'g>, m: &Matrix3<'g>) -> Matrix3<'g> {
 
 /// `R M Rᵀ` by the double angle on the plane that turns, where the diagonal differs by `difference`; and what
 /// goes from one of its diagonal elements to the other.
-fn turn_with<'g>(
-    (axis, s, c): Turn<'g>,
-    m: &Matrix3<'g>,
-    difference: Sym<'g>,
-) -> (Matrix3<'g>, Sym<'g>) {
+fn turn_with<'g>((axis, s, c): Turn<'g>, m: &Matrix3<'g>, difference: Sym<'g>) -> (Matrix3<'g>, Sym<'g>) {
     if s.is_right_angle() {
         let columns = [0, 1, 2].map(|k| rotate(axis, s, c, m.column(k)));
         let rows = Matrix3::from_columns(columns).0.map(|row| rotate(axis, s, c, Vector3(row)).0);

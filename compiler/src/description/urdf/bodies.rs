@@ -166,7 +166,9 @@ fn check_inertial(owner: &str, inertial: &Inertial, places: &super::LinkPlaces, 
     let largest = inertial.inertia.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
     if largest > 0.0 {
         let [smallest, _, _] = eigenvalues(&inertia_matrix(inertial.inertia.map(|x| x / largest)));
-        if smallest < -INDEFINITE {
+        // A radius of gyration below a micrometre is rounding of whoever exported the file.
+        let dust = 1e-12 * inertial.mass.abs();
+        if smallest < -INDEFINITE && smallest * largest < -dust {
             messages.error(
                 places.inertia,
                 format!(

@@ -1,11 +1,14 @@
 //! Each function of the catalogue in terms of the derivations.
 use super::Context;
+pub mod contacts;
+pub mod regressors;
+
 use super::quantity::Quantity;
 use crate::derive::frames::{frame_pose, jacobian as frame_jacobian, world_poses};
 use crate::derive::newton_euler::generalised_forces;
 use crate::derive::solve::Factor;
 use crate::derive::{Motions, articulated, composite, coriolis, derivatives, frames, momentum as whole};
-use crate::expression::{Sym, separate};
+use crate::expression::Sym;
 use crate::tree::{Frame, Tree};
 use bipedc_runtime::Argument;
 
@@ -98,6 +101,13 @@ pub fn center_of_mass_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     Quantity::matrix(rows, vec!["m".to_owned(); 3], c.folded.tree.row_names(), columns)
 }
 
+pub fn center_of_mass_with_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let mut both = center_of_mass_jacobian(c);
+    both.columns.insert(0, whole::center_of_mass(&c.folded).0.to_vec());
+    both.column_names.insert(0, "position".to_owned());
+    both
+}
+
 const MOMENTUM: [&str; 2] = ["kg m/s", "kg m²/s"];
 pub fn momentum<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::momentum(&c.folded);
@@ -115,33 +125,12 @@ pub fn centroidal_momentum_rate<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::about_center_of_mass(&c.folded, whole::momentum_rate(&c.folded, false));
     Quantity::pair(["N", "N m"], w.linear, w.angular)
 }
+pub fn ground_wrench<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let w = whole::ground_wrench(&c.folded);
+    Quantity::pair(["N", "N m"], w.linear, w.angular)
+}
 pub fn zero_moment_point<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     Quantity::vector(&["x", "y"], "m", whole::zero_moment_point(&c.folded).to_vec())
-}
-
-/// Names of the ten standard parameters of every body.
-pub fn parameter_names(tree: &Tree) -> Vec<String> {
-    const TEN: [&str; 10] = ["m", "m*cx", "m*cy", "m*cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
-    tree.bodies.iter().flat_map(|body| TEN.iter().map(move |p| format!("{}.{p}", body.name))).collect()
-}
-
-pub fn inverse_dynamics_regressor<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let model = &c.symbolic;
-    let tau = generalised_forces(model, Motions::ALL, false);
-    let outputs: Vec<_> = tau.iter().map(|x| x.expr).collect();
-    let forms =
-        separate(model.graph, &outputs).expect("inverse dynamics is linear in barycentric parameters");
-    let zero = model.constant(0.0);
-    let names = parameter_names(model.tree);
-    let columns = (0..names.len() as u32)
-        .map(|k| {
-            forms
-                .iter()
-                .map(|form| form.coefficients.get(&k).map_or(zero, |&e| Sym::new(model.graph, e)))
-                .collect()
-        })
-        .collect();
-    Quantity::matrix(model.tree.row_names(), force_units(model.tree), names, columns)
 }
 
 pub fn position<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {

@@ -1,0 +1,92 @@
+//! For build scripts: a robot's code in Cargo's output folder.
+use crate::compile::identifier;
+use crate::description::SourceFiles;
+use crate::emit::{ident, type_name, write_whole};
+use crate::front::{Request, items_for, module};
+use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use proc_macro2::TokenStream;
+use quote::quote;
+use std::path::{Path, PathBuf};
+
+/// Compiles a robot from a build script: its folder, its `biped.toml` or a URDF, relative to `Cargo.toml`.
+///
+/// Writes `$OUT_DIR/<name>.rs`, where `<name>` is the robot's, holding a module `<name>` with the robot's
+/// functions, constants and a type that implements `bipedc_runtime::Model`. The script runs again when the
+/// files change. With everything wrong on standard error, it ends the script with failure.
+///
+/// ```no_run
+/// // build.rs
+/// bipedc_compiler::build::robot("robots/tulip");
+/// ```
+///
+/// ```ignore
+/// // src/lib.rs
+/// include!(concat!(env!("OUT_DIR"), "/tulip.rs"));
+/// let torques = tulip::inverse_dynamics(&q, &v, &a);
+/// ```
+///
+/// # Panics
+/// Outside of a build script, where Cargo gives no output folder.
+pub fn robot(path: impl AsRef<Path>) {
+    robot_as(path, &Request::default());
+}
+
+/// The same with another base or other functions than the description says.
+///
+/// # Panics
+/// As [`robot`].
+pub fn robot_as(path: impl AsRef<Path>, request: &Request) {
+    let out = std::env::var_os("OUT_DIR").expect("Cargo sets OUT_DIR for build scripts");
+    match write(path.as_ref(), request, Path::new(&out)) {
+        Ok(written) => {
+            for file in &written.sources {
+                println!("cargo::rerun-if-changed={}", file.display());
+            }
+        }
+        Err(error) => {
+            // A script that fails runs again in any case.
+            eprintln!("{error}");
+            std::process::exit(1);
+        }
+    }
+}
+
+/// What [`write`] read and wrote.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// The file with the code.
+    pub file: PathBuf,
+    /// The files it depends on.
+    pub sources: Vec<PathBuf>,
+}
+
+/// Compiles a robot and writes `<name>.rs` into `folder`, whole or not at all.
+///
+/// # Errors
+/// Everything wrong with the description, or what the file system refuses.
+pub fn write(path: &Path, request: &Request, folder: &Path) -> Result<Written, Diagnostics> {
+    let files = SourceFiles::load(path)?;
+    let mut sources = vec![files.urdf_path.clone(), files.toml_path.clone()];
+    sources.dedup();
+    let (name, tokens) = code(files, request)?;
+    let text = prettyplease::unparse(&syn::parse2(tokens).expect("emitted tokens are Rust"));
+    let file = folder.join(format!("{name}.rs"));
+    write_whole(&file, &text).map_err(|error| Diagnostics(vec![Diagnostic::error(error.to_string())]))?;
+    Ok(Written { file, sources })
+}
+
+fn code(files: SourceFiles, request: &Request) -> Result<(String, TokenStream), Diagnostics> {
+    let compiled = request.compile(files)?;
+    let name = identifier(&compiled.name);
+    let type_name = type_name(&name);
+    let (items, type_ident) = (items_for(&compiled, &type_name), ident(&type_name));
+    let doc = format!(" Robot `{}`; implements `bipedc_runtime::Model`.", compiled.name);
+    let content = quote! {
+        #[doc = #doc]
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+        pub struct #type_ident;
+        #items
+    };
+    let module_doc = format!(" Equations of motion of `{}`.", compiled.name);
+    Ok((name.clone(), module(&quote!(pub), &ident(&name), &module_doc, &content)))
+}

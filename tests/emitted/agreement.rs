@@ -1,0 +1,60 @@
+//! Emitted code and the evaluator agree to the last bit.
+use super::models::{ThreeLink, Tulip};
+use super::states::{Arguments, Random, functions};
+use bipedc_compiler::Robot;
+use bipedc_compiler::program::ProgramModel;
+use bipedc_runtime::Model;
+use std::path::Path;
+
+const SEED: u64 = 0x0b1b_ed0c;
+
+fn in_process(name: &str) -> ProgramModel {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(name);
+    let robot = Robot::read(&path).unwrap_or_else(|e| panic!("{e}"));
+    ProgramModel::new(robot.compile().unwrap_or_else(|e| panic!("{e}")))
+}
+
+/// Equal bits; which NaN it is does not matter.
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
+}
+
+fn compare(emitted: &impl Model<f64>, name: &str, states: usize) {
+    let evaluated = in_process(name);
+    let names = functions::<f64>(&evaluated);
+    assert_eq!(functions(emitted), names);
+    let mut random = Random(SEED);
+    for _ in 0..states {
+        let arguments = Arguments::<f64>::random(emitted, &mut random);
+        for (k, (function, length)) in names.iter().enumerate() {
+            let (mut ours, mut theirs) = (vec![f64::NAN; *length], vec![f64::INFINITY; *length]);
+            emitted.evaluate(k, &arguments.state(), &mut ours).unwrap();
+            evaluated.evaluate(k, &arguments.state(), &mut theirs).unwrap();
+            for (element, (&a, &b)) in ours.iter().zip(&theirs).enumerate() {
+                assert!(same(a, b), "{name} {function}[{element}]: {a:e} emitted, {b:e} evaluated (seed {SEED:#x})");
+            }
+        }
+    }
+}
+
+#[test]
+fn three_link_has_the_same_bits() {
+    compare(&ThreeLink, "three_link", 200);
+}
+
+#[test]
+fn tulip_has_the_same_bits() {
+    compare(&Tulip, "tulip", 20);
+}
+
+#[test]
+fn the_faces_agree() {
+    use super::models::three_link;
+    use bipedc_runtime::nalgebra::{SMatrix, SVector};
+    let q = SVector::<f64, { three_link::NQ }>::from_fn(|k, _| 0.3 * k as f64 - 0.7);
+    let by_value = three_link::mass_matrix(&q);
+    // What stood there before must not matter.
+    let mut in_place = SMatrix::from_element(f64::NAN);
+    three_link::mass_matrix_into(&q, &mut in_place);
+    assert_eq!(by_value, in_place);
+}

@@ -1,0 +1,10 @@
+//! Emitted code, compiled through the derive macro: the same bits as the evaluator in process, no allocation,
+//! no warnings, other scalars.
+#![deny(warnings)]
+#![forbid(unsafe_op_in_unsafe_fn)]
+
+mod agreement;
+mod allocation;
+mod models;
+mod scalars;
+mod states;
