@@ -191,6 +191,6 @@ fn description(f: &Function) -> String {
     let rows: Vec<String> = f.rows.iter().zip(&f.row_units).map(|(row, unit)| format!("{row} ({unit})")).collect();
     let _ = writeln!(text, "rows:       {}", rows.join(", "));
     let _ = writeln!(text, "columns:    {}", f.columns.join(", "));
-    let _ = writeln!(text, "operations: {}", f.operations);
+    let _ = writeln!(text, "work:       {}", f.operations);
     text
 }
