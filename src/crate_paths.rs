@@ -5,7 +5,9 @@ use std::path::{Component, Path, PathBuf, absolute};
 /// The name of a robot's folder, for the default of `--out`.
 pub fn folder_name(robot: &Path) -> String {
     let folder = if robot.is_dir() { Some(robot) } else { robot.parent() };
-    let folder = folder.and_then(|folder| std::fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).ok());
+    let folder = folder.and_then(|folder| {
+        std::fs::canonicalize(if folder.as_os_str().is_empty() { Path::new(".") } else { folder }).ok()
+    });
     let name = folder.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
     name.unwrap_or_else(|| "robot".to_owned())
 }
@@ -53,7 +55,8 @@ pub fn runtime_dependency(given: Option<&str>, out: &Path) -> Result<String, Dia
 }
 
 fn is_version(text: &str) -> bool {
-    text.starts_with(|c: char| c.is_ascii_digit()) && text.chars().all(|c| c.is_ascii_alphanumeric() || ".-+".contains(c))
+    text.starts_with(|c: char| c.is_ascii_digit())
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || ".-+".contains(c))
 }
 
 fn is_runtime(folder: &Path) -> bool {

@@ -32,7 +32,14 @@ fn errors_are_those_of_an_ideal_model() {
 #[test]
 fn the_table_says_what_was_done() {
     let run = bipedc(&["compare", "robots/tulip", LOG, "--cutoff", "16", "--from", "2", "--to", "3"]).ok();
-    for words in ["right_knee_pitch", "N m", "cut-off 16 Hz", "251 from 2.000 s to 3.000 s", "0.5 s left out", "assumed:"] {
+    for words in [
+        "right_knee_pitch",
+        "N m",
+        "cut-off 16 Hz",
+        "251 from 2.000 s to 3.000 s",
+        "0.5 s left out",
+        "assumed:",
+    ] {
         assert!(run.out.contains(words), "no `{words}` in {}", run.out);
     }
 }
@@ -44,7 +51,9 @@ fn bad_logs_are_refused() {
     let file = scratch("compare").join("log.csv");
     std::fs::write(&file, "").unwrap();
     compare(text(&file)).fails_with(&["empty", "log.csv"]);
-    std::fs::write(&file, "time,left_knee_pitch/position,left_knee_pitch/effort\n0,0,0\n0.1,x,0\n").unwrap();
-    compare(text(&file)).fails_with(&["log.csv:3"]);
+    let head =
+        "time,left_hip_pitch/position,left_hip_pitch/effort,right_hip_pitch/position,right_hip_pitch/effort";
+    std::fs::write(&file, format!("{head}\n0,0,0,0,0\n0.1,x,0,0,0\n")).unwrap();
+    bipedc(&["compare", "robots/three_link", text(&file)]).fails_with(&["log.csv:3"]);
     bipedc(&["compare", "robots/tulip", LOG, "--mapping", "nowhere.toml"]).fails_with(&["nowhere.toml"]);
 }

@@ -26,7 +26,11 @@ fn gravity_of_an_empty_state_is_the_weight() {
     let tau = numbers(&value["values"][0]);
     assert!((tau[1] - 32.0 * 9.81).abs() < 1e-9, "{tau:?}");
     let run = evaluate("weight_text", "robots/five_link", "gravity", "{}", &[]).ok();
-    assert!(run.out.contains("base/z") && run.out.contains("313.920000000") && run.out.contains("N m"), "{}", run.out);
+    assert!(
+        run.out.contains("base/z") && run.out.contains("313.920000000") && run.out.contains("N m"),
+        "{}",
+        run.out
+    );
 }
 
 #[test]
@@ -83,14 +87,21 @@ fn planar_and_floating_bases_agree() {
 #[test]
 fn forces_at_contact_points() {
     let states = r#"{"forces": {"right_foot/point_foot": [0, 0, 313.92]}}"#;
-    let run = evaluate("forces", "robots/five_link", "inverse_dynamics_with_forces", states, &["--json"]).ok();
+    let run =
+        evaluate("forces", "robots/five_link", "inverse_dynamics_with_forces", states, &["--json"]).ok();
     let tau = numbers(&run.json()["values"][0]);
     assert!(tau[1].abs() < 1e-9, "the ground carries the weight: {tau:?}");
 }
 
 #[test]
 fn functions_of_a_frame() {
-    let run = evaluate("frame", "robots/five_link", "position", "{}", &["--point", "right_foot/point_foot", "--json"]);
+    let run = evaluate(
+        "frame",
+        "robots/five_link",
+        "position",
+        "{}",
+        &["--point", "right_foot/point_foot", "--json"],
+    );
     let value = run.ok().json();
     assert_eq!(value["rows"], json!(["x", "y", "z"]));
     assert!((numbers(&value["values"][0])[2] + 0.8).abs() < 1e-12, "{value}");
@@ -102,16 +113,36 @@ fn bad_states_name_their_line() {
     let bad = |name: &str, states: &str, words: &[&str]| {
         evaluate(name, "robots/five_link", "bias", states, &[]).fails_with(words);
     };
-    bad("joint", "{\n \"position\": {\n  \"right_hip_pich\": 1}}", &["`right_hip_pich`", "states.json:3:", "did you mean `right_hip_pitch`?"]);
+    bad(
+        "joint",
+        "{\n \"position\": {\n  \"right_hip_pich\": 1}}",
+        &["`right_hip_pich`", "states.json:3:", "did you mean `right_hip_pitch`?"],
+    );
     bad("key", "{\"positon\": {}}", &["unknown key `positon`", "did you mean `position`?"]);
-    bad("base_key", "{\"base\": {\"velocity\": [0,0,0]}}", &["unknown key of the base `velocity`", "`linear_velocity`"]);
-    bad("text", "[{},\n {\"velocity\": {\"left_hip_pitch\": \"fast\"}}]", &["invalid type: string", "states.json:2:"]);
+    bad(
+        "base_key",
+        "{\"base\": {\"velocity\": [0,0,0]}}",
+        &["unknown key of the base `velocity`", "`linear_velocity`"],
+    );
+    bad(
+        "text",
+        "[{},\n {\"velocity\": {\"left_hip_pitch\": \"fast\"}}]",
+        &["invalid type: string", "states.json:2:"],
+    );
     bad("short", "{\"base\": {\"position\": [1, 2]}}", &["invalid length 2"]);
-    bad("sideways", "{\"base\": {\n\"position\": [0, 1, 0]}}", &["`position` has y component 1", "must be 0", "states.json:2:"]);
+    bad(
+        "sideways",
+        "{\"base\": {\n\"position\": [0, 1, 0]}}",
+        &["`position` has y component 1", "must be 0", "states.json:2:"],
+    );
     bad("quaternion", "{\"base\": {\"orientation\": [0, 0, 0, 2]}}", &["length 2", "unit quaternion"]);
     bad("syntax", "{\"base\": \n", &["EOF", "states.json:"]);
     bad("twice", "{\"position\": {}, \"position\": {}}", &["stands twice"]);
-    bad("point", "{\"forces\": {\"right_foot/heel\": [0,0,1]}}", &["unknown contact point", "right_foot/point_foot"]);
+    bad(
+        "point",
+        "{\"forces\": {\"right_foot/heel\": [0,0,1]}}",
+        &["unknown contact point", "right_foot/point_foot"],
+    );
 }
 
 #[test]

@@ -37,19 +37,31 @@ fn frames_are_named() {
     let point = ["inspect", "robots/five_link", "position", "--point", "right_foot/point_foot"];
     assert!(bipedc(&point).ok().out.contains("x (m)"));
     bipedc(&["inspect", "robots/five_link", "position"]).fails_with(&["about one frame", "--link NAME"]);
-    bipedc(&["inspect", "robots/five_link", "position", "--link", "tors"]).fails_with(&["`tors`", "known are: torso"]);
+    bipedc(&["inspect", "robots/five_link", "position", "--link", "tors"])
+        .fails_with(&["`tors`", "known are: torso"]);
     bipedc(&["inspect", "robots/five_link", "bias", "--link", "torso"]).fails_with(&["not about one frame"]);
 }
 
 #[test]
 fn unknown_functions_get_a_suggestion() {
-    bipedc(&["inspect", "robots/five_link", "mas_matrix"]).fails_with(&["`mas_matrix`", "did you mean `mass_matrix`?"]);
+    bipedc(&["inspect", "robots/five_link", "mas_matrix"])
+        .fails_with(&["`mas_matrix`", "did you mean `mass_matrix`?"]);
 }
 
 #[test]
 fn base_parameters_of_the_centre_of_mass() {
     let ask = |rows: &'static str, more: &[&'static str]| {
-        let fixed = ["inspect", "robots/tulip", "base-parameters", "--of", "com", "--root", "right_foot", "--rows", rows];
+        let fixed = [
+            "inspect",
+            "robots/tulip",
+            "base-parameters",
+            "--of",
+            "com",
+            "--root",
+            "right_foot",
+            "--rows",
+            rows,
+        ];
         bipedc(&[&fixed[..], more].concat()).ok()
     };
     let run = ask("x,y,z", &[]);
@@ -67,4 +79,16 @@ fn base_parameter_options_belong_together() {
     bipedc(&["inspect", "robots/tulip", "--feet-flat"]).fails_with(&["about base parameters"]);
     let run = bipedc(&["inspect", "robots/tulip", "base-parameters", "--of", "com", "--rows", "w"]);
     run.fails_with(&["no row `w`", "rows are: x, y, z"]);
+}
+
+#[test]
+fn phases_are_named() {
+    let value = bipedc(&["inspect", "robots/five_link", "--json"]).ok().json();
+    let functions = value["functions"].as_array().unwrap();
+    let of_phase =
+        functions.iter().find(|f| f["subject"] == "single_support").expect("a function of a phase");
+    let name = of_phase["function"].as_str().unwrap();
+    bipedc(&["inspect", "robots/five_link", name, "--phase", "single_support"]).ok();
+    bipedc(&["inspect", "robots/five_link", name]).fails_with(&["about one phase", "single_support"]);
+    bipedc(&["inspect", "robots/five_link", name, "--link", "torso"]).fails_with(&["not about one frame"]);
 }

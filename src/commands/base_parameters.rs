@@ -39,10 +39,13 @@ impl BaseParametersArguments {
     /// Answers the question.
     pub fn run(&self, robot: &RobotArguments, json: bool) -> Outcome {
         let Some(of) = &self.of else {
-            return Err(Diagnostic::error("base parameters of what?").help("--of com|zmp|dynamics|energy").into());
+            return Err(Diagnostic::error("base parameters of what?")
+                .help("--of com|zmp|dynamics|energy")
+                .into());
         };
         // The root is a part of the question; the base's kind is a part of the robot.
-        let read = RobotArguments { path: robot.path.clone(), base: robot.base.clone(), root: None }.read()?;
+        let read =
+            RobotArguments { path: robot.path.clone(), base: robot.base.clone(), root: None }.read()?;
         let list = self.parameters.as_deref().map(|list| match list {
             "4" => ParameterList::FirstMoments,
             "16" => ParameterList::Thesis16,
@@ -55,7 +58,8 @@ impl BaseParametersArguments {
             list,
             ..Question::new(of.parse::<Model>()?)
         };
-        let answer = output::progress("eliminating in exact arithmetic", || question.answer(&read.description))?;
+        let answer =
+            output::progress("eliminating in exact arithmetic", || question.answer(&read.description))?;
         if json {
             output::print_json(&answer)?;
         } else {

@@ -81,7 +81,8 @@ impl Compare {
     }
 
     fn options(&self) -> Options {
-        let mut options = Options { from_s: self.from, to_s: self.to, trim_s: self.trim, ..Options::default() };
+        let mut options =
+            Options { from_s: self.from, to_s: self.to, trim_s: self.trim, ..Options::default() };
         match self.cutoff.as_slice() {
             [] => {}
             [only] => options.cutoff_hz = Some(*only),

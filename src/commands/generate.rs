@@ -43,7 +43,8 @@ impl Generate {
     pub fn run(self) -> Outcome {
         let started = Instant::now();
         let robot = self.robot.read()?;
-        let out = self.out.clone().unwrap_or_else(|| Path::new("generated").join(folder_name(&self.robot.path)));
+        let out =
+            self.out.clone().unwrap_or_else(|| Path::new("generated").join(folder_name(&self.robot.path)));
         let runtime = runtime_dependency(self.runtime.as_deref(), &out)?;
         let compiled = output::progress("deriving", || robot.compile())?;
         let source = source_name(&self.robot.path);
@@ -77,9 +78,13 @@ impl Generate {
             (&difference.changed, "differs from what would be generated: stale, or edited by hand"),
             (&difference.extra, "would not be generated: left over, or added by hand"),
         ];
-        let message = |file: &String, what: &str| Diagnostic::error(format!("`{file}` {what}")).in_file(&out.join(file));
-        let mut all: Vec<Diagnostic> =
-            lists.into_iter().flat_map(|(files, what)| files.iter().map(move |file| message(file, what))).collect();
+        let message = |file: &String, what: &str| {
+            Diagnostic::error(format!("`{file}` {what}")).in_file(&out.join(file))
+        };
+        let mut all: Vec<Diagnostic> = lists
+            .into_iter()
+            .flat_map(|(files, what)| files.iter().map(move |file| message(file, what)))
+            .collect();
         // Said once: it is the same for all.
         if let Some(last) = all.last_mut() {
             last.help = Some(refresh);
@@ -88,7 +93,8 @@ impl Generate {
     }
 
     fn refresh_command(&self, out: &Path) -> String {
-        let runtime = self.runtime.as_ref().map_or_else(String::new, |runtime| format!(" --runtime {runtime}"));
+        let runtime =
+            self.runtime.as_ref().map_or_else(String::new, |runtime| format!(" --runtime {runtime}"));
         let overrides = self.robot.overrides();
         format!("bipedc generate {} --out {}{runtime}{overrides}", self.robot.path.display(), out.display())
     }

@@ -40,7 +40,10 @@ impl Init {
         write_whole(&path, &text)?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| ".".to_owned(), |folder| folder.display().to_string());
-        output::print(&format!("wrote {}\nnext: check its guesses, then bipedc check {folder}\n", path.display()))?;
+        output::print(&format!(
+            "wrote {}\nnext: check its guesses, then bipedc check {folder}\n",
+            path.display()
+        ))?;
         Ok(ExitCode::SUCCESS)
     }
 }

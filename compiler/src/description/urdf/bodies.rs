@@ -1,7 +1,9 @@
 //! Physical sense of masses and inertias, link by link and of the bodies that fixed joints make of them.
 use super::joints::odd_angle;
 use super::{Shape, Tree, UrdfRobot};
-use crate::description::geometry::{Frame, Matrix, Moments, Vector, eigenvalues, inertia_matrix, norm, scale};
+use crate::description::geometry::{
+    Frame, Matrix, Moments, Vector, eigenvalues, inertia_matrix, norm, scale,
+};
 use crate::description::model::Inertial;
 use crate::description::source::{Messages, Place, list_names, short};
 use std::fmt::Write as _;
