@@ -123,9 +123,11 @@ impl Reads {
     /// `let &[q0, _, q2] = q;`
     pub fn destructured(&self, model: &CompiledModel) -> TokenStream {
         let lines = self.arguments().map(|argument| {
-            let pattern = pattern(model.argument_length(argument), |k| Operand::Input(argument, k), |k| {
-                self.inputs.contains(&(argument, k))
-            });
+            let pattern = pattern(
+                model.argument_length(argument),
+                |k| Operand::Input(argument, k),
+                |k| self.inputs.contains(&(argument, k)),
+            );
             let name = ident(argument.name());
             quote!(let &#pattern = #name;)
         });

@@ -132,16 +132,9 @@ fn extras(p: &Program, part: &Part, reads: &Reads) -> (bool, bool, bool, bool) {
 }
 
 /// One part as a function, and the call of it.
-fn part(
-    model: &CompiledModel,
-    f: &Function,
-    plan: &Plan,
-    index: usize,
-) -> (TokenStream, TokenStream) {
+fn part(model: &CompiledModel, f: &Function, plan: &Plan, index: usize) -> (TokenStream, TokenStream) {
     let (p, part) = (&f.program, &plan.parts[index]);
-    let reads = Reads::of(
-        operands(p, &part.instructions).chain(part.outputs.iter().map(|&o| p.outputs[o])),
-    );
+    let reads = Reads::of(operands(p, &part.instructions).chain(part.outputs.iter().map(|&o| p.outputs[o])));
     let (sines, cosines, workspace, out) = extras(p, part, &reads);
     let (mut taken, mut passed, mut opened) = (Vec::new(), Vec::new(), Vec::new());
     let count = p.angles.len();
@@ -184,9 +177,7 @@ fn part(
 
 fn part_body(f: &Function, part: &Part) -> TokenStream {
     let p = &f.program;
-    let place = |slot: &Slot| {
-        (operand(Operand::Value(slot.value)), Literal::usize_unsuffixed(slot.place))
-    };
+    let place = |slot: &Slot| (operand(Operand::Value(slot.value)), Literal::usize_unsuffixed(slot.place));
     let loads = part.loads.iter().map(|slot| {
         let (name, place) = place(slot);
         quote!(let #name = w[#place];)
@@ -240,7 +231,8 @@ pub fn program(model: &CompiledModel, f: &Function, limit: usize) -> TokenStream
     let (functions, calls): (Vec<TokenStream>, Vec<TokenStream>) =
         (0..plan.parts.len()).map(|k| part(model, f, &plan, k)).unzip();
     let (before, after) = calls.split_at(plan.before);
-    let everything = || operands(p, &(0..p.instructions.len())).chain(p.outputs.iter().copied()).collect::<Vec<_>>();
+    let everything =
+        || operands(p, &(0..p.instructions.len())).chain(p.outputs.iter().copied()).collect::<Vec<_>>();
     let reads = Reads::of(everything().into_iter());
     let trigonometry = trigonometry(p, &plan, (reads.any_sine(), reads.any_cosine()));
     let workspace = if plan.places > 0 {
