@@ -57,26 +57,38 @@ impl RobotArguments {
     }
 }
 
-/// The frame that a function is about.
+/// The frame or phase that a function is about.
 #[derive(Args)]
-pub struct FrameArguments {
+pub struct SubjectArguments {
     /// Link, for functions of one frame
-    #[arg(long, value_name = "LINK", conflicts_with = "point")]
+    #[arg(long, value_name = "LINK", conflicts_with_all = ["point", "phase"])]
     link: Option<String>,
     /// Contact point FOOT/POINT, for functions of one frame
-    #[arg(long, value_name = "FOOT/POINT")]
+    #[arg(long, value_name = "FOOT/POINT", conflicts_with = "phase")]
     point: Option<String>,
+    /// Phase of the description, for constrained dynamics and impacts
+    #[arg(long, value_name = "PHASE")]
+    phase: Option<String>,
 }
 
-impl FrameArguments {
-    /// The function of this name about this frame.
+impl SubjectArguments {
+    /// The function of this name about this frame or phase.
     pub fn wish(&self, function: &str) -> Result<Wish, Diagnostic> {
         let entry: &Entry = entry(function)?;
-        let subject = self.link.clone().or_else(|| self.point.clone());
-        if subject.is_some() && entry.scope != Scope::Frame {
-            return Err(Diagnostic::error(format!("`{function}` is not about one frame"))
-                .help("leave out --link and --point"));
+        let (frame, phase) = (self.link.clone().or_else(|| self.point.clone()), self.phase.clone());
+        let misplaced = |what: &str, help: &str| {
+            Err(Diagnostic::error(format!("`{function}` is not about one {what}")).help(help))
+        };
+        match entry.scope {
+            Scope::Frame if phase.is_some() => misplaced("phase", "leave out --phase"),
+            Scope::Phase | Scope::Impact if frame.is_some() => {
+                misplaced("frame", "leave out --link and --point; name a phase with --phase")
+            }
+            Scope::Robot | Scope::Contacts if frame.is_some() => {
+                misplaced("frame", "leave out --link and --point")
+            }
+            Scope::Robot | Scope::Contacts if phase.is_some() => misplaced("phase", "leave out --phase"),
+            _ => Ok(Wish { family: entry.name.to_owned(), subject: frame.or(phase) }),
         }
-        Ok(Wish { family: entry.name.to_owned(), subject })
     }
 }

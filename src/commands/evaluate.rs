@@ -1,5 +1,5 @@
 //! `bipedc evaluate`: any function at states from a file.
-use crate::arguments::{FrameArguments, RobotArguments};
+use crate::arguments::{RobotArguments, SubjectArguments};
 use crate::failure::Outcome;
 use crate::output;
 use bipedc_compiler::compile::Function;
@@ -45,7 +45,7 @@ pub struct Evaluate {
     #[arg(long, value_name = "FILE.json")]
     states: PathBuf,
     #[command(flatten)]
-    frame: FrameArguments,
+    subject: SubjectArguments,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -64,7 +64,7 @@ impl Evaluate {
     /// Compiles the one function and runs it at all states.
     pub fn run(self) -> Outcome {
         let robot = self.robot.read()?;
-        let wish = self.frame.wish(&self.function)?;
+        let wish = self.subject.wish(&self.function)?;
         let text = std::fs::read_to_string(&self.states).map_err(|error| {
             Diagnostic::error(format!("cannot read the states: {error}")).in_file(&self.states)
         })?;
@@ -86,19 +86,21 @@ impl Evaluate {
             ))
             .help("null in JSON; a singular mass matrix, or no force on the ground")]);
         }
-        if self.json {
-            let values = values.iter().map(|column_major| nested(function, column_major)).collect();
-            output::print_json(&Answer {
-                function: &self.function,
-                rows: &function.rows,
-                columns: &function.columns,
-                row_units: &function.row_units,
-                values,
-            })?;
-        } else {
-            output::print(&tables(function, &values))?;
-        }
+        self.print(function, &values)?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn print(&self, function: &Function, values: &[Vec<f64>]) -> std::io::Result<()> {
+        if !self.json {
+            return output::print(&tables(function, values));
+        }
+        output::print_json(&Answer {
+            function: &self.function,
+            rows: &function.rows,
+            columns: &function.columns,
+            row_units: &function.row_units,
+            values: values.iter().map(|column_major| nested(function, column_major)).collect(),
+        })
     }
 }
 

@@ -1,14 +1,14 @@
 //! `bipedc inspect`: functions, their work and their formulas.
 use super::base_parameters::BaseParametersArguments;
-use crate::arguments::{FrameArguments, RobotArguments};
+use crate::arguments::{RobotArguments, SubjectArguments};
 use crate::failure::Outcome;
 use crate::output;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Function, Wish, readable};
+use bipedc_compiler::compile::{Function, Readable, Wish, readable};
 use bipedc_compiler::program::Operations;
 use clap::Args;
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
@@ -36,7 +36,7 @@ pub struct Inspect {
     #[arg(value_name = "FUNCTION")]
     function: Option<String>,
     #[command(flatten)]
-    frame: FrameArguments,
+    subject: SubjectArguments,
     #[command(flatten)]
     base_parameters: BaseParametersArguments,
     /// Print as JSON
@@ -52,7 +52,7 @@ impl Inspect {
             Some(name) => {
                 self.base_parameters.refuse()?;
                 let robot = self.robot.read()?;
-                one(&robot, &self.frame.wish(name)?, self.json)
+                one(&robot, &self.subject.wish(name)?, self.json)
             }
             None => {
                 self.base_parameters.refuse()?;
@@ -152,39 +152,37 @@ fn one(robot: &Robot, wish: &Wish, as_json: bool) -> Outcome {
     let formulas =
         if work < READABLE { Some(readable(&robot.description, &compiled.tree, wish)?) } else { None };
     if as_json {
-        let mut value = serde_json::to_value(summary(function)).map_err(std::io::Error::from)?;
-        if let Some(formulas) = &formulas {
-            let element = |(row, column, formula): &(usize, usize, String)| json!({"row": function.rows[*row], "column": function.columns[*column], "formula": formula});
-            value["shared"] = formulas
-                .shared
-                .iter()
-                .map(|(name, formula)| json!({"name": name, "formula": formula}))
-                .collect();
-            value["formulas"] = formulas.elements.iter().map(element).collect();
-        }
-        output::print_json(&value)?;
-        return Ok(ExitCode::SUCCESS);
+        output::print_json(&with_formulas(function, formulas.as_ref())?)?;
+    } else {
+        output::print(&(description(function) + "\n" + &formula_text(function, formulas.as_ref())))?;
     }
-    let mut text = description(function);
-    match formulas {
-        Some(formulas) => {
-            text.push('\n');
-            for (name, formula) in &formulas.shared {
-                let _ = writeln!(text, "{name} = {formula}");
-            }
-            for (row, column, formula) in &formulas.elements {
-                let _ = writeln!(text, "{} = {formula}", label(function, *row, *column));
-            }
-            if formulas.elements.len() < function.rows.len() * function.columns.len() {
-                text.push_str("everything else is 0\n");
-            }
-        }
-        None => {
-            let _ = writeln!(text, "\nformulas are shown below {READABLE} operations");
-        }
-    }
-    output::print(&text)?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn with_formulas(f: &Function, formulas: Option<&Readable>) -> std::io::Result<Value> {
+    let mut value = serde_json::to_value(summary(f))?;
+    if let Some(formulas) = formulas {
+        let shared = formulas.shared.iter().map(|(name, formula)| json!({"name": name, "formula": formula}));
+        let element = |(row, column, formula): &(usize, usize, String)| json!({"row": f.rows[*row], "column": f.columns[*column], "formula": formula});
+        value["shared"] = shared.collect();
+        value["formulas"] = formulas.elements.iter().map(element).collect();
+    }
+    Ok(value)
+}
+
+fn formula_text(f: &Function, formulas: Option<&Readable>) -> String {
+    let Some(formulas) = formulas else { return format!("formulas are shown below {READABLE} operations\n") };
+    let mut text = String::new();
+    for (name, formula) in &formulas.shared {
+        let _ = writeln!(text, "{name} = {formula}");
+    }
+    for (row, column, formula) in &formulas.elements {
+        let _ = writeln!(text, "{} = {formula}", label(f, *row, *column));
+    }
+    if formulas.elements.len() < f.rows.len() * f.columns.len() {
+        text.push_str("everything else is 0\n");
+    }
+    text
 }
 
 fn label(f: &Function, row: usize, column: usize) -> String {
@@ -204,6 +202,6 @@ fn description(f: &Function) -> String {
         f.rows.iter().zip(&f.row_units).map(|(row, unit)| format!("{row} ({unit})")).collect();
     let _ = writeln!(text, "rows:       {}", rows.join(", "));
     let _ = writeln!(text, "columns:    {}", f.columns.join(", "));
-    let _ = writeln!(text, "operations: {}", f.operations);
+    let _ = writeln!(text, "work:       {}", f.operations);
     text
 }

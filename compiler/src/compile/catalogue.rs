@@ -4,6 +4,7 @@ use super::families;
 use super::families::{contacts, regressors};
 use super::quantity::Quantity;
 use crate::description::model::Phase;
+use crate::description::source::did_you_mean;
 use crate::program::Order;
 use bipedc_runtime::diagnostic::Diagnostic;
 
@@ -199,8 +200,11 @@ fn unknown_frame(context: &Context<'_, '_>, name: &str) -> Diagnostic {
 pub fn entry(name: &str) -> Result<&'static Entry, Diagnostic> {
     catalogue().iter().find(|entry| entry.name == name).ok_or_else(|| {
         let known: Vec<&str> = catalogue().iter().map(|entry| entry.name).collect();
-        Diagnostic::error(format!("there is no function `{name}`"))
-            .help(format!("functions are: {}", known.join(", ")))
+        let help = match did_you_mean(name, known.iter().copied()) {
+            Some(close) => format!("did you mean `{close}`?"),
+            None => format!("functions are: {}", known.join(", ")),
+        };
+        Diagnostic::error(format!("there is no function `{name}`")).help(help)
     })
 }
 
