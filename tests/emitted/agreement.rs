@@ -31,7 +31,10 @@ fn compare(emitted: &impl Model<f64>, name: &str, states: usize) {
             emitted.evaluate(k, &arguments.state(), &mut ours).unwrap();
             evaluated.evaluate(k, &arguments.state(), &mut theirs).unwrap();
             for (element, (&a, &b)) in ours.iter().zip(&theirs).enumerate() {
-                assert!(same(a, b), "{name} {function}[{element}]: {a:e} emitted, {b:e} evaluated (seed {SEED:#x})");
+                assert!(
+                    same(a, b),
+                    "{name} {function}[{element}]: {a:e} emitted, {b:e} evaluated (seed {SEED:#x})"
+                );
             }
         }
     }

@@ -43,7 +43,5 @@ impl<R: Real> Arguments<R> {
 
 /// The names of all functions of a model, with the lengths of their results.
 pub fn functions<R: Real>(model: &impl Model<R>) -> Vec<(String, usize)> {
-    (0..)
-        .map_while(|k| model.signature(k).map(|s| (s.name.to_owned(), s.rows * s.columns)))
-        .collect()
+    (0..).map_while(|k| model.signature(k).map(|s| (s.name.to_owned(), s.rows * s.columns))).collect()
 }

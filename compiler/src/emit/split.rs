@@ -4,7 +4,9 @@
 //! thousand, never inlined, hand values on through a workspace; every operation stays as it was, so the
 //! results have the same bits.
 use super::function::ident;
-use super::program::{Reads, constant, operand, output_parameter, parameters, program_name, statement};
+use super::program::{
+    Reads, bindings, constant, operand, output_parameter, parameters, program_name, statements,
+};
 use crate::compile::{CompiledModel, Function};
 use crate::program::{Instruction, Operand, Program};
 use proc_macro2::{Literal, TokenStream};
@@ -132,16 +134,9 @@ fn extras(p: &Program, part: &Part, reads: &Reads) -> (bool, bool, bool, bool) {
 }
 
 /// One part as a function, and the call of it.
-fn part(
-    model: &CompiledModel,
-    f: &Function,
-    plan: &Plan,
-    index: usize,
-) -> (TokenStream, TokenStream) {
+fn part(model: &CompiledModel, f: &Function, plan: &Plan, index: usize) -> (TokenStream, TokenStream) {
     let (p, part) = (&f.program, &plan.parts[index]);
-    let reads = Reads::of(
-        operands(p, &part.instructions).chain(part.outputs.iter().map(|&o| p.outputs[o])),
-    );
+    let reads = Reads::of(operands(p, &part.instructions).chain(part.outputs.iter().map(|&o| p.outputs[o])));
     let (sines, cosines, workspace, out) = extras(p, part, &reads);
     let (mut taken, mut passed, mut opened) = (Vec::new(), Vec::new(), Vec::new());
     let count = p.angles.len();
@@ -184,14 +179,16 @@ fn part(
 
 fn part_body(f: &Function, part: &Part) -> TokenStream {
     let p = &f.program;
-    let place = |slot: &Slot| {
-        (operand(Operand::Value(slot.value)), Literal::usize_unsuffixed(slot.place))
-    };
-    let loads = part.loads.iter().map(|slot| {
-        let (name, place) = place(slot);
-        quote!(let #name = w[#place];)
-    });
-    let statements = part.instructions.clone().map(|k| statement(k, &p.instructions[k]));
+    let place = |slot: &Slot| (operand(Operand::Value(slot.value)), Literal::usize_unsuffixed(slot.place));
+    let loads: Vec<(TokenStream, TokenStream)> = part
+        .loads
+        .iter()
+        .map(|slot| {
+            let (name, place) = place(slot);
+            (name, quote!(w[#place]))
+        })
+        .collect();
+    let (loads, statements) = (bindings(&loads), statements(p, part.instructions.clone()));
     let stores = part.stores.iter().map(|slot| {
         let (name, place) = place(slot);
         quote!(w[#place] = #name;)
@@ -203,8 +200,8 @@ fn part_body(f: &Function, part: &Part) -> TokenStream {
         quote!(out[#column][#row] = #value;)
     });
     quote! {
-        #(#loads)*
-        #(#statements)*
+        #loads
+        #statements
         #(#stores)*
         #(#outputs)*
     }
@@ -240,7 +237,8 @@ pub fn program(model: &CompiledModel, f: &Function, limit: usize) -> TokenStream
     let (functions, calls): (Vec<TokenStream>, Vec<TokenStream>) =
         (0..plan.parts.len()).map(|k| part(model, f, &plan, k)).unzip();
     let (before, after) = calls.split_at(plan.before);
-    let everything = || operands(p, &(0..p.instructions.len())).chain(p.outputs.iter().copied()).collect::<Vec<_>>();
+    let everything =
+        || operands(p, &(0..p.instructions.len())).chain(p.outputs.iter().copied()).collect::<Vec<_>>();
     let reads = Reads::of(everything().into_iter());
     let trigonometry = trigonometry(p, &plan, (reads.any_sine(), reads.any_cosine()));
     let workspace = if plan.places > 0 {

@@ -112,7 +112,8 @@ fn module_name(name: &Ident) -> Ident {
     let mut out = String::new();
     for (k, &letter) in letters.iter().enumerate() {
         let after_small = k > 0 && !letters[k - 1].is_uppercase() && letters[k - 1] != '_';
-        let before_small = k > 0 && letters[k - 1] != '_' && letters.get(k + 1).is_some_and(|c| c.is_lowercase());
+        let before_small =
+            k > 0 && letters[k - 1] != '_' && letters.get(k + 1).is_some_and(|c| c.is_lowercase());
         if letter.is_uppercase() && (after_small || before_small) {
             out.push('_');
         }

@@ -48,9 +48,9 @@ impl Keys {
         let Meta::List(list) = &attribute.meta else {
             return Err(Error::new_spanned(attribute, format!("`biped` needs keys\nhelp: {EXAMPLE}")));
         };
-        let Entries(entries) = list
-            .parse_args()
-            .map_err(|e| Error::new(e.span(), format!("{e}; `biped` holds `key = value` pairs\nhelp: {EXAMPLE}")))?;
+        let Entries(entries) = list.parse_args().map_err(|e| {
+            Error::new(e.span(), format!("{e}; `biped` holds `key = value` pairs\nhelp: {EXAMPLE}"))
+        })?;
         Self::from_entries(&entries, attribute)
     }
 
@@ -101,9 +101,10 @@ fn source(
             path.span(),
             "`description` names files and `urdf`, `toml` are texts: give one or the other",
         )),
-        (None, None, _) => {
-            Err(Error::new_spanned(attribute, format!("`description` is missing: which robot?\nhelp: {EXAMPLE}")))
-        }
+        (None, None, _) => Err(Error::new_spanned(
+            attribute,
+            format!("`description` is missing: which robot?\nhelp: {EXAMPLE}"),
+        )),
     }
 }
 
@@ -122,7 +123,10 @@ fn text(value: &Expr, key: &str) -> syn::Result<LitStr> {
 
 fn names(value: &Expr) -> syn::Result<Vec<String>> {
     let Expr::Array(list) = value else {
-        return Err(Error::new(value.span(), "`functions` is a list of texts: `[\"mass_matrix\", \"bias\"]`"));
+        return Err(Error::new(
+            value.span(),
+            "`functions` is a list of texts: `[\"mass_matrix\", \"bias\"]`",
+        ));
     };
     list.elems.iter().map(|name| text(name, "functions").map(|t| t.value())).collect()
 }

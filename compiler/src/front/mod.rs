@@ -71,15 +71,23 @@ fn unknown_functions(names: &[String]) -> Vec<Diagnostic> {
         .iter()
         .filter(|name| !known.contains(&name.as_str()))
         .map(|name| {
-            Diagnostic::error(format!("there is no function `{name}`"))
-                .help(suggest(name, known.iter().copied(), "functions"))
+            Diagnostic::error(format!("there is no function `{name}`")).help(suggest(
+                name,
+                known.iter().copied(),
+                "functions",
+            ))
         })
         .collect()
 }
 
 /// Attributes of a module that lands in a user's crate: nobody uses all functions of a robot, and style is
 /// not the user's concern there. Unused variables stay an error of ours.
-pub(crate) fn module(visibility: &TokenStream, name: &Ident, doc: &str, content: &TokenStream) -> TokenStream {
+pub(crate) fn module(
+    visibility: &TokenStream,
+    name: &Ident,
+    doc: &str,
+    content: &TokenStream,
+) -> TokenStream {
     quote! {
         #[doc = #doc]
         #[rustfmt::skip]
