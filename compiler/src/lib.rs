@@ -8,6 +8,7 @@ pub mod compile;
 pub mod derive;
 pub mod description;
 pub mod emit;
+pub mod exact;
 pub mod expression;
 pub mod front;
 pub mod program;

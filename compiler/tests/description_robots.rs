@@ -189,3 +189,49 @@ fn the_report_of_tulip() {
     assert!(report.height_above.starts_with("contact point right_foot/"));
     assert!(report.center_of_mass_height > 0.6 && report.center_of_mass_height < 0.8);
 }
+
+/// A body on a root at its lower end, with two arms or legs of this name that end at this height.
+fn two_limbs(name: &str, height: f64) -> String {
+    let inertial = "<inertial><mass value='1'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.1' iyz='0' izz='0.1'/></inertial>";
+    let limb = |side: &str, y: f64| {
+        format!(
+            "<link name='{side}_{name}'>{inertial}</link><joint name='{side}_j' type='continuous'>\
+             <parent link='body'/><child link='{side}_{name}'/><origin xyz='0 {y} {height}'/><axis xyz='1 0 0'/></joint>"
+        )
+    };
+    format!(
+        "<robot name='r'><link name='body'>{inertial}</link>{}{}</robot>",
+        limb("left", 0.2),
+        limb("right", -0.2)
+    )
+}
+
+#[test]
+fn legs_are_told_from_arms_and_wheels() {
+    let base = |urdf: &str| {
+        let guess = description::init_text(urdf, Path::new("robot.urdf")).unwrap();
+        guess
+            .lines()
+            .find(|line| line.starts_with("kind"))
+            .unwrap()
+            .split('#')
+            .next()
+            .unwrap()
+            .trim()
+            .to_string()
+    };
+    assert_eq!(base(&two_limbs("tool", 0.5)), "kind = \"fixed\"");
+    assert_eq!(base(&two_limbs("wheel", 0.0)), "kind = \"fixed\"");
+    assert_eq!(base(&two_limbs("shank", -0.8)), "kind = \"floating\"");
+    assert_eq!(base(&two_limbs("foot", 0.0)), "kind = \"floating\"");
+}
+
+#[test]
+fn the_report_says_what_is_odd() {
+    let (robot, _) = read("benches/robots/rabbit5");
+    assert_eq!(description::check_report(&robot).inconsistencies, Vec::<String>::new());
+    let (mut robot, _) = read("robots/three_link");
+    robot.links[1].inertial.as_mut().unwrap().inertia = [1.0, 0.0, 0.0, 1.0, 0.0, 3.0];
+    let text = description::check_report(&robot).to_string();
+    assert!(text.contains("physically inconsistent:\n  link `right_leg`: the principal moments"), "{text}");
+}

@@ -9,7 +9,13 @@ pub mod model;
 pub mod real;
 
 #[cfg(feature = "std")]
+pub mod compare;
+#[cfg(feature = "std")]
 pub mod diagnostic;
+#[cfg(feature = "std")]
+pub mod log;
+#[cfg(feature = "std")]
+pub mod signal;
 
 pub use model::{Argument, Arguments, CallError, Model, Signature, State};
 pub use real::Real;

@@ -1,6 +1,7 @@
 //! Lanes, arrays and scalars give the same bits, operation by operation.
 
 use bipedc_runtime::Real;
+use bipedc_runtime::lanes::{F32_NATIVE_LANES, F32Native, F64_NATIVE_LANES, F64Native};
 use bipedc_runtime::lanes::{F32x4, F32x8, F32x16, F64x2, F64x4, F64x8};
 use bipedc_runtime::math::{FUSED, sin_cos};
 
@@ -117,4 +118,10 @@ fn fused_rounds_as_the_target_says() {
         assert_eq!(Real::sqrt(a * a).to_bits(), (a * a).sqrt().to_bits());
     }
     assert!(differences > 1000, "the sample tells the two apart");
+}
+
+#[test]
+fn native_lanes_know_their_number() {
+    assert_eq!(F64Native::constant(1.0).to_array(), [1.0; F64_NATIVE_LANES]);
+    assert_eq!(F32Native::constant(1.0).to_array(), [1.0; F32_NATIVE_LANES]);
 }

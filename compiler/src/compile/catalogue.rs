@@ -1,7 +1,9 @@
 //! Everything that can be derived, by name.
 use super::Context;
 use super::families;
+use super::families::{contacts, regressors};
 use super::quantity::Quantity;
+use crate::description::model::Phase;
 use crate::program::Order;
 use bipedc_runtime::diagnostic::Diagnostic;
 
@@ -14,6 +16,10 @@ pub enum Scope {
     Frame,
     /// All contact points.
     Contacts,
+    /// One phase of the description.
+    Phase,
+    /// One change from a phase to the next with an impact.
+    Impact,
 }
 
 /// How a function is derived.
@@ -21,8 +27,12 @@ pub enum Scope {
 pub enum Derivation {
     /// From the robot alone.
     Robot(for<'g, 't> fn(&Context<'g, 't>) -> Quantity<'g>),
+    /// From the robot, where something can be missing.
+    Analysed(for<'g, 't> fn(&Context<'g, 't>) -> Result<Quantity<'g>, Diagnostic>),
     /// For one frame.
     Frame(for<'g, 't> fn(&Context<'g, 't>, &crate::tree::Frame) -> Quantity<'g>),
+    /// For one phase.
+    Phase(for<'g, 't> fn(&Context<'g, 't>, &Phase) -> Result<Quantity<'g>, Diagnostic>),
 }
 
 /// One function of the catalogue.
@@ -38,6 +48,8 @@ pub struct Entry {
     pub scope: Scope,
     /// Order of execution that measured fastest.
     pub order: Order,
+    /// Not emitted unless the description names it: another function holds it already.
+    pub on_demand: bool,
     derivation: Derivation,
 }
 
@@ -54,7 +66,25 @@ impl Entry {
             source,
             scope: Scope::Robot,
             order: Order::Derivation,
+            on_demand: false,
             derivation: Derivation::Robot(derive),
+        }
+    }
+    const fn analysed(
+        name: &'static str,
+        source: &'static str,
+        summary: &'static str,
+        derive: for<'g, 't> fn(&Context<'g, 't>) -> Result<Quantity<'g>, Diagnostic>,
+    ) -> Self {
+        let derivation = Derivation::Analysed(derive);
+        Self {
+            name,
+            summary,
+            source,
+            scope: Scope::Robot,
+            order: Order::DepthFirst,
+            on_demand: false,
+            derivation,
         }
     }
     const fn contacts(
@@ -69,6 +99,7 @@ impl Entry {
             source,
             scope: Scope::Contacts,
             order: Order::Derivation,
+            on_demand: false,
             derivation: Derivation::Robot(derive),
         }
     }
@@ -84,13 +115,30 @@ impl Entry {
             source,
             scope: Scope::Frame,
             order: Order::Derivation,
+            on_demand: false,
             derivation: Derivation::Frame(derive),
         }
+    }
+
+    const fn on_demand(mut self) -> Self {
+        self.on_demand = true;
+        self
     }
 
     const fn ordered(mut self, order: Order) -> Self {
         self.order = order;
         self
+    }
+
+    const fn phase(
+        name: &'static str,
+        source: &'static str,
+        summary: &'static str,
+        scope: Scope,
+        derive: for<'g, 't> fn(&Context<'g, 't>, &Phase) -> Result<Quantity<'g>, Diagnostic>,
+    ) -> Self {
+        let derivation = Derivation::Phase(derive);
+        Self { name, summary, source, scope, order: Order::DepthFirst, on_demand: false, derivation }
     }
 
     /// Derives the function.
@@ -104,17 +152,37 @@ impl Entry {
     ) -> Result<Quantity<'g>, Diagnostic> {
         match (self.derivation, subject) {
             (Derivation::Robot(derive), _) => Ok(derive(context)),
+            (Derivation::Analysed(derive), _) => derive(context),
             (Derivation::Frame(derive), Some(name)) => {
                 let tree = context.folded.tree;
                 let frame = tree.frame(name).ok_or_else(|| unknown_frame(context, name))?;
                 Ok(derive(context, frame))
             }
+            (Derivation::Phase(derive), name) => derive(context, find_phase(context, self.name, name)?),
             (Derivation::Frame(_), None) => {
                 Err(Diagnostic::error(format!("`{}` is about one frame", self.name))
                     .help("name it with --link NAME or --point FOOT/POINT"))
             }
         }
     }
+}
+
+fn find_phase<'t>(
+    context: &Context<'_, 't>,
+    function: &str,
+    name: Option<&str>,
+) -> Result<&'t Phase, Diagnostic> {
+    let phases = &context.description.phases;
+    phases.iter().find(|phase| Some(phase.name.as_str()) == name).ok_or_else(|| {
+        let known: Vec<&str> = phases.iter().map(|phase| phase.name.as_str()).collect();
+        let what =
+            name.map_or_else(|| format!("`{function}` is about one phase"), |n| format!("no phase `{n}`"));
+        Diagnostic::error(what).help(if known.is_empty() {
+            "the description has no [[phase]]; add them to biped.toml".to_owned()
+        } else {
+            format!("name it with --phase; phases are: {}", known.join(", "))
+        })
+    })
 }
 
 fn unknown_frame(context: &Context<'_, '_>, name: &str) -> Diagnostic {
@@ -159,8 +227,7 @@ const CATALOGUE: &[Entry] = &[
         "(4.25), by factoring the mass matrix along the tree",
         "Accelerations under generalised forces: `D⁻¹ (tau − H)`.",
         families::forward_dynamics,
-    )
-    .ordered(Order::DepthFirst),
+    ),
     Entry::robot(
         "forward_dynamics_with_forces",
         "(4.25), (4.13)",
@@ -182,6 +249,65 @@ const CATALOGUE: &[Entry] = &[
         families::mass_matrix_upper,
     )
     .ordered(Order::Balanced),
+    Entry::robot(
+        "coriolis_matrix",
+        "(4.19a), Echeandia and Wensing 2021",
+        "Coriolis matrix `C` with `C v = H − G`; `Ḋ − 2 C` is skew-symmetric.",
+        families::coriolis_matrix,
+    ),
+    Entry::robot(
+        "inverse_dynamics_derivatives",
+        "Carpentier and Mansard 2018",
+        "Derivatives of the inverse dynamics `[∂τ/∂q, ∂τ/∂v, ∂τ/∂a]`; q in its tangent space, right increment.",
+        families::inverse_dynamics_derivatives,
+    )
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_derivatives",
+        "Carpentier and Mansard 2018",
+        "Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v, ∂a/∂τ]`; q in its tangent space, right increment.",
+        families::forward_dynamics_derivatives,
+    ),
+    Entry::robot(
+        "inverse_dynamics_dq",
+        "Carpentier and Mansard 2018",
+        "`∂τ/∂q` alone; q in its tangent space, right increment.",
+        families::inverse_dynamics_dq,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "inverse_dynamics_dv",
+        "Carpentier and Mansard 2018",
+        "`∂τ/∂v` alone; q in its tangent space, right increment.",
+        families::inverse_dynamics_dv,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dq",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂q` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dq,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dv",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂v` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dv,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
+    Entry::robot(
+        "forward_dynamics_dtau",
+        "Carpentier and Mansard 2018",
+        "`∂a/∂τ = D⁻¹` alone; q in its tangent space, right increment.",
+        families::forward_dynamics_dtau,
+    )
+    .on_demand()
+    .ordered(Order::DepthFirst),
     Entry::robot("bias", "(4.19a)", "Bias `H = C v + G`.", families::bias),
     Entry::robot("gravity", "(4.19a)", "Gravity's generalised forces `G`.", families::gravity),
     Entry::robot("kinetic_energy", "(4.36)", "Kinetic energy.", families::kinetic_energy),
@@ -198,6 +324,13 @@ const CATALOGUE: &[Entry] = &[
         "Jacobian of the centre of mass with respect to `v`, world axes.",
         families::center_of_mass_jacobian,
     ),
+    Entry::robot(
+        "center_of_mass_with_jacobian",
+        "(4.35)",
+        "Centre of mass (first column) and its Jacobian with respect to `v`, together, world axes.",
+        families::center_of_mass_with_jacobian,
+    )
+    .on_demand(),
     Entry::robot(
         "center_of_mass_velocity",
         "(4.35)",
@@ -241,12 +374,103 @@ const CATALOGUE: &[Entry] = &[
         families::zero_moment_point,
     ),
     Entry::robot(
+        "ground_wrench",
+        "(4.40)–(4.42)",
+        "Force and moment about the world's origin that the ground has to provide, world axes.",
+        families::ground_wrench,
+    ),
+    Entry::analysed(
+        "inertial_parameters",
+        "(5.1)",
+        "Ten parameters per body, in the frame of its main link and about its origin.",
+        regressors::values,
+    ),
+    Entry::analysed(
+        "base_parameters",
+        "(5.2)",
+        "Base parameters of the equations of motion: all that the inverse dynamics depends on.",
+        regressors::base_values,
+    ),
+    Entry::analysed(
         "inverse_dynamics_regressor",
         "(5.1)",
-        "Regressor of the inverse dynamics: `regressor · parameters = tau`; ten parameters per body.",
-        families::inverse_dynamics_regressor,
-    )
-    .ordered(Order::DepthFirst),
+        "Regressor of the inverse dynamics: `regressor · inertial_parameters = tau`.",
+        regressors::inverse_dynamics,
+    ),
+    Entry::analysed(
+        "inverse_dynamics_base_regressor",
+        "(5.2)",
+        "Base regressor of the inverse dynamics: `regressor · base_parameters = tau`, of full column rank.",
+        regressors::inverse_dynamics_base,
+    ),
+    Entry::analysed(
+        "energy_regressor",
+        "(5.1), (4.36), (4.37)",
+        "Regressor of kinetic and potential energy.",
+        regressors::energy,
+    ),
+    Entry::analysed(
+        "center_of_mass_regressor",
+        "(5.19)",
+        "Regressor of total mass times centre of mass, world axes.",
+        regressors::center_of_mass,
+    ),
+    Entry::analysed(
+        "ground_wrench_regressor",
+        "(5.26)–(5.29)",
+        "Regressor of the ground's wrench about the world's origin, whose ratios are the zero moment point.",
+        regressors::ground_wrench,
+    ),
+    Entry::contacts(
+        "contact_distances",
+        "κ_N of (4.2)",
+        "Heights of the contact points above the ground z = 0.",
+        contacts::distances,
+    ),
+    Entry::contacts(
+        "contact_positions",
+        "κ_T of (4.3)",
+        "Tangential positions of the contact points, world axes (planar: x alone).",
+        contacts::positions,
+    ),
+    Entry::contacts(
+        "contact_normal_directions",
+        "W_N of (4.6), corrected",
+        "`W_N`: `W_Nᵀ v` are the normal velocities of the contact points, `W_N λ_N` their generalised force.",
+        contacts::normal_directions,
+    ),
+    Entry::contacts(
+        "contact_tangential_directions",
+        "W_T of (4.6), corrected",
+        "`W_T`: `W_Tᵀ v` are the tangential velocities of the contact points, `W_T λ_T` their generalised force.",
+        contacts::tangential_directions,
+    ),
+    Entry::contacts(
+        "contact_normal_rate",
+        "w_N = (d/dt W_Nᵀ) v",
+        "Normal accelerations of the contact points when `a = 0`.",
+        contacts::normal_rate,
+    ),
+    Entry::contacts(
+        "contact_tangential_rate",
+        "w_T = (d/dt W_Tᵀ) v",
+        "Tangential accelerations of the contact points when `a = 0`.",
+        contacts::tangential_rate,
+    ),
+    Entry::phase(
+        "constrained_dynamics",
+        "(4.23), Table 4.1, corrected",
+        "Accelerations of a phase under its contacts, then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a + w = 0`.",
+        Scope::Phase,
+        contacts::constrained_dynamics,
+    ),
+    Entry::phase(
+        "impact_map",
+        "(4.20)–(4.22), corrected",
+        "Velocity just after the impact that ends a phase, then the impulses; legs keep their names.",
+        Scope::Impact,
+        contacts::impact_map,
+    ),
     Entry::frame("position", "Position in the world.", families::position),
     Entry::frame("rotation", "Rotation: columns are the frame's axes in the world.", families::rotation),
     Entry::frame(

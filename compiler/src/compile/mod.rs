@@ -10,7 +10,7 @@ use crate::derive::{InertiaMode, RobotModel};
 use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph};
 use crate::program::{Operations, Program, lower};
-use crate::tree::Tree;
+use crate::tree::{BaseKind, Tree};
 use bipedc_runtime::Argument;
 use bipedc_runtime::diagnostic::Diagnostic;
 
@@ -166,7 +166,9 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
     }
     let mut out = Vec::new();
     for entry in catalogue() {
-        if !asked.is_empty() && !asked.iter().any(|name| name == entry.name) {
+        let wanted =
+            if asked.is_empty() { !entry.on_demand } else { asked.iter().any(|name| name == entry.name) };
+        if !wanted {
             continue;
         }
         let wish = |subject| Wish { family: entry.name.to_owned(), subject };
@@ -175,6 +177,13 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
             Scope::Frame => out.extend(default_frames(description, tree).into_iter().map(|f| wish(Some(f)))),
             Scope::Contacts if !tree.points.is_empty() => out.push(wish(None)),
             Scope::Contacts => {}
+            Scope::Phase => out.extend(description.phases.iter().map(|p| wish(Some(p.name.clone())))),
+            Scope::Impact => {
+                // On a pinned root the impact of the other foot cannot be told: the root would stay pinned.
+                let free = matches!(tree.base, BaseKind::Floating | BaseKind::Planar);
+                let impacts = description.phases.iter().filter(|p| free && !p.impact.is_empty());
+                out.extend(impacts.map(|p| wish(Some(p.name.clone()))));
+            }
         }
     }
     Ok(out)

@@ -5,12 +5,24 @@
 mod inertia;
 mod kinematics;
 mod model;
+mod sensitivity;
 
+pub mod articulated;
 pub mod composite;
+pub mod constrained;
+pub mod constraint;
+pub mod contact;
+pub mod coriolis;
+pub mod derivatives;
+pub mod drive;
 pub mod frames;
+pub mod impact;
+pub mod joint_axes;
 pub mod momentum;
 pub mod newton_euler;
+pub mod relabel;
 pub mod solve;
+pub mod support;
 
 pub use inertia::BodyInertia;
 pub use kinematics::Motions;

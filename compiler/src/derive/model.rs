@@ -140,6 +140,11 @@ impl<'g, 't> RobotModel<'g, 't> {
         rotate_constant(self.graph, &placement.rotation, x)
     }
 
+    /// A vector in the axes of a constant placement.
+    pub fn placed_back(&self, placement: &Placement, x: Vector3<'g>) -> Vector3<'g> {
+        rotate_constant(self.graph, &placement.rotation.inverse(), x)
+    }
+
     /// The direction of a joint in its body's axes.
     pub fn joint_axis(&self, body: usize) -> Vector3<'g> {
         match self.tree.bodies[body].motion {

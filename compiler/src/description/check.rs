@@ -2,7 +2,7 @@
 use super::geometry::{Frame, Moments, Vector};
 use super::model::{Base, JointKind, RobotDescription};
 use super::source::Messages;
-use super::urdf::bodies::{bodies, oddities};
+use super::urdf::bodies::{bodies, body_name, oddities};
 use super::urdf::{Tree, UrdfRobot};
 use serde::Serialize;
 use std::fmt;
@@ -154,16 +154,12 @@ fn motion(kind: JointKind, axis: Vector) -> String {
 fn inconsistencies(urdf: &UrdfRobot, tree: &Tree) -> Vec<String> {
     let bodies = bodies(urdf, tree);
     let total = bodies.iter().map(|body| body.moments.mass).sum();
-    let mut found = Vec::new();
-    for body in &bodies {
-        let owner = super::urdf::bodies::body_name(urdf, body);
-        if body.moments.mass > 0.0 {
-            found.extend(oddities(body, &owner, total).into_iter().map(|(message, _)| message));
-        } else if body.joint.is_some() {
-            found.push(format!("{owner} has no mass"));
-        }
-    }
-    found
+    // Massless bodies that carry others are harmless, and those that do not were refused.
+    let massive = bodies.iter().filter(|body| body.moments.mass > 0.0);
+    massive
+        .flat_map(|body| oddities(body, &body_name(urdf, body), total))
+        .map(|(sentence, _)| sentence)
+        .collect()
 }
 
 impl fmt::Display for CheckReport {

@@ -71,6 +71,13 @@ pub enum JointKind {
     Fixed,
 }
 
+impl JointKind {
+    /// Whether the joint has a coordinate.
+    pub fn moves(self) -> bool {
+        self != Self::Fixed
+    }
+}
+
 /// A joint of the URDF.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Joint {

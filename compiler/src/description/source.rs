@@ -92,7 +92,7 @@ pub(crate) fn did_you_mean<'c>(
     written: &str,
     candidates: impl IntoIterator<Item = &'c str>,
 ) -> Option<&'c str> {
-    let limit = ((written.chars().count() + 2) / 3).clamp(1, 4);
+    let limit = written.chars().count().div_ceil(3).clamp(1, 4);
     candidates
         .into_iter()
         .map(|candidate| (strsim::damerau_levenshtein(written, candidate), candidate))

@@ -289,8 +289,8 @@ fn nearly_right_angles(description: &RobotDescription) -> Vec<(String, f64)> {
     let mut out = Vec::new();
     for joint in &description.joints {
         for angle in joint.origin.rpy {
-            let snapped = super::placement::snap(angle, 1e-4);
-            let near = super::placement::snap(angle, 2e-11);
+            let snapped = super::snap(angle, super::NEARLY_RIGHT);
+            let near = super::snap(angle, 2e-11);
             if near == angle && snapped != angle {
                 out.push((format!("joint `{}`", joint.name), angle));
             }

@@ -5,7 +5,7 @@ mod inertia;
 mod placement;
 
 pub use inertia::Inertia;
-pub use placement::{Placement, Rotation, exact_sin_cos, matrix_vector};
+pub use placement::{NEARLY_RIGHT, Placement, Rotation, exact_sin_cos, matrix_vector, snap};
 
 /// How a body moves relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

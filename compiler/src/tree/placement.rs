@@ -1,4 +1,5 @@
 //! Constant rotations and placements.
+use crate::expression::{Graph, Matrix3, Sym};
 use std::f64::consts::FRAC_PI_2;
 
 /// A constant rotation as elementary rotations about coordinate axes, applied left to right:
@@ -10,6 +11,10 @@ pub struct Rotation(pub Vec<(usize, f64)>);
 
 /// Angles this close (rad) to a multiple of π/2 are meant to be on it: URDFs write 1.57079632679.
 const SNAP: f64 = 2e-11;
+
+/// Angles this close (rad) to a multiple of π/2 count as right in the exact analysis, and are listed in
+/// [`crate::tree::Tree::nearly_right_angles`].
+pub const NEARLY_RIGHT: f64 = 1e-4;
 
 impl Rotation {
     /// From URDF roll, pitch, yaw about fixed axes.
@@ -61,6 +66,23 @@ impl Rotation {
             let (s, c) = exact_sin_cos(angle);
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             for row in &mut m {
+                (row[u], row[v]) = (row[u] * c + row[v] * s, row[v] * c - row[u] * s);
+            }
+        }
+        m
+    }
+
+    /// The matrix as expressions: numbers, except that an exact graph keeps sines and cosines of the angles.
+    pub fn symbolic<'g>(&self, graph: &'g Graph) -> Matrix3<'g> {
+        if !graph.is_exact() {
+            return Matrix3::constant(graph, self.matrix());
+        }
+        let mut m = Matrix3::identity(graph);
+        for &(axis, angle) in &self.0 {
+            let angle = Sym::new(graph, graph.constant(angle));
+            let (s, c) = (angle.sin(), angle.cos());
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            for row in &mut m.0 {
                 (row[u], row[v]) = (row[u] * c + row[v] * s, row[v] * c - row[u] * s);
             }
         }
@@ -129,7 +151,7 @@ impl Placement {
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.inverse();
         let turned = matrix_vector(&rotation.matrix(), self.translation);
-        Self { rotation, translation: turned.map(|x| -x) }
+        Self { rotation, translation: turned.map(|x| clean(-x)) }
     }
 }
 

@@ -96,7 +96,7 @@ fn rounded_angles() {
     let robot = warned(&changed(&[("<origin xyz=\"0 0 -0.1\" rpy=\"0 0 0\"/>", "<origin xyz=\"0 0 -0.1\" rpy=\"0 3.1416 0\"/>")]), r#"warning: joint `hip`: pitch 3.1416 is 7.3e-6 rad away from a multiple of π/2
   --> robot.urdf:19:5
 help: write 3.141592653589793 if that was meant; the value is used as it stands"#);
-    assert_eq!(robot.joints[0].origin.rpy, [0.0, 3.1416, 0.0]);
+    assert_eq!(robot.joints[0].origin.rpy[1].to_string(), "3.1416");
     warned(&changed(&[("<origin xyz=\"0 0 -0.4\" rpy=\"0 0 0\"/>", "<origin xyz=\"0 0 -0.4\" rpy=\"0 -1.5708 0\"/>")]), r#"warning: link `leg`: pitch -1.5708 is 3.7e-6 rad away from a multiple of π/2
   --> robot.urdf:10:5
 help: write -1.5707963267948966 if that was meant; the value is used as it stands"#);
@@ -163,4 +163,15 @@ fn broken_collision_shape() {
     warned(&changed(&[("<inertial>", shape)]), r#"warning: link `torso`: collision <box> is ignored, its size is `1 1`: expected 3 numbers, found 2
   --> robot.urdf:3:26
 help: correct it; it only serves to guess contact points"#);
+}
+
+#[test]
+fn what_other_tools_accept_in_xml_is_accepted_without_a_word() {
+    let text = changed(&[("<robot", "\n<?xml version=\"1.0\"?>\n<!-- --- a title --- -->\n<robot"), ("<axis", "<!---><mass--><axis")]);
+    assert_eq!(read(&text).unwrap().1, Vec::<String>::new());
+    assert_eq!(read(&format!("\u{feff}{ROBOT}")).unwrap().1, Vec::<String>::new());
+    // The position of what follows on the line stays.
+    refused(&changed(&[("<axis xyz=\"0 1 0\"/>", "<!-- -- ä --><axis xyz=\"0 0 0\"/>")]), r#"error: joint `hip`: the axis is zero
+  --> robot.urdf:20:18
+help: write the direction of motion, such as <axis xyz="0 1 0"/>"#);
 }

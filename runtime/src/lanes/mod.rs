@@ -3,7 +3,9 @@
 //! They are the registers of the target where it has registers of that width, and pairs of narrower ones
 //! elsewhere. The target is what the crate is compiled for: build with `-C target-cpu=native` (or
 //! `x86-64-v3`, `x86-64-v4`), because the default x86-64 target has neither wide registers nor fused
-//! multiply-add. Each lane has the same bits as the scalar type at equal target features.
+//! multiply-add. Long functions should be instantiated with [`F64Native`] and [`F32Native`] only, and larger
+//! batches be taken in several calls: the compiler needs minutes where a type of four registers meets
+//! thousands of statements and the 16 registers of the default target, and the code is no faster. Each lane has the same bits as the scalar type at equal target features.
 
 mod pair;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
@@ -39,3 +41,26 @@ pub type F64x8 = Pair<F64x4>;
 /// Sixteen `f32`.
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx512f")))]
 pub type F32x16 = Pair<F32x8>;
+
+/// The widest lanes of `f64` that are one register of the target.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+pub type F64Native = F64x8;
+/// The widest lanes of `f32` that are one register of the target.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+pub type F32Native = F32x16;
+/// The widest lanes of `f64` that are one register of the target.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2", not(target_feature = "avx512f")))]
+pub type F64Native = F64x4;
+/// The widest lanes of `f32` that are one register of the target.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2", not(target_feature = "avx512f")))]
+pub type F32Native = F32x8;
+/// The widest lanes of `f64` that are one register of the target.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+pub type F64Native = F64x2;
+/// The widest lanes of `f32` that are one register of the target.
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+pub type F32Native = F32x4;
+/// How many lanes [`F64Native`] has.
+pub const F64_NATIVE_LANES: usize = size_of::<F64Native>() / size_of::<f64>();
+/// How many lanes [`F32Native`] has.
+pub const F32_NATIVE_LANES: usize = size_of::<F32Native>() / size_of::<f32>();

@@ -54,7 +54,7 @@ impl Element for f64 {
     // is never rounded. Otherwise parts of at most 33 bits keep the products exact for
     // n < 2^20; the second part ends at 2^-53, so that its difference is exact too and only one of them rounds.
     const PARTS: &'static [f64] = if super::FUSED {
-        &[1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33]
+        &[core::f64::consts::FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591698e-33]
     } else {
         &[1.5707963267341256, 6.077094383272197e-11, 6.12323399538461e-17, 3.5215598651832e-27]
     };

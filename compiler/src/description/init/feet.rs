@@ -12,6 +12,9 @@ const WORDS: [&str; 5] = ["sole", "foot", "toe", "heel", "ankle"];
 /// How far above the lowest chain's end another may end and still be a foot, relative to the robot's height.
 const SAME_LEVEL: f64 = 0.05;
 
+/// How far below the root link feet must be, relative to the robot's height.
+const BELOW_ROOT: f64 = 0.2;
+
 /// A foot and why it was taken for one.
 #[derive(Debug)]
 pub(super) struct FootGuess {
@@ -43,7 +46,8 @@ pub(super) fn guess_feet(robot: &UrdfRobot, tree: &Tree, frames: &[Frame]) -> Ve
 /// The link of a body whose name tells of a foot; one with collision shapes if there is any.
 fn foot_by_name(robot: &UrdfRobot, body: &Body) -> Option<usize> {
     let rank = |link: usize| {
-        let name = robot.links[link].name.to_ascii_lowercase();
+        // Wheels are no heels.
+        let name = robot.links[link].name.to_ascii_lowercase().replace("wheel", "");
         let word = WORDS.iter().position(|word| name.contains(word))?;
         // Skin patches and sensor frames have longer names than the foot that carries them.
         Some((robot.shapes[link].is_empty(), word, name.len(), link))
@@ -51,7 +55,8 @@ fn foot_by_name(robot: &UrdfRobot, body: &Body) -> Option<usize> {
     body.links.iter().filter_map(|&link| rank(link)).min().map(|(_, _, _, link)| link)
 }
 
-/// Ends of chains at the level of the lowest one, if there are at least two: legs, not an arm's tool.
+/// Ends of chains at the level of the lowest one, if there are at least two and well below the root: legs, not
+/// the tools of arms on a pedestal.
 fn lowest_ends<'b>(robot: &UrdfRobot, ends: &[&'b Body], frames: &[Frame]) -> Vec<&'b Body> {
     let heights: Vec<f64> = ends.iter().map(|body| lowest_point(robot, body, frames)).collect();
     let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
@@ -59,7 +64,8 @@ fn lowest_ends<'b>(robot: &UrdfRobot, ends: &[&'b Body], frames: &[Frame]) -> Ve
     let margin = SAME_LEVEL * (highest - lowest);
     let level = ends.iter().zip(&heights).filter(|(_, height)| **height <= lowest + margin);
     let level: Vec<&Body> = level.map(|(body, _)| *body).collect();
-    if level.len() < 2 { Vec::new() } else { level }
+    let below_root = lowest < -BELOW_ROOT * (highest - lowest);
+    if level.len() < 2 || !below_root { Vec::new() } else { level }
 }
 
 fn lowest_point(robot: &UrdfRobot, body: &Body, frames: &[Frame]) -> f64 {

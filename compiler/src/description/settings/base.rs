@@ -7,6 +7,8 @@ use crate::description::source::{Messages, Place, short, suggest};
 use crate::description::urdf::{WORLD, bodies};
 
 const KINDS: [&str; 4] = ["floating", "planar", "fixed", "pivot"];
+/// The key that goes with each kind.
+const KEYS: [&str; 4] = ["root", "root", "link", "about"];
 
 /// Sine of the angle by which an axis may miss the plane's normal, from rounding in the URDF.
 const OUT_OF_PLANE: f64 = 1e-6;
@@ -30,33 +32,38 @@ pub(super) fn read_base(
         (None, Base::Fixed { .. }) => "fixed",
         (None, _) => "floating",
     };
-    let key = match kind {
-        "floating" | "planar" => "root",
-        "fixed" => "link",
-        "pivot" => "about",
-        _ => {
-            let at = stated.as_ref().and_then(|(_, at)| *at);
-            let message = format!("`kind` in [base]: unknown base \"{}\"", short(kind));
-            messages.error(at, message, suggest(kind, KINDS, "bases"));
-            section.check_keys(&["kind", "root", "link", "about"], messages);
-            return default;
-        }
+    let Some((_, key)) = KINDS.into_iter().zip(KEYS).find(|(name, _)| *name == kind) else {
+        let at = stated.as_ref().and_then(|(_, at)| *at);
+        let message = format!("`kind` in [base]: unknown base \"{}\"", short(kind));
+        messages.error(at, message, suggest(kind, KINDS, "bases"));
+        section.check_keys(&["kind", "root", "link", "about"], messages);
+        return default;
     };
     section.check_keys(&["kind", key], messages);
-    let value = section.string(key, messages);
-    let (value, at) = value.unwrap_or_else(|| (root, section.at));
+    let value = section.string(key, messages).unwrap_or((root, section.at));
+    if kind == "pivot" && !section.has(key) {
+        let help = "write about = \"foot/point\" (planar robots) or \"foot/edge\"";
+        messages.error(section.at, "[base]: kind \"pivot\" needs `about`", help);
+        return default;
+    }
+    checked_base(kind, value, known, feet, messages)
+}
+
+/// The base of this kind, its link, point or edge checked.
+fn checked_base(
+    kind: &str,
+    (value, at): (String, Place),
+    known: Known<'_>,
+    feet: &[Foot],
+    messages: &mut Messages<'_>,
+) -> Base {
     match kind {
         "fixed" => {
             known.check_link(&value, at, "[base]", messages);
             Base::Fixed { link: value }
         }
         "pivot" => {
-            if section.has("about") {
-                check_pivot(&value, at, feet, messages);
-            } else {
-                let help = "write about = \"foot/point\" (planar robots) or \"foot/edge\"";
-                messages.error(section.at, "[base]: kind \"pivot\" needs `about`", help);
-            }
+            check_pivot(&value, at, feet, messages);
             Base::Pivot { about: value }
         }
         _ => {

@@ -41,46 +41,51 @@ fn read_drive(
     section: &Section<'_, '_>,
     messages: &mut Messages<'_>,
 ) -> Option<Drive> {
-    let kind = section.string("kind", messages);
-    let kind = kind.as_ref().map_or(("stiff", section.at), |(kind, at)| (kind.as_str(), *at));
-    let kind = match kind {
-        ("stiff", _) => {
-            section.check_keys(&MOTOR, messages);
-            DriveKind::Stiff
-        }
-        ("series_elastic", _) => {
-            section.check_keys(&[&MOTOR[..], &SERIES_ELASTIC].concat(), messages);
-            let mut needed = |key| required(section, key, messages);
-            DriveKind::SeriesElastic {
-                motor_pulley_radius: needed("motor_pulley_radius"),
-                load_pulley_radius: needed("load_pulley_radius"),
-                spring_stiffness: needed("spring_stiffness"),
-            }
-        }
-        ("passive", _) => {
-            section.check_keys(&PASSIVE, messages);
-            let mut optional = |key| not_negative(section, key, messages).unwrap_or(0.0);
-            DriveKind::Passive { stiffness: optional("stiffness"), damping: optional("damping") }
-        }
-        (other, at) => {
-            let message = format!("`kind` in {}: unknown drive \"{}\"", section.title, short(other));
-            messages.error(at, message, suggest(other, KINDS, "drives"));
-            return None;
-        }
-    };
+    let kind = read_kind(section, messages)?;
+    let gear_ratio = read_gear_ratio(section, messages);
     let mut optional = |key| not_negative(section, key, messages);
-    let drive = Drive {
+    Some(Drive {
         joint: entry.key.to_string(),
         kind,
-        gear_ratio: 1.0,
+        gear_ratio,
         rotor_inertia: optional("rotor_inertia").unwrap_or(0.0),
         torque_constant: optional("torque_constant"),
         viscous_friction: optional("viscous_friction").unwrap_or(0.0),
         coulomb_friction: optional("coulomb_friction").unwrap_or(0.0),
         motor_encoder_counts: optional("motor_encoder_counts"),
         joint_encoder_counts: optional("joint_encoder_counts"),
-    };
-    Some(Drive { gear_ratio: read_gear_ratio(section, messages), ..drive })
+    })
+}
+
+/// The transmission; also checks that the keys belong to it.
+fn read_kind(section: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<DriveKind> {
+    let kind = section.string("kind", messages);
+    let (kind, at) = kind.as_ref().map_or(("stiff", section.at), |(kind, at)| (kind.as_str(), *at));
+    match kind {
+        "stiff" => {
+            section.check_keys(&MOTOR, messages);
+            Some(DriveKind::Stiff)
+        }
+        "series_elastic" => {
+            section.check_keys(&[&MOTOR[..], &SERIES_ELASTIC].concat(), messages);
+            let mut needed = |key| required(section, key, messages);
+            Some(DriveKind::SeriesElastic {
+                motor_pulley_radius: needed("motor_pulley_radius"),
+                load_pulley_radius: needed("load_pulley_radius"),
+                spring_stiffness: needed("spring_stiffness"),
+            })
+        }
+        "passive" => {
+            section.check_keys(&PASSIVE, messages);
+            let mut optional = |key| not_negative(section, key, messages).unwrap_or(0.0);
+            Some(DriveKind::Passive { stiffness: optional("stiffness"), damping: optional("damping") })
+        }
+        other => {
+            let message = format!("`kind` in {}: unknown drive \"{}\"", section.title, short(other));
+            messages.error(at, message, suggest(other, KINDS, "drives"));
+            None
+        }
+    }
 }
 
 /// Negative ratios turn the motor the other way; zero has no meaning.

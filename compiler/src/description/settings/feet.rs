@@ -109,40 +109,35 @@ fn read_edges(
 ) -> Vec<FootEdge> {
     let title = foot.title.replace(']', ".edges]");
     let Some(section) = entry.section(title, messages) else { return Vec::new() };
-    let mut edges = Vec::new();
-    for entry in section.entries() {
-        check_identifier(entry.key, "edge", entry.at, messages);
-        if points.iter().any(|point| point.name == entry.key) {
-            let message = format!("{} has the name of a point", entry.name());
-            messages.error(
-                entry.at,
-                message,
-                "contacts are written foot/part: points and edges need different names",
-            );
-        }
-        let Some(names) = entry.strings(messages) else { continue };
-        let [(first, _), (second, _)] = &names[..] else {
-            let message = format!("{}: expected two points, found {}", entry.name(), names.len());
-            messages.error(
-                entry.at,
-                message,
-                "write the left point first: [\"front_left\", \"front_right\"]",
-            );
-            continue;
-        };
-        if first == second {
-            messages.error(
-                entry.at,
-                format!("{}: both ends are `{}`", entry.name(), short(first)),
-                "name two points",
-            );
-        }
-        for (name, at) in &names {
-            check_point(name, *at, &entry, points, messages);
-        }
-        edges.push(FootEdge { name: entry.key.to_string(), points: [first.clone(), second.clone()] });
+    section.entries().iter().filter_map(|entry| read_edge(entry, points, messages)).collect()
+}
+
+fn read_edge(
+    entry: &Entry<'_, '_>,
+    points: &[ContactPoint],
+    messages: &mut Messages<'_>,
+) -> Option<FootEdge> {
+    check_identifier(entry.key, "edge", entry.at, messages);
+    if points.iter().any(|point| point.name == entry.key) {
+        let message = format!("{} has the name of a point", entry.name());
+        let help = "contacts are written foot/part: points and edges need different names";
+        messages.error(entry.at, message, help);
     }
-    edges
+    let names = entry.strings(messages)?;
+    let [(first, _), (second, _)] = &names[..] else {
+        let message = format!("{}: expected two points, found {}", entry.name(), names.len());
+        let help = "write the left point first: [\"front_left\", \"front_right\"]";
+        messages.error(entry.at, message, help);
+        return None;
+    };
+    if first == second {
+        let message = format!("{}: both ends are `{}`", entry.name(), short(first));
+        messages.error(entry.at, message, "name two points");
+    }
+    for (name, at) in &names {
+        check_point(name, *at, entry, points, messages);
+    }
+    Some(FootEdge { name: entry.key.to_string(), points: [first.clone(), second.clone()] })
 }
 
 fn check_point(

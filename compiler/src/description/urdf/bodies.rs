@@ -6,8 +6,9 @@ use crate::description::model::Inertial;
 use crate::description::source::{Messages, Place, list_names, short};
 use std::fmt::Write as _;
 
-/// An eigenvalue this far below zero, relative to the largest, is more than rounding.
-const INDEFINITE: f64 = 1e-6;
+/// An eigenvalue this far below zero, relative to the largest, is more than rounding: CAD programs export
+/// inertias with as few as five digits, and thin plates and rods have principal moments near zero.
+const INDEFINITE: f64 = 1e-4;
 /// How far the triangle inequality may be violated by rounding, relative to the largest moment.
 const TRIANGLE: f64 = 1e-4;
 /// A distance no walking robot has, m.

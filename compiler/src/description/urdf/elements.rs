@@ -57,8 +57,8 @@ const COUNT_LIMIT: usize = 10_000;
 
 /// Reads all links and joints below `<robot>`.
 pub(super) fn read_elements(robot: Node<'_, '_>, messages: &mut Messages<'_>) -> Option<Elements> {
-    let mut elements = Elements::default();
-    elements.robot_name = robot.attribute("name").unwrap_or_default().trim().to_string();
+    let robot_name = robot.attribute("name").unwrap_or_default().trim().to_string();
+    let mut elements = Elements { robot_name, ..Elements::default() };
     let own_children = robot.children().filter(|node| node.is_element());
     if own_children.clone().filter(|node| ["link", "joint"].contains(&node.tag_name().name())).count()
         > COUNT_LIMIT

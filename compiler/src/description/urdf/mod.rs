@@ -7,7 +7,7 @@ mod shapes;
 mod tree;
 mod xml;
 
-use super::model::{Inertial, Joint, JointKind, Link, Pose, RobotDescription};
+use super::model::{Inertial, Joint, Link, Pose, RobotDescription};
 use super::source::Messages;
 pub(crate) use elements::{JointPlaces, LinkPlaces};
 pub(crate) use tree::{Tree, WORLD};
@@ -130,11 +130,4 @@ fn convert_inertial(inertial: &urdf_rs::Inertial) -> Inertial {
 
 fn pose(pose: &urdf_rs::Pose) -> Pose {
     Pose { xyz: pose.xyz.0, rpy: pose.rpy.0 }
-}
-
-impl JointKind {
-    /// Whether the joint has a coordinate.
-    pub fn moves(self) -> bool {
-        self != Self::Fixed
-    }
 }

@@ -1,7 +1,6 @@
 //! From text to an XML tree with positions, or a message about why it is none.
 use crate::description::source::{Messages, short};
 use roxmltree::{Document, Error, Node, ParsingOptions};
-use std::borrow::Cow;
 
 /// Far above any robot; keeps memory bounded on hostile input.
 const NODE_LIMIT: u32 = 2_000_000;
@@ -14,7 +13,7 @@ const XACRO_HELP: &str =
     "run xacro first and use its output: `ros2 run xacro xacro robot.urdf.xacro > robot.urdf`";
 
 /// The text with undeclared prefixes neutralised; same length, so positions stay.
-pub(super) fn prepare<'a>(text: &'a str, messages: &mut Messages<'_>) -> Option<Cow<'a, str>> {
+pub(super) fn prepare(text: &str, messages: &mut Messages<'_>) -> Option<String> {
     if let Some(at) = too_deep(text) {
         messages.error(
             Some(at),
@@ -23,7 +22,7 @@ pub(super) fn prepare<'a>(text: &'a str, messages: &mut Messages<'_>) -> Option<
         );
         return None;
     }
-    let mut text = Cow::Borrowed(text);
+    let mut text = lenient(text);
     for _ in 0..PREFIX_LIMIT {
         // The XML crate refuses undeclared prefixes; old Gazebo extensions use them and other tools load them.
         let Err(Error::UnknownNamespace(prefix, position)) = parse_xml(&text) else {
@@ -43,13 +42,39 @@ pub(super) fn prepare<'a>(text: &'a str, messages: &mut Messages<'_>) -> Option<
             format!("the name-space prefix `{prefix}` is not declared; its elements are ignored"),
             format!("add `xmlns:{prefix}=\"…\"` to <robot>, or remove them"),
         );
-        let mut changed = text.into_owned();
         for before in ["<", "</", " "] {
-            changed = changed.replace(&format!("{before}{prefix}:"), &format!("{before}{prefix}_"));
+            text = text.replace(&format!("{before}{prefix}:"), &format!("{before}{prefix}_"));
         }
-        text = Cow::Owned(changed);
     }
     Some(text)
+}
+
+/// Blanks what the XML crate refuses and every robotics tool accepts: `--` within comments, and blank lines
+/// before `<?xml … ?>`. The length stays, so positions stay.
+fn lenient(text: &str) -> String {
+    let mut result = text.as_bytes().to_vec();
+    let mut at = 0;
+    while let Some(start) = text[at..].find("<!--").map(|start| at + start) {
+        let Some(length) = text[start + 4..].find("-->") else { break };
+        at = start + 4 + length + 3;
+        blank(&mut result[start..at]);
+    }
+    let body = text.trim_start_matches('\u{feff}').trim_start();
+    if body.starts_with("<?xml ")
+        && let Some(length) = body.find("?>")
+    {
+        let start = text.len() - body.len();
+        blank(&mut result[start..start + length + 2]);
+    }
+    // Ranges begin and end at ASCII characters, so what is left is still UTF-8.
+    String::from_utf8(result).unwrap_or_else(|_| text.to_string())
+}
+
+/// Overwrites with blanks, except line ends.
+fn blank(bytes: &mut [u8]) {
+    for byte in bytes.iter_mut().filter(|byte| **byte != b'\n') {
+        *byte = b' ';
+    }
 }
 
 /// Parses the XML; the caller knows from [`prepare`] that nesting is harmless.

@@ -1,11 +1,14 @@
 //! Each function of the catalogue in terms of the derivations.
 use super::Context;
+pub mod contacts;
+pub mod regressors;
+
 use super::quantity::Quantity;
 use crate::derive::frames::{frame_pose, jacobian as frame_jacobian, world_poses};
 use crate::derive::newton_euler::generalised_forces;
 use crate::derive::solve::Factor;
-use crate::derive::{Motions, composite, frames, momentum as whole};
-use crate::expression::{Sym, separate};
+use crate::derive::{Motions, articulated, composite, coriolis, derivatives, frames, momentum as whole};
+use crate::expression::Sym;
 use crate::tree::{Frame, Tree};
 use bipedc_runtime::Argument;
 
@@ -35,13 +38,23 @@ pub fn gravity<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     forces(c.folded.tree, generalised_forces(&c.folded, Motions::AT_REST, false))
 }
 
+/// Accelerations under `tau` plus what the external forces contribute.
 fn accelerations<'g>(c: &Context<'g, '_>, external: bool) -> Quantity<'g> {
     let model = &c.folded;
-    let bias = generalised_forces(model, Motions::NO_ACCELERATION, external);
-    let net: Vec<Sym<'g>> =
-        bias.iter().enumerate().map(|(i, &h)| model.input(Argument::Tau, i) - h).collect();
-    let factor = Factor::new(model, &composite::mass_matrix(model));
-    Quantity::named(model.tree.row_names(), acceleration_units(model.tree), factor.solve(&net))
+    let mut tau: Vec<Sym<'g>> = (0..model.tree.nv).map(|i| model.input(Argument::Tau, i)).collect();
+    if external {
+        let with = generalised_forces(model, Motions::NO_ACCELERATION, true);
+        let factor = Factor::new(model, &composite::mass_matrix(model));
+        for (x, h) in tau.iter_mut().zip(with) {
+            *x = *x - h;
+        }
+        return Quantity::named(model.tree.row_names(), acceleration_units(model.tree), factor.solve(&tau));
+    }
+    Quantity::named(
+        model.tree.row_names(),
+        acceleration_units(model.tree),
+        articulated::forward_dynamics(model, &tau),
+    )
 }
 pub fn forward_dynamics<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     accelerations(c, false)
@@ -88,6 +101,13 @@ pub fn center_of_mass_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     Quantity::matrix(rows, vec!["m".to_owned(); 3], c.folded.tree.row_names(), columns)
 }
 
+pub fn center_of_mass_with_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let mut both = center_of_mass_jacobian(c);
+    both.columns.insert(0, whole::center_of_mass(&c.folded).0.to_vec());
+    both.column_names.insert(0, "position".to_owned());
+    both
+}
+
 const MOMENTUM: [&str; 2] = ["kg m/s", "kg m²/s"];
 pub fn momentum<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::momentum(&c.folded);
@@ -105,33 +125,12 @@ pub fn centroidal_momentum_rate<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::about_center_of_mass(&c.folded, whole::momentum_rate(&c.folded, false));
     Quantity::pair(["N", "N m"], w.linear, w.angular)
 }
+pub fn ground_wrench<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let w = whole::ground_wrench(&c.folded);
+    Quantity::pair(["N", "N m"], w.linear, w.angular)
+}
 pub fn zero_moment_point<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     Quantity::vector(&["x", "y"], "m", whole::zero_moment_point(&c.folded).to_vec())
-}
-
-/// Names of the ten standard parameters of every body.
-pub fn parameter_names(tree: &Tree) -> Vec<String> {
-    const TEN: [&str; 10] = ["m", "m*cx", "m*cy", "m*cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
-    tree.bodies.iter().flat_map(|body| TEN.iter().map(move |p| format!("{}.{p}", body.name))).collect()
-}
-
-pub fn inverse_dynamics_regressor<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let model = &c.symbolic;
-    let tau = generalised_forces(model, Motions::ALL, false);
-    let outputs: Vec<_> = tau.iter().map(|x| x.expr).collect();
-    let forms =
-        separate(model.graph, &outputs).expect("inverse dynamics is linear in barycentric parameters");
-    let zero = model.constant(0.0);
-    let names = parameter_names(model.tree);
-    let columns = (0..names.len() as u32)
-        .map(|k| {
-            forms
-                .iter()
-                .map(|form| form.coefficients.get(&k).map_or(zero, |&e| Sym::new(model.graph, e)))
-                .collect()
-        })
-        .collect();
-    Quantity::matrix(model.tree.row_names(), force_units(model.tree), names, columns)
 }
 
 pub fn position<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
@@ -157,4 +156,54 @@ pub fn jacobian_rate_times_velocity<'g>(c: &Context<'g, '_>, frame: &Frame) -> Q
     let zero = c.folded.zero3();
     let names = Quantity::pair(["m/s²", "rad/s²"], zero, zero);
     Quantity::named(names.row_names, names.row_units, six.to_vec())
+}
+
+/// Units of one generalised force by one generalised displacement are mixed; the row's force unit is named.
+fn blocks<'g>(tree: &Tree, units: Vec<String>, blocks: &[(&str, Vec<Vec<Sym<'g>>>)]) -> Quantity<'g> {
+    let (mut names, mut columns) = (Vec::new(), Vec::new());
+    for (prefix, block) in blocks {
+        names.extend(tree.row_names().into_iter().map(|name| format!("{prefix}{name}")));
+        columns.extend((0..tree.nv).map(|c| block.iter().map(|row| row[c]).collect::<Vec<_>>()));
+    }
+    Quantity::matrix(tree.row_names(), units, names, columns)
+}
+
+pub fn coriolis_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("", coriolis::coriolis_matrix(&c.folded))])
+}
+pub fn inverse_dynamics_dq<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("", derivatives::inverse_dynamics(&c.folded).0)])
+}
+pub fn inverse_dynamics_dv<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("", derivatives::inverse_dynamics(&c.folded).1)])
+}
+pub fn inverse_dynamics_derivatives<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let (dq, dv) = derivatives::inverse_dynamics(&c.folded);
+    let da = composite::mass_matrix(&c.folded);
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("q/", dq), ("v/", dv), ("a/", da)])
+}
+pub fn forward_dynamics_dq<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(
+        c.folded.tree,
+        acceleration_units(c.folded.tree),
+        &[("", derivatives::forward_dynamics(&c.folded).0)],
+    )
+}
+pub fn forward_dynamics_dv<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(
+        c.folded.tree,
+        acceleration_units(c.folded.tree),
+        &[("", derivatives::forward_dynamics(&c.folded).1)],
+    )
+}
+pub fn forward_dynamics_dtau<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    blocks(
+        c.folded.tree,
+        acceleration_units(c.folded.tree),
+        &[("", derivatives::forward_dynamics(&c.folded).2)],
+    )
+}
+pub fn forward_dynamics_derivatives<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let (dq, dv, dtau) = derivatives::forward_dynamics(&c.folded);
+    blocks(c.folded.tree, acceleration_units(c.folded.tree), &[("q/", dq), ("v/", dv), ("tau/", dtau)])
 }

@@ -1,0 +1,226 @@
+//! Articulated-body inertias in the joint axes.
+use super::Sensitivity;
+use super::second::turn_matrix;
+use super::subtree::{Moments, Wrench};
+use crate::derive::RobotModel;
+use crate::expression::{Matrix3, Sym, Vector3};
+use crate::tree::{Motion, Rotation};
+
+/// Force `A a + Bᵀ α` and moment `B a + C α` that an acceleration needs; about a body's origin.
+#[derive(Clone, Copy)]
+struct Articulated<'g> {
+    a: Matrix3<'g>,
+    b: Matrix3<'g>,
+    c: Matrix3<'g>,
+}
+
+/// What is left of a body's joint after its elimination: `1/d`, and force and moment per acceleration of it.
+type Pivot<'g> = (Sym<'g>, Vector3<'g>, Vector3<'g>);
+
+impl<'g> Articulated<'g> {
+    fn rigid(m: &Moments<'g>) -> Self {
+        let mut a = m.first.skew().map(Sym::zero);
+        for k in 0..3 {
+            a[(k, k)] = m.mass;
+        }
+        Self { a, b: m.first.skew(), c: m.second.complement() }
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        Self { a: self.a + other.a, b: self.b + other.b, c: self.c + other.c }
+    }
+
+    fn turned(&self, turn: (usize, Sym<'g>, Sym<'g>)) -> Self {
+        Self { a: turn_matrix(turn, &self.a), b: turn_matrix(turn, &self.b), c: turn_matrix(turn, &self.c) }
+    }
+
+    fn turned_constant(&self, model: &RobotModel<'g, '_>, rotation: &Rotation) -> Self {
+        rotation.0.iter().rev().fold(*self, |body, &(axis, angle)| {
+            let angle = model.constant(angle);
+            body.turned((axis, angle.sin(), angle.cos()))
+        })
+    }
+
+    /// About an origin from which the present one is at `p`.
+    fn shifted(&self, p: Vector3<'g>) -> Self {
+        if p.is_zero() {
+            return *self;
+        }
+        let cross = p.skew();
+        let b = self.b + cross * self.a;
+        let c = self.c - self.b * cross + cross * b.transpose();
+        let mut symmetric = c;
+        for r in 0..3 {
+            for k in 0..r {
+                symmetric[(r, k)] = c[(k, r)];
+            }
+        }
+        Self { a: self.a, b, c: symmetric }
+    }
+
+    /// Frees the joint.
+    fn released(&self, motion: Motion) -> (Self, Pivot<'g>) {
+        let (force, moment, d) = match motion {
+            Motion::Revolute { axis, .. } => (self.b.row(axis), self.c.column(axis), self.c[(axis, axis)]),
+            Motion::Prismatic { axis, .. } => (self.a.row(axis), self.b.column(axis), self.a[(axis, axis)]),
+            Motion::Free => unreachable!("a free root is solved as a whole"),
+        };
+        let inverse = d.constant(1.0) / d;
+        let (f, n) = (force.scale(inverse), moment.scale(inverse));
+        let rank_one =
+            |x: Vector3<'g>, y: Vector3<'g>| Matrix3([0, 1, 2].map(|r| [0, 1, 2].map(|c| x[r] * y[c])));
+        let symmetric = |x: Vector3<'g>, y: Vector3<'g>| {
+            let m = rank_one(x, y);
+            Matrix3([0, 1, 2].map(|r: usize| [0, 1, 2].map(|c: usize| m[(r.min(c), r.max(c))])))
+        };
+        let mut out = Self {
+            a: self.a - symmetric(f, force),
+            b: self.b - rank_one(moment, f),
+            c: self.c - symmetric(n, moment),
+        };
+        let zero = d.zero();
+        // Along the joint nothing resists any more.
+        for k in 0..3 {
+            match motion {
+                Motion::Revolute { axis, .. } => {
+                    out.b[(axis, k)] = zero;
+                    out.c[(axis, k)] = zero;
+                    out.c[(k, axis)] = zero;
+                }
+                Motion::Prismatic { axis, .. } => {
+                    out.b[(k, axis)] = zero;
+                    out.a[(axis, k)] = zero;
+                    out.a[(k, axis)] = zero;
+                }
+                Motion::Free => {}
+            }
+        }
+        (out, (inverse, force, moment))
+    }
+}
+
+/// Accelerations under generalised forces, in the order of `v`; `robot` without joint accelerations.
+pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sym<'g>]) -> Vec<Sym<'g>> {
+    let model = robot.model;
+    let bodies = &model.tree.bodies;
+    let mut inertias: Vec<Articulated<'g>> = Vec::new();
+    // Sums of what the children add, in the own axes and in the joint axes.
+    let none: Vec<Option<(Articulated<'g>, Wrench<'g>)>> = vec![None; bodies.len()];
+    let (mut own, mut joined) = (none.clone(), none);
+    let mut pivots: Vec<Option<Pivot<'g>>> = vec![None; bodies.len()];
+    let mut rests = forces.to_vec();
+    for index in (0..bodies.len()).rev() {
+        let axes = robot.axes[index];
+        let (mut inertia, mut wrench) = match &own[index] {
+            Some((carried, w)) => {
+                let sum = Articulated::rigid(&robot.moments[index]).plus(carried);
+                let single = robot.single[index];
+                let wrench = (axes.out(single.0 + w.0), axes.out(single.1 + w.1));
+                (axes.turn.map_or(sum, |turn| sum.turned(turn)), wrench)
+            }
+            None => (Articulated::rigid(&robot.moments[index].turned(axes.turn)), robot.single[index]),
+        };
+        if let Some((carried, w)) = &joined[index] {
+            inertia = inertia.plus(carried);
+            wrench = (wrench.0 + w.0, wrench.1 + w.1);
+        }
+        if bodies[index].motion == Motion::Free {
+            for (row, x) in robot.projections(index, wrench) {
+                rests[row] = rests[row] - x;
+            }
+            inertias.push(inertia);
+            continue;
+        }
+        let row = bodies[index].v_index;
+        for (_, x) in robot.projections(index, wrench) {
+            rests[row] = model.signed(index, rests[row] - x);
+        }
+        let (released, pivot) = inertia.released(bodies[index].motion);
+        pivots[index] = Some(pivot);
+        inertias.push(inertia);
+        let Some(parent) = bodies[index].parent else { continue };
+        let share = rests[row] * pivot.0;
+        let wrench = (wrench.0 + pivot.1.scale(share), wrench.1 + pivot.2.scale(share));
+        let place = &bodies[index].placement.rotation;
+        let turned = if axes.joined { released } else { released.turned_constant(model, place) };
+        let arm = robot.links[index].arm;
+        let (f, n) = (robot.placed(index, wrench.0), robot.placed(index, wrench.1));
+        let added = (turned.shifted(arm), (f, n + arm.cross(f)));
+        let slot = if axes.joined { &mut joined[parent] } else { &mut own[parent] };
+        *slot = Some(slot.map_or(added, |(i, w)| (i.plus(&added.0), (w.0 + added.1.0, w.1 + added.1.1))));
+    }
+    inertias.reverse();
+    accelerate(robot, &inertias, &pivots, &rests)
+}
+
+/// From the root to the leaves.
+fn accelerate<'g>(
+    robot: &Sensitivity<'_, 'g, '_>,
+    inertias: &[Articulated<'g>],
+    pivots: &[Option<Pivot<'g>>],
+    rests: &[Sym<'g>],
+) -> Vec<Sym<'g>> {
+    let model = robot.model;
+    let bodies = &model.tree.bodies;
+    let mut out = rests.to_vec();
+    let mut motions: Vec<Wrench<'g>> = Vec::new();
+    for (index, body) in bodies.iter().enumerate() {
+        let axes = robot.axes[index];
+        let Some((inverse, force, moment)) = pivots[index] else {
+            motions.push(free_root(&inertias[index], body.v_index, &mut out));
+            continue;
+        };
+        let (mut linear, mut angular) = match body.parent {
+            None => (model.zero3(), model.zero3()),
+            Some(p) => {
+                let into = |x| if axes.joined { x } else { robot.axes[p].into_body(x) };
+                let (a, w) = (into(motions[p].0), into(motions[p].1));
+                let down = |x| if axes.joined { x } else { model.placed_back(&body.placement, x) };
+                (down(a + w.cross(robot.links[index].arm)), down(w))
+            }
+        };
+        let x = (rests[body.v_index] - force.dot(linear) - moment.dot(angular)) * inverse;
+        out[body.v_index] = model.signed(index, x);
+        match body.motion {
+            Motion::Revolute { axis, .. } => angular[axis] = angular[axis] + x,
+            Motion::Prismatic { axis, .. } => linear[axis] = linear[axis] + x,
+            Motion::Free => {}
+        }
+        motions.push((linear, angular));
+    }
+    out
+}
+
+/// Solves the six equations of a free root.
+fn free_root<'g>(inertia: &Articulated<'g>, first: usize, rests: &mut [Sym<'g>]) -> Wrench<'g> {
+    let entry = |r: usize, c: usize| match (r < 3, c < 3) {
+        (true, true) => inertia.a[(r, c)],
+        (false, true) => inertia.b[(r - 3, c)],
+        (true, false) => inertia.b[(c - 3, r)],
+        (false, false) => inertia.c[(r - 3, c - 3)],
+    };
+    let mut h: Vec<Vec<Sym<'g>>> = (0..6).map(|r| (0..6).map(|c| entry(r, c)).collect()).collect();
+    let mut x: Vec<Sym<'g>> = rests[first..first + 6].to_vec();
+    let mut inverse = Vec::new();
+    for k in (0..6).rev() {
+        let one = h[k][k].constant(1.0) / h[k][k];
+        inverse.push(one);
+        for i in (0..k).rev() {
+            let factor = h[k][i] * one;
+            for j in 0..=i {
+                h[i][j] = h[i][j] - factor * h[k][j];
+                h[j][i] = h[i][j];
+            }
+            x[i] = x[i] - factor * x[k];
+        }
+    }
+    inverse.reverse();
+    for k in 0..6 {
+        for i in 0..k {
+            x[k] = x[k] - h[k][i] * x[i];
+        }
+        x[k] = x[k] * inverse[k];
+    }
+    rests[first..first + 6].copy_from_slice(&x);
+    (Vector3([x[0], x[1], x[2]]), Vector3([x[3], x[4], x[5]]))
+}

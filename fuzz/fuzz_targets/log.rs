@@ -1,0 +1,8 @@
+//! Any bytes given as a measurement file.
+#![no_main]
+use libfuzzer_sys::fuzz_target;
+
+#[path = "../../runtime/tests/support/fuzz_log.rs"]
+mod fuzz_log;
+
+fuzz_target!(|data: &[u8]| fuzz_log::run(data));

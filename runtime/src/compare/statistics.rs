@@ -1,0 +1,41 @@
+//! Sums from which root mean squares are formed.
+
+/// Errors of one channel under one cut-off.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Sums {
+    pub samples: usize,
+    pub error_squares: f64,
+    pub max_error: f64,
+    pub logged_squares: f64,
+}
+
+impl Sums {
+    pub fn add(&mut self, logged: f64, predicted: f64) {
+        let error = logged - predicted;
+        self.samples += 1;
+        self.error_squares += error * error;
+        // NaN must not vanish in a maximum.
+        if error.is_nan() || error.abs() > self.max_error {
+            self.max_error = error.abs();
+        }
+        self.logged_squares += logged * logged;
+    }
+
+    pub fn merged(mut self, other: &Self) -> Self {
+        self.samples += other.samples;
+        self.error_squares += other.error_squares;
+        self.max_error = self.max_error.max(other.max_error);
+        self.logged_squares += other.logged_squares;
+        self
+    }
+
+    /// Root mean square of the error; 0 without samples.
+    pub fn rms(&self) -> f64 {
+        (self.error_squares / self.samples.max(1) as f64).sqrt()
+    }
+
+    /// rms of the error / rms of what was logged; `None` if nothing but zeros was logged.
+    pub fn relative(&self) -> Option<f64> {
+        (self.logged_squares > 0.0).then(|| (self.error_squares / self.logged_squares).sqrt())
+    }
+}

@@ -1,0 +1,20 @@
+//! Measurement files: logs (`time`), static postures (`posture`) and impacts (`impact`), as CSV or gzip CSV.
+//!
+//! A [`Reader`] gives one row at a time, so memory does not grow with the file; [`Blocks`] cuts a log into
+//! overlapping pieces for filtering; [`Table`] holds a small file as a whole. A [`Mapping`] gives other column
+//! names, factors and signs. Units are SI, names those of the URDF; see [`names`] for the columns.
+mod blocks;
+mod fields;
+mod header;
+mod lines;
+mod mapping;
+pub mod names;
+mod reader;
+mod table;
+
+pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport};
+pub use header::{Column, Kind};
+pub use lines::LONGEST_LINE;
+pub use mapping::{ForceFrame, Mapping, Source};
+pub use reader::{MOST_ERRORS, Reader, Row};
+pub use table::{LARGEST_TABLE, Table};

@@ -1,0 +1,23 @@
+#!/bin/sh
+# Builds the probe for a few processors, runs it, and fails when it contains panics, allocation or calls
+# into a mathematical library. Needs cargo and nm.
+set -eu
+cd "$(dirname "$0")"
+target="${CARGO_TARGET_DIR:-$PWD/target}/no_std"
+
+# The linker drops the probe's own panic handler when nothing panics, so its name is forbidden too.
+forbidden='panicking|rust_begin_unwind|unwrap_failed|slice_.*fail|__rust_(re)?alloc|__rdl_|malloc|calloc|(^|[^a-z0-9_])(fma|fmaf|sin|cos|sincos|sqrt|sinf|cosf|sqrtf)(@|$)|4libm'
+
+for cpu in "${@:-}"; do
+    flags="${cpu:+-C target-cpu=$cpu}"
+    name="${cpu:-default}"
+    RUSTFLAGS="$flags" CARGO_TARGET_DIR="$target/$name" cargo build --quiet --locked --release
+    program="$target/$name/release/no-std-probe"
+    "$program" || { echo "$name: wrong numbers" >&2; exit 1; }
+    # Defined and undefined symbols alike.
+    if nm "$program" | awk '{print $NF}' | grep -E "$forbidden" >&2; then
+        echo "$name: the symbols above must not be in the no_std probe" >&2
+        exit 1
+    fi
+    echo "$name: no panic, no allocation, no library function"
+done

@@ -1,0 +1,60 @@
+//! Calls the runtime's core in a program without the standard library.
+//!
+//! `check.sh` builds it and searches it for what must not be there: panics, allocation, mathematical
+//! libraries. Run, it ends with 0 when the numbers are right.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+
+use bipedc_runtime::Real;
+use bipedc_runtime::lanes::{F32x8, F64x4, F64x8};
+use bipedc_runtime::math::sin_cos;
+
+// The C start-up code calls `main`.
+#[link(name = "c")]
+unsafe extern "C" {}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    loop {
+        core::hint::spin_loop();
+    }
+}
+
+/// The `core` that comes with the compiler was built for unwinding and names this; nothing calls it.
+#[unsafe(no_mangle)]
+extern "C" fn rust_eh_personality() {}
+
+/// Every operation of [`Real`], on angles of the common range and beyond; the sum of sin² + cos², so `N`.
+fn squares<R: Real, const N: usize>(angles: [R; N]) -> R {
+    let (sines, cosines) = R::sin_cos_all(black_box(angles));
+    let mut sum = R::constant(0.0);
+    for (s, c) in sines.into_iter().zip(cosines) {
+        sum = R::fused(s, s, R::fused(-c, -c, sum));
+    }
+    let (s, c) = sin_cos(black_box(angles)[0]);
+    sum + (s * s + c * c).sqrt() - R::constant(1.0)
+}
+
+fn good(value: f64, expected: f64, tolerance: f64) -> bool {
+    let difference = value - expected;
+    difference <= tolerance && -difference <= tolerance
+}
+
+/// Status 0 when all is right.
+#[unsafe(no_mangle)]
+pub extern "C" fn main() -> i32 {
+    let single = squares::<f64, 3>([0.5, 1e300, -700.0]);
+    let twelve = squares::<f64, 13>([0.25; 13]);
+    let short = squares::<f32, 5>([0.5, 1e30, -700.0, 2.0, 3.0]);
+    let four = squares([F64x4::from_array([0.1, 0.2, 1e100, 3.0]); 2]).to_array();
+    let eight = squares([F64x8::constant(1.5); 2]).to_array();
+    let floats = squares([F32x8::constant(1.5); 2]).to_array();
+    let right = good(single, 3.0, 1e-14)
+        & good(twelve, 13.0, 1e-14)
+        & good(f64::from(short), 5.0, 1e-5)
+        & four.iter().chain(&eight).all(|sum| good(*sum, 2.0, 1e-14))
+        & floats.iter().all(|sum| good(f64::from(*sum), 2.0, 1e-6));
+    i32::from(!right)
+}
