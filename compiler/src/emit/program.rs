@@ -160,10 +160,35 @@ fn sines_and_cosines(program: &Program, reads: &Reads) -> TokenStream {
     quote!(let (#sines, #cosines) = R::sin_cos_all([#(#angles),*]);)
 }
 
-/// `let t3 = t1 + t2;`
-pub fn statement(index: usize, i: &Instruction) -> TokenStream {
-    let (name, value) = (operand(Operand::Value(index as u32)), instruction(i));
-    quote!(let #name = #value;)
+/// Values declared at once. Each `let` opens a scope within the scope before it, and LLVM's debug information
+/// follows them by recursion: 4000 overflow its stack in a user's debug build.
+const SCOPE: usize = 256;
+
+/// `let t3 = t1 + t2;` for each pair; long lists declare first (`let (t0, t1);`) and assign then.
+pub fn bindings(pairs: &[(TokenStream, TokenStream)]) -> TokenStream {
+    let let_each = |pairs: &[(TokenStream, TokenStream)]| {
+        let lines = pairs.iter().map(|(name, value)| quote!(let #name = #value;));
+        quote!(#(#lines)*)
+    };
+    if pairs.len() <= SCOPE {
+        return let_each(pairs);
+    }
+    let chunks = pairs.chunks(SCOPE).map(|chunk| {
+        if chunk.len() == 1 {
+            return let_each(chunk);
+        }
+        let names = chunk.iter().map(|(name, _)| name);
+        let lines = chunk.iter().map(|(name, value)| quote!(#name = #value;));
+        quote!(let (#(#names),*); #(#lines)*)
+    });
+    quote!(#(#chunks)*)
+}
+
+/// The instructions of a stretch of a program.
+pub fn statements(p: &Program, range: std::ops::Range<usize>) -> TokenStream {
+    let pairs: Vec<(TokenStream, TokenStream)> =
+        range.map(|k| (operand(Operand::Value(k as u32)), instruction(&p.instructions[k]))).collect();
+    bindings(&pairs)
 }
 
 /// `q: &[R; 19]` for each argument.
@@ -197,9 +222,8 @@ pub fn program(model: &CompiledModel, function: &Function, limit: usize) -> Toke
             .chain(p.outputs.iter().copied())
             .chain(p.angles.iter().copied()),
     );
-    let statements: Vec<TokenStream> =
-        p.instructions.iter().enumerate().map(|(k, i)| statement(k, i)).collect();
-    let (before, after) = statements.split_at(p.angles_ready);
+    let before = statements(p, 0..p.angles_ready);
+    let after = statements(p, p.angles_ready..p.instructions.len());
     let outputs = p.outputs.chunks(function.rows.len().max(1)).map(|column| {
         let elements = column.iter().map(|&o| operand(o));
         quote!([#(#elements),*])
@@ -210,9 +234,9 @@ pub fn program(model: &CompiledModel, function: &Function, limit: usize) -> Toke
         #[inline]
         pub(super) fn #name<R: ::bipedc_runtime::Real>(#parameters #out) {
             #inputs
-            #(#before)*
+            #before
             #trigonometry
-            #(#after)*
+            #after
             *out = [#(#outputs),*];
         }
     }

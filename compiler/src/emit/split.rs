@@ -4,7 +4,9 @@
 //! thousand, never inlined, hand values on through a workspace; every operation stays as it was, so the
 //! results have the same bits.
 use super::function::ident;
-use super::program::{Reads, constant, operand, output_parameter, parameters, program_name, statement};
+use super::program::{
+    Reads, bindings, constant, operand, output_parameter, parameters, program_name, statements,
+};
 use crate::compile::{CompiledModel, Function};
 use crate::program::{Instruction, Operand, Program};
 use proc_macro2::{Literal, TokenStream};
@@ -178,11 +180,15 @@ fn part(model: &CompiledModel, f: &Function, plan: &Plan, index: usize) -> (Toke
 fn part_body(f: &Function, part: &Part) -> TokenStream {
     let p = &f.program;
     let place = |slot: &Slot| (operand(Operand::Value(slot.value)), Literal::usize_unsuffixed(slot.place));
-    let loads = part.loads.iter().map(|slot| {
-        let (name, place) = place(slot);
-        quote!(let #name = w[#place];)
-    });
-    let statements = part.instructions.clone().map(|k| statement(k, &p.instructions[k]));
+    let loads: Vec<(TokenStream, TokenStream)> = part
+        .loads
+        .iter()
+        .map(|slot| {
+            let (name, place) = place(slot);
+            (name, quote!(w[#place]))
+        })
+        .collect();
+    let (loads, statements) = (bindings(&loads), statements(p, part.instructions.clone()));
     let stores = part.stores.iter().map(|slot| {
         let (name, place) = place(slot);
         quote!(w[#place] = #name;)
@@ -194,8 +200,8 @@ fn part_body(f: &Function, part: &Part) -> TokenStream {
         quote!(out[#column][#row] = #value;)
     });
     quote! {
-        #(#loads)*
-        #(#statements)*
+        #loads
+        #statements
         #(#stores)*
         #(#outputs)*
     }
