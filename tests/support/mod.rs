@@ -1,5 +1,6 @@
 //! Oracle numbers, in the order of a model's coordinates.
 #![allow(dead_code, missing_docs)]
+pub mod dual;
 pub mod oracle;
 
 use bipedc_runtime::{Argument, Model, State};
