@@ -79,7 +79,7 @@ fn code(files: SourceFiles, request: &Request) -> Result<(String, TokenStream), 
     let compiled = request.compile(files)?;
     let name = identifier(&compiled.name);
     let type_name = type_name(&name);
-    let (items, type_ident) = (items_for(&compiled, &type_name), ident(&type_name));
+    let (items, type_ident) = (items_for(&compiled, &type_name, request), ident(&type_name));
     let doc = format!(" Robot `{}`; implements `bipedc_runtime::Model`.", compiled.name);
     let content = quote! {
         #[doc = #doc]

@@ -25,6 +25,7 @@ use std::path::PathBuf;
 /// | `base` | `"floating"`, `"planar"`, `"fixed"` or `"pivot"` | what the description says |
 /// | `root` | link or contact point `"foot/point"` that the base holds | what the description says |
 /// | `functions` | list of names | what the description asks for |
+/// | `split_above` | instructions in one emitted function | 4000 |
 /// | `urdf`, `toml` | texts instead of `description` | |
 #[proc_macro_derive(Biped, attributes(biped))]
 pub fn derive_biped(input: TokenStream) -> TokenStream {

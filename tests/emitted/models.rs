@@ -10,3 +10,17 @@ pub struct ThreeLink;
 #[derive(Biped)]
 #[biped(description = "robots/tulip")]
 pub struct Tulip;
+
+/// The same as [`ThreeLink`], but in parts of at most 25 instructions.
+#[derive(Biped)]
+#[biped(description = "robots/three_link", split_above = 25)]
+pub struct SplitThreeLink;
+
+/// The functions of TUlip that call for the most parts.
+#[derive(Biped)]
+#[biped(
+    description = "robots/tulip",
+    split_above = 300,
+    functions = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "inverse_dynamics_regressor"]
+)]
+pub struct SplitTulip;

@@ -259,3 +259,59 @@ pub fn program(model: &CompiledModel, f: &Function, limit: usize) -> TokenStream
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bipedc_runtime::{Argument, Arguments};
+
+    /// Every value is used by its neighbour and by one far away; angles and outputs are computed.
+    fn program() -> Program {
+        let value = Operand::Value;
+        let first = Operand::Input(Argument::Q, 0);
+        let instructions = (0..200u32).map(|k| match k {
+            0 => Instruction::Neg(first),
+            10 => Instruction::Add(Operand::Sin(1), value(9)),
+            _ => Instruction::Mul(value(k - 1), value(k.saturating_sub(k * 7 % 90 + 1).min(k - 1))),
+        });
+        Program {
+            angles: vec![value(3), value(9), first],
+            angles_ready: 10,
+            instructions: instructions.collect(),
+            outputs: vec![value(5), Operand::Constant(0.0), value(199), Operand::Cos(0), value(5)],
+            arguments: Arguments::of(&[Argument::Q]),
+        }
+    }
+
+    fn check(limit: usize) {
+        let p = program();
+        let plan = Plan::new(&p, limit);
+        let mut workspace = vec![u32::MAX; plan.places];
+        let (mut next, mut written) = (0, Vec::new());
+        for (k, part) in plan.parts.iter().enumerate() {
+            assert!(part.instructions.len() <= limit && part.instructions.start == next);
+            next = part.instructions.end;
+            if k == plan.before {
+                assert_eq!((next > 10, plan.angles.len()), (true, 2));
+                assert!(plan.angles.iter().all(|slot| workspace[slot.place] == slot.value));
+            }
+            for slot in &part.loads {
+                assert_eq!(workspace[slot.place], slot.value, "part {k} of limit {limit}");
+            }
+            for value in values(operands(&p, &part.instructions)) {
+                let own = part.instructions.contains(&(value as usize));
+                assert!(own || part.loads.iter().any(|slot| slot.value == value));
+            }
+            part.stores.iter().for_each(|slot| workspace[slot.place] = slot.value);
+            written.extend(&part.outputs);
+        }
+        written.sort_unstable();
+        assert_eq!((next, written), (200, vec![0, 1, 2, 3, 4]));
+        assert!(plan.places < 120, "places are used again: {}", plan.places);
+    }
+
+    #[test]
+    fn parts_find_their_values_in_the_workspace() {
+        [1, 2, 3, 7, 10, 50, 199].into_iter().for_each(check);
+    }
+}

@@ -28,7 +28,7 @@ fn robot(input: &DeriveInput, folder: &Path) -> syn::Result<TokenStream> {
     let tracked = tracked(&keys.source, &sources);
     let compiled = keys.request.compile(sources).map_err(failed)?;
     let (visibility, name) = (&input.vis, &input.ident);
-    let items = items_for(&compiled, &name.to_string());
+    let items = items_for(&compiled, &name.to_string(), &keys.request);
     let content = quote! {
         use super::#name;
         #tracked
@@ -72,7 +72,7 @@ fn tracked(source: &Source, sources: &SourceFiles) -> TokenStream {
 }
 
 /// rustc writes "error: " before the message itself.
-fn without_prefix(error: &Diagnostics) -> String {
+pub(super) fn without_prefix(error: &Diagnostics) -> String {
     let text = error.to_string();
     text.strip_prefix("error: ").map(str::to_owned).unwrap_or(text)
 }

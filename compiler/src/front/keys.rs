@@ -1,12 +1,14 @@
 //! The keys of `#[biped(…)]` with the places where they stand.
-use super::Request;
+use super::attribute::without_prefix;
+use super::{Request, unknown_functions};
 use crate::description::source::suggest;
+use bipedc_runtime::diagnostic::Diagnostics;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;
 use syn::{Attribute, Error, Expr, ExprLit, Lit, LitStr, Meta, Token};
 
-const KEYS: [&str; 6] = ["description", "base", "root", "functions", "urdf", "toml"];
+const KEYS: [&str; 7] = ["description", "base", "root", "functions", "split_above", "urdf", "toml"];
 const EXAMPLE: &str = "write `#[biped(description = \"robots/my_robot\")]` below the derive";
 
 /// Where the description stands.
@@ -72,6 +74,7 @@ impl Keys {
                 "base" => request.base = Some(text(&entry.value, &key)?.value()),
                 "root" => request.root = Some(text(&entry.value, &key)?.value()),
                 "functions" => request.functions = names(&entry.value)?,
+                "split_above" => request.split_above = Some(number(&entry.value, &key)?),
                 _ => return Err(unknown(&entry.path)),
             }
             seen.push(key);
@@ -121,6 +124,13 @@ fn text(value: &Expr, key: &str) -> syn::Result<LitStr> {
     }
 }
 
+fn number(value: &Expr, key: &str) -> syn::Result<usize> {
+    match value {
+        Expr::Lit(ExprLit { lit: Lit::Int(number), .. }) => number.base10_parse(),
+        other => Err(Error::new(other.span(), format!("`{key}` is a whole number"))),
+    }
+}
+
 fn names(value: &Expr) -> syn::Result<Vec<String>> {
     let Expr::Array(list) = value else {
         return Err(Error::new(
@@ -128,5 +138,10 @@ fn names(value: &Expr) -> syn::Result<Vec<String>> {
             "`functions` is a list of texts: `[\"mass_matrix\", \"bias\"]`",
         ));
     };
-    list.elems.iter().map(|name| text(name, "functions").map(|t| t.value())).collect()
+    let names: Vec<String> =
+        list.elems.iter().map(|name| text(name, "functions").map(|t| t.value())).collect::<syn::Result<_>>()?;
+    match unknown_functions(&names) {
+        wrong if wrong.is_empty() => Ok(names),
+        wrong => Err(Error::new(value.span(), without_prefix(&Diagnostics(wrong)))),
+    }
 }

@@ -23,6 +23,8 @@ pub struct Request {
     pub root: Option<String>,
     /// These functions instead of those that the description asks for; empty: as described.
     pub functions: Vec<String>,
+    /// Programs with more instructions become several Rust functions; [`Options::SPLIT_ABOVE`] by default.
+    pub split_above: Option<usize>,
 }
 
 impl Request {
@@ -99,6 +101,7 @@ pub(crate) fn module(
 }
 
 /// The items of a robot for a type.
-pub(crate) fn items_for(compiled: &CompiledModel, type_name: &str) -> TokenStream {
-    items(compiled, &Options::new(type_name))
+pub(crate) fn items_for(compiled: &CompiledModel, type_name: &str, request: &Request) -> TokenStream {
+    let usual = Options::new(type_name);
+    items(compiled, &Options { split_above: request.split_above.unwrap_or(usual.split_above), ..usual })
 }

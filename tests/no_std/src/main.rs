@@ -1,9 +1,11 @@
-//! Calls the runtime's core in a program without the standard library.
+//! Calls the runtime's core and generated code in a program without the standard library.
 //!
 //! `check.sh` builds it and searches it for what must not be there: panics, allocation, mathematical
 //! libraries. Run, it ends with 0 when the numbers are right.
 #![no_std]
 #![no_main]
+
+mod generated;
 
 use core::hint::black_box;
 
@@ -55,6 +57,9 @@ pub extern "C" fn main() -> i32 {
         & good(twelve, 13.0, 1e-14)
         & good(f64::from(short), 5.0, 1e-5)
         & four.iter().chain(&eight).all(|sum| good(*sum, 2.0, 1e-14))
-        & floats.iter().all(|sum| good(f64::from(*sum), 2.0, 1e-6));
+        & floats.iter().all(|sum| good(f64::from(*sum), 2.0, 1e-6))
+        & good(generated::round_trip::<f64>(), 0.0, 1e-12)
+        & good(f64::from(generated::round_trip::<f32>()), 0.0, 1e-3)
+        & generated::every_function();
     i32::from(!right)
 }

@@ -1,0 +1,123 @@
+//! The command line, the derive macro and the build script emit the same tokens; only the packaging differs.
+use bipedc_compiler::emit::Options;
+use bipedc_compiler::front::{Request, attribute};
+use bipedc_compiler::{Robot, build, emit};
+use proc_macro2::TokenStream;
+use quote::{ToTokens, quote};
+use std::path::{Path, PathBuf};
+use syn::{File, Item};
+
+const NAME: &str = "three_link";
+const TYPE: &str = "ThreeLink";
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(NAME)
+}
+
+fn robot() -> Robot {
+    Robot::read(&folder()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Through the printer and back: it writes trailing commas, and doc comments instead of attributes.
+fn printed(tokens: TokenStream) -> String {
+    let file: File = syn::parse2(tokens).unwrap();
+    parsed(&prettyplease::unparse(&file)).to_token_stream().to_string()
+}
+
+fn parsed(text: &str) -> File {
+    syn::parse_file(text).unwrap()
+}
+
+fn items() -> String {
+    let compiled = robot().compile().unwrap_or_else(|e| panic!("{e}"));
+    printed(emit::items(&compiled, &Options::new(TYPE)))
+}
+
+/// Without what only one of the front ends needs: the type, its import, the tracking of files.
+fn unpacked(items: Vec<Item>) -> String {
+    let kept = items.into_iter().filter(|item| match item {
+        Item::Struct(item) => item.ident != TYPE,
+        Item::Use(item) => item.to_token_stream().to_string() != format!("use super :: {TYPE} ;"),
+        Item::Const(item) => item.ident != "_",
+        _ => true,
+    });
+    printed(quote!(#(#kept)*))
+}
+
+/// The items of the one inline module.
+fn inside(items: Vec<Item>) -> Vec<Item> {
+    match <[Item; 1]>::try_from(items) {
+        Ok([Item::Mod(module)]) if module.ident == NAME => module.content.unwrap().1,
+        _ => panic!("one module `{NAME}` expected"),
+    }
+}
+
+#[test]
+fn the_command_line_emits_the_items_in_files() {
+    let package = robot().package("robots/three_link", "version = \"0.1\"").unwrap();
+    let mut root = parsed(&package.files["src/lib.rs"]);
+    for item in &mut root.items {
+        if let Item::Mod(module) = item
+            && module.content.is_none()
+        {
+            let file = parsed(&package.files[&format!("src/{}.rs", module.ident)]);
+            module.content = Some((syn::token::Brace::default(), file.items));
+            module.semi = None;
+        }
+    }
+    assert!(unpacked(root.items) == items());
+}
+
+#[test]
+fn the_build_script_emits_the_items_in_a_module() {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("front_ends");
+    let written = build::write(&folder(), &Request::default(), &out).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(written.file, out.join("three_link.rs"));
+    assert_eq!(written.sources, [folder().join("robot.urdf"), folder().join("biped.toml")]);
+    let file = parsed(&std::fs::read_to_string(&written.file).unwrap());
+    assert!(unpacked(inside(file.items)) == items());
+}
+
+#[test]
+fn the_derive_macro_emits_the_items_in_a_module() {
+    let input = quote! {
+        #[biped(description = "robots/three_link")]
+        struct ThreeLink;
+    };
+    let tokens = attribute::expand(input, Path::new(env!("CARGO_MANIFEST_DIR")));
+    let file: File = syn::parse2(tokens).unwrap();
+    assert!(unpacked(inside(file.items)) == items());
+}
+
+#[test]
+fn the_derive_macro_depends_on_the_files() {
+    let input = quote! {
+        #[biped(description = "robots/three_link")]
+        struct ThreeLink;
+    };
+    let text = attribute::expand(input, Path::new(env!("CARGO_MANIFEST_DIR"))).to_string();
+    assert_eq!(text.matches("include_bytes !").count(), 2);
+    assert!(text.contains("three_link/robot.urdf") && text.contains("three_link/biped.toml"));
+}
+
+#[test]
+fn a_request_changes_base_and_functions() {
+    let input = quote! {
+        #[biped(description = "robots/three_link", base = "floating", functions = ["bias", "mass_matrix"])]
+        struct ThreeLink;
+    };
+    let text = attribute::expand(input, Path::new(env!("CARGO_MANIFEST_DIR"))).to_string();
+    assert!(text.contains("pub const NQ : usize = 9 ;"));
+    assert!(text.contains("pub fn bias <") && text.contains("pub fn mass_matrix <"));
+    assert!(!text.contains("pub fn gravity <"));
+}
+
+#[test]
+fn a_failed_build_script_writes_nothing() {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("front_ends_failed");
+    let request = Request { functions: vec!["mass_matrx".into(), "bias".into(), "foo".into()], ..Request::default() };
+    let error = build::write(&folder(), &request, &out).unwrap_err().to_string();
+    assert!(error.contains("there is no function `mass_matrx`"), "{error}");
+    assert!(error.contains("did you mean `mass_matrix`?") && error.contains("`foo`"), "{error}");
+    assert!(!out.exists());
+}
