@@ -4,12 +4,12 @@
 #[path = "../support/mod.rs"]
 mod support;
 
-//mod contacts;
+mod contacts;
 mod dynamics;
 mod generator;
-//mod lagrangian;
+mod lagrangian;
 mod momentum;
-//mod precision;
-//mod regressors;
-//mod rerooting;
+mod precision;
+mod regressors;
+mod rerooting;
 mod subject;

@@ -1,6 +1,7 @@
 //! Oracle numbers, in the order of a model's coordinates.
 #![allow(dead_code, missing_docs)]
 pub mod dual;
+pub mod lagrange;
 pub mod oracle;
 
 use bipedc_runtime::{Argument, Model, State};
