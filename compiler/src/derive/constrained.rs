@@ -81,18 +81,24 @@ pub(super) struct Held<'g> {
     half: Vec<Vec<Sym<'g>>>,
     /// The same over Δ.
     scaled: Vec<Vec<Sym<'g>>>,
+    /// By row: whether anything can move along it.
+    movable: Vec<bool>,
 }
 
 impl<'g> Held<'g> {
     pub fn new(factor: &Factor<'g>, rows: impl Iterator<Item = Vec<Sym<'g>>>) -> Self {
-        let half: Vec<Vec<Sym<'g>>> = rows.map(|row| factor.half_solve(&row)).collect();
+        let rows: Vec<Vec<Sym<'g>>> = rows.collect();
+        let movable: Vec<bool> = rows.iter().map(|row| row.iter().any(|x| !x.is_zero())).collect();
+        let live = rows.iter().zip(&movable).filter(|(_, movable)| **movable);
+        let half: Vec<Vec<Sym<'g>>> = live.map(|(row, _)| factor.half_solve(row)).collect();
         let over =
             |row: &Vec<Sym<'g>>| row.iter().zip(factor.inverse_diagonal()).map(|(&x, &d)| x * d).collect();
         let scaled = half.iter().map(over).collect();
-        Self { half, scaled }
+        Self { half, scaled, movable }
     }
 
-    /// x and λ of D x = f + Jᵀ λ, J x = −rates.
+    /// x and λ of D x = f + Jᵀ λ, J x = −rates. A row along which nothing can move repeats what the robot's
+    /// joints do anyway (the sideways rows of a planar robot's second foot, in space): its λ is 0.
     pub fn solve(
         &self,
         factor: &Factor<'g>,
@@ -102,7 +108,8 @@ impl<'g> Held<'g> {
         let half = factor.half_solve(f);
         let n = self.half.len();
         let gram = (0..n).map(|r| (0..=r).map(|c| dot(&self.half[r], &self.scaled[c])).collect()).collect();
-        let residual = self.scaled.iter().zip(rates).map(|(row, w)| -(dot(row, &half) + w)).collect();
+        let live = rates.into_iter().zip(&self.movable).filter_map(|(w, &movable)| movable.then_some(w));
+        let residual = self.scaled.iter().zip(live).map(|(row, w)| -(dot(row, &half) + w)).collect();
         let forces = solve_symmetric(gram, residual);
         let mut x: Vec<Sym<'g>> = half.iter().zip(factor.inverse_diagonal()).map(|(&y, &d)| y * d).collect();
         for (row, &force) in self.scaled.iter().zip(&forces) {
@@ -110,7 +117,10 @@ impl<'g> Held<'g> {
                 *x = *x + a * force;
             }
         }
-        (factor.back_solve(x), forces)
+        let mut solved = forces.into_iter();
+        let zero = f[0].zero();
+        let force = |&movable: &bool| if movable { solved.next().unwrap_or(zero) } else { zero };
+        (factor.back_solve(x), self.movable.iter().map(force).collect())
     }
 }
 

@@ -1,10 +1,13 @@
 //! Which rows contacts mean.
 use super::support::*;
+use bipedc_compiler::derive::constrained::constrained_dynamics;
 use bipedc_compiler::derive::constraint::Constraints;
+use bipedc_compiler::derive::impact::impact_map;
 use bipedc_compiler::derive::{InertiaMode, RobotModel};
 use bipedc_compiler::description::model::{Base, RobotDescription};
 use bipedc_compiler::expression::Graph;
 use bipedc_compiler::tree::Tree;
+use bipedc_runtime::Argument::{Q, Tau, V};
 
 fn names(description: &RobotDescription, base: &Base, contacts: &[&str]) -> Vec<String> {
     let tree = Tree::new(description, base).unwrap();
@@ -69,4 +72,28 @@ fn unknown_parts_are_named() {
     edge.part = bipedc_compiler::description::model::ContactPart::Edge("frnt".to_owned());
     let message = Constraints::new(&model, &description.feet, &[edge]).unwrap_err().to_string();
     assert!(message.contains("`right_foot/frnt`") && message.contains("front, rear"), "{message}");
+}
+
+#[test]
+fn rows_that_the_joints_satisfy_anyway_carry_no_force() {
+    // In space the planar robot's second foot cannot leave the first one's plane.
+    let description = robot("seven_link");
+    let tree = tree(&description, "floating");
+    let contacts = ["right_foot", "left_foot"].map(|text| contact(&description.feet, text));
+    let function = Function::derive(&tree, |model| {
+        let c = Constraints::new(model, &description.feet, &contacts).unwrap();
+        let dynamics = constrained_dynamics(model, &c);
+        let jacobian = c.jacobian.iter().flatten().copied().collect();
+        vec![dynamics.acceleration, dynamics.forces, jacobian, c.rate.clone(), impact_map(model, &c).velocity]
+    });
+    let mut random = Random::new(SEED + 8);
+    let (q, mut v) = (random.configuration(&tree), random.vector(tree.nv, 1.0));
+    let tau = vec![1.0; tree.nv];
+    v = function.call(&[(Q, &q), (V, &v), (Tau, &tau)])[4].clone();
+    let out = function.call(&[(Q, &q), (V, &v), (Tau, &tau)]);
+    let j = rows(&out[2], tree.nv);
+    assert!(error(&times(&j, &v), &[0.0; 12]) < 1e-12);
+    let residual: Vec<f64> = times(&j, &out[0]).iter().zip(&out[3]).map(|(a, w)| a + w).collect();
+    assert!(error(&residual, &[0.0; 12]) < 1e-9, "{residual:?}");
+    assert!(out[1].iter().all(|x| x.is_finite()));
 }
