@@ -55,6 +55,13 @@ pub struct Compare {
 }
 
 impl Compare {
+    /// A whole log, with all defaults.
+    pub fn of_log(robot: RobotArguments, log: PathBuf) -> Self {
+        let trim = Options::default().trim_s;
+        let (from, to, cutoff, mapping) = (None, None, Vec::new(), None);
+        Self { robot, log, from, to, cutoff, trim, logged_velocity: false, mapping, json: false }
+    }
+
     /// Reads, compares, prints.
     pub fn run(self) -> Outcome {
         let robot = self.robot.read()?;

@@ -1,4 +1,5 @@
 //! `bipedc generate`: a robot's crate, written or checked.
+use super::compare::Compare;
 use crate::arguments::RobotArguments;
 use crate::crate_paths::{folder_name, runtime_dependency, source_name};
 use crate::failure::{Failure, Outcome};
@@ -36,6 +37,9 @@ pub struct Generate {
     /// there is one, else the version of this program]
     #[arg(long, value_name = "PATH|VERSION")]
     runtime: Option<String>,
+    /// Then compare the model's torques with this log, as `bipedc compare` does
+    #[arg(long, value_name = "LOG.csv", conflicts_with = "check")]
+    compare: Option<PathBuf>,
 }
 
 impl Generate {
@@ -50,7 +54,7 @@ impl Generate {
         let source = source_name(&self.robot.path);
         let package = output::progress("writing Rust", || robot.package_of(&compiled, &source, &runtime));
         if self.check {
-            return self.compare(&package, &out);
+            return self.difference(&package, &out);
         }
         refuse_foreign(&out)?;
         package.write(&out)?;
@@ -63,10 +67,19 @@ impl Generate {
             package.files.len(),
             started.elapsed().as_secs_f64(),
         ))?;
-        Ok(ExitCode::SUCCESS)
+        match self.compare {
+            Some(log) => {
+                output::print(&format!(
+                    "\nthe same programs, run in process, against {}:\n\n",
+                    log.display()
+                ))?;
+                Compare::of_log(self.robot, log).run()
+            }
+            None => Ok(ExitCode::SUCCESS),
+        }
     }
 
-    fn compare(&self, package: &Package, out: &Path) -> Outcome {
+    fn difference(&self, package: &Package, out: &Path) -> Outcome {
         let difference = package.compare(out)?;
         if difference.is_empty() {
             output::print(&format!("{} is up to date ({} files)\n", out.display(), package.files.len()))?;
