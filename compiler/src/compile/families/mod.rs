@@ -1,6 +1,7 @@
 //! Each function of the catalogue in terms of the derivations.
 use super::Context;
 pub mod contacts;
+pub mod drives;
 pub mod regressors;
 
 use super::quantity::Quantity;
@@ -11,12 +12,32 @@ use crate::derive::{
 };
 use crate::expression::{Expr, Sym};
 use crate::program::{Operations, Order, lower};
-use crate::tree::{Frame, Tree};
+use crate::tree::{BaseKind, Frame, Tree};
 use bipedc_runtime::Argument;
 
 /// Units of generalised forces, by row.
 fn force_units(tree: &Tree) -> Vec<String> {
     (0..tree.nv).map(|r| if tree.row_is_linear(r) { "N" } else { "N m" }.to_owned()).collect()
+}
+/// Units of a configuration, by element.
+fn configuration_names(tree: &Tree) -> (Vec<String>, Vec<String>) {
+    let mut names: Vec<&str> = match tree.base {
+        BaseKind::Floating => vec!["x", "y", "z", "qx", "qy", "qz", "qw"],
+        BaseKind::Planar => vec!["x", "z", "pitch"],
+        BaseKind::Fixed => vec![],
+        BaseKind::Pivot => vec!["pivot"],
+    };
+    let unit = |name: &str| match name {
+        "x" | "y" | "z" => "m",
+        "qx" | "qy" | "qz" | "qw" => "1",
+        _ => "rad",
+    };
+    let mut units: Vec<String> = names.iter().map(|name| unit(name).to_owned()).collect();
+    units.extend(tree.joints.iter().map(|joint| if joint.prismatic { "m" } else { "rad" }.to_owned()));
+    names.extend(tree.joints.iter().map(|joint| joint.name.as_str()));
+    let base = tree.nq - tree.joints.len();
+    let full = |(k, name): (usize, &&str)| if k < base { format!("base/{name}") } else { (*name).to_owned() };
+    (names.iter().enumerate().map(full).collect(), units)
 }
 /// Units of generalised accelerations, by row.
 fn acceleration_units(tree: &Tree) -> Vec<String> {
