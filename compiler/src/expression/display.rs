@@ -190,7 +190,7 @@ mod tests {
         let product = g.mul(g.constant(-2.0), g.mul(g.sin(a), g.add(b, c)));
         assert_eq!(write(&g, &[product]).outputs, ["-2 sin(a) (b + c)"]);
         let square = g.add(g.mul(g.mul(a, a), b), g.div(-c, g.add(a, b)));
-        assert_eq!(write(&g, &[square]).outputs, ["a^2 b - c/(a + b)"]);
+        assert_eq!(write(&g, &[square]).outputs, ["b a^2 - c/(a + b)"]);
     }
 
     #[test]
