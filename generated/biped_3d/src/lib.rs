@@ -3,6 +3,7 @@
 
 //! Equations of motion of `biped_3d` as allocation-free Rust.
 #![no_std]
+#![cfg_attr(rustfmt, rustfmt::skip)]
 #![allow(clippy::all, clippy::approx_constant)]
 #[rustfmt::skip]
 mod inverse_dynamics;
@@ -81,6 +82,10 @@ mod constrained_dynamics;
 #[rustfmt::skip]
 mod impact_map;
 #[rustfmt::skip]
+mod relabelled_configuration;
+#[rustfmt::skip]
+mod relabelled_velocity;
+#[rustfmt::skip]
 mod position;
 #[rustfmt::skip]
 mod rotation;
@@ -129,6 +134,8 @@ pub use self::contact_normal_rate::*;
 pub use self::contact_tangential_rate::*;
 pub use self::constrained_dynamics::*;
 pub use self::impact_map::*;
+pub use self::relabelled_configuration::*;
+pub use self::relabelled_velocity::*;
 pub use self::position::*;
 pub use self::rotation::*;
 pub use self::jacobian::*;
@@ -180,7 +187,7 @@ pub mod joint {
     pub const LEFT_ANKLE_ROLL: (usize, usize) = (18, 17);
 }
 /// All functions, in the order of their index in the `Model` trait.
-pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 82] = [
+pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 84] = [
     ::bipedc_runtime::Signature {
         name: "inverse_dynamics",
         arguments: ::bipedc_runtime::Arguments::of(
@@ -563,6 +570,18 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 82] = [
             &[::bipedc_runtime::Argument::Q, ::bipedc_runtime::Argument::V],
         ),
         rows: 29,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "relabelled_configuration",
+        arguments: ::bipedc_runtime::Arguments::of(&[::bipedc_runtime::Argument::Q]),
+        rows: 19,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "relabelled_velocity",
+        arguments: ::bipedc_runtime::Arguments::of(&[::bipedc_runtime::Argument::V]),
+        rows: 18,
         columns: 1,
     },
     ::bipedc_runtime::Signature {
@@ -1423,7 +1442,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             42 => {
-                position::position_of_left_foot_program(
+                relabelled_configuration::relabelled_configuration_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1432,16 +1451,16 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             43 => {
-                position::position_of_right_foot_program(
+                relabelled_velocity::relabelled_velocity_program(
                     ::bipedc_runtime::model::argument(
                         state,
-                        ::bipedc_runtime::Argument::Q,
+                        ::bipedc_runtime::Argument::V,
                     )?,
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
             44 => {
-                position::position_of_right_foot_front_left_program(
+                position::position_of_left_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1450,7 +1469,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             45 => {
-                position::position_of_right_foot_front_right_program(
+                position::position_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1459,7 +1478,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             46 => {
-                position::position_of_right_foot_rear_left_program(
+                position::position_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1468,7 +1487,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             47 => {
-                position::position_of_right_foot_rear_right_program(
+                position::position_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1477,7 +1496,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             48 => {
-                position::position_of_left_foot_front_left_program(
+                position::position_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1486,7 +1505,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             49 => {
-                position::position_of_left_foot_front_right_program(
+                position::position_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1495,7 +1514,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             50 => {
-                position::position_of_left_foot_rear_left_program(
+                position::position_of_left_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1504,7 +1523,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             51 => {
-                position::position_of_left_foot_rear_right_program(
+                position::position_of_left_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1513,6 +1532,24 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                 )
             }
             52 => {
+                position::position_of_left_foot_rear_left_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            53 => {
+                position::position_of_left_foot_rear_right_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            54 => {
                 rotation::rotation_of_left_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1521,7 +1558,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            53 => {
+            55 => {
                 rotation::rotation_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1530,7 +1567,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            54 => {
+            56 => {
                 rotation::rotation_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1539,7 +1576,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            55 => {
+            57 => {
                 rotation::rotation_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1548,7 +1585,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            56 => {
+            58 => {
                 rotation::rotation_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1557,7 +1594,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            57 => {
+            59 => {
                 rotation::rotation_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1566,7 +1603,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            58 => {
+            60 => {
                 rotation::rotation_of_left_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1575,7 +1612,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            59 => {
+            61 => {
                 rotation::rotation_of_left_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1584,7 +1621,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            60 => {
+            62 => {
                 rotation::rotation_of_left_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1593,7 +1630,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            61 => {
+            63 => {
                 rotation::rotation_of_left_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1602,7 +1639,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            62 => {
+            64 => {
                 jacobian::jacobian_of_left_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1611,7 +1648,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            63 => {
+            65 => {
                 jacobian::jacobian_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1620,7 +1657,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            64 => {
+            66 => {
                 jacobian::jacobian_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1629,7 +1666,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            65 => {
+            67 => {
                 jacobian::jacobian_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1638,7 +1675,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            66 => {
+            68 => {
                 jacobian::jacobian_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1647,7 +1684,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            67 => {
+            69 => {
                 jacobian::jacobian_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1656,7 +1693,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            68 => {
+            70 => {
                 jacobian::jacobian_of_left_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1665,7 +1702,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            69 => {
+            71 => {
                 jacobian::jacobian_of_left_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1674,7 +1711,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            70 => {
+            72 => {
                 jacobian::jacobian_of_left_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1683,7 +1720,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            71 => {
+            73 => {
                 jacobian::jacobian_of_left_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1692,7 +1729,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 18>(output)?,
                 )
             }
-            72 => {
+            74 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1705,7 +1742,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            73 => {
+            75 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1718,7 +1755,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            74 => {
+            76 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1731,7 +1768,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            75 => {
+            77 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1744,7 +1781,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            76 => {
+            78 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1757,7 +1794,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            77 => {
+            79 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1770,7 +1807,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            78 => {
+            80 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1783,7 +1820,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            79 => {
+            81 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1796,7 +1833,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            80 => {
+            82 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1809,7 +1846,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Biped3d {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            81 => {
+            83 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,

@@ -90,24 +90,8 @@ pub(super) fn coriolis_matrix_program<R: ::bipedc_runtime::Real>(
     let t47 = R::fused(-v2, t45, t42);
     let t48 = R::fused(-v2, t46, t43);
     *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 7],
+        [R::constant(0.0); 7],
         [t48, t47, t44, t33, t32, t24, t23],
         [t41, t40, t33, t33, t32, R::constant(0.0), R::constant(0.0)],
         [t28, t27, t30, t30, R::constant(0.0), R::constant(0.0), R::constant(0.0)],

@@ -60,22 +60,8 @@ pub(super) fn jacobian_of_left_tibia_program<R: ::bipedc_runtime::Real>(
             R::constant(0.0),
         ],
         [t8, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
+        [R::constant(0.0); 6],
         [t9, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)],
         [
             R::constant(0.0),
@@ -155,22 +141,8 @@ pub(super) fn jacobian_of_right_tibia_program<R: ::bipedc_runtime::Real>(
             R::constant(1.0),
             R::constant(0.0),
         ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
+        [R::constant(0.0); 6],
     ];
 }
 /// Jacobian with respect to `v` at the frame's origin, world axes, linear rows first.
@@ -264,22 +236,8 @@ pub(super) fn jacobian_of_right_foot_point_foot_program<R: ::bipedc_runtime::Rea
             R::constant(1.0),
             R::constant(0.0),
         ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
+        [R::constant(0.0); 6],
     ];
 }
 /// Jacobian with respect to `v` at the frame's origin, world axes, linear rows first.
@@ -357,22 +315,8 @@ pub(super) fn jacobian_of_left_foot_point_foot_program<R: ::bipedc_runtime::Real
             R::constant(1.0),
             R::constant(0.0),
         ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
+        [R::constant(0.0); 6],
         [
             t17,
             R::constant(0.0),

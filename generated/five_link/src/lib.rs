@@ -3,6 +3,7 @@
 
 //! Equations of motion of `five_link` as allocation-free Rust.
 #![no_std]
+#![cfg_attr(rustfmt, rustfmt::skip)]
 #![allow(clippy::all, clippy::approx_constant)]
 #[rustfmt::skip]
 mod inverse_dynamics;
@@ -81,6 +82,10 @@ mod constrained_dynamics;
 #[rustfmt::skip]
 mod impact_map;
 #[rustfmt::skip]
+mod relabelled_configuration;
+#[rustfmt::skip]
+mod relabelled_velocity;
+#[rustfmt::skip]
 mod position;
 #[rustfmt::skip]
 mod rotation;
@@ -129,6 +134,8 @@ pub use self::contact_normal_rate::*;
 pub use self::contact_tangential_rate::*;
 pub use self::constrained_dynamics::*;
 pub use self::impact_map::*;
+pub use self::relabelled_configuration::*;
+pub use self::relabelled_velocity::*;
 pub use self::position::*;
 pub use self::rotation::*;
 pub use self::jacobian::*;
@@ -156,7 +163,7 @@ pub mod joint {
     pub const LEFT_KNEE_PITCH: (usize, usize) = (6, 6);
 }
 /// All functions, in the order of their index in the `Model` trait.
-pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 54] = [
+pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 56] = [
     ::bipedc_runtime::Signature {
         name: "inverse_dynamics",
         arguments: ::bipedc_runtime::Arguments::of(
@@ -495,6 +502,18 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 54] = [
             &[::bipedc_runtime::Argument::Q, ::bipedc_runtime::Argument::V],
         ),
         rows: 9,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "relabelled_configuration",
+        arguments: ::bipedc_runtime::Arguments::of(&[::bipedc_runtime::Argument::Q]),
+        rows: 7,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "relabelled_velocity",
+        arguments: ::bipedc_runtime::Arguments::of(&[::bipedc_runtime::Argument::V]),
+        rows: 7,
         columns: 1,
     },
     ::bipedc_runtime::Signature {
@@ -1135,7 +1154,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                 )
             }
             38 => {
-                position::position_of_left_tibia_program(
+                relabelled_configuration::relabelled_configuration_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1144,16 +1163,16 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                 )
             }
             39 => {
-                position::position_of_right_tibia_program(
+                relabelled_velocity::relabelled_velocity_program(
                     ::bipedc_runtime::model::argument(
                         state,
-                        ::bipedc_runtime::Argument::Q,
+                        ::bipedc_runtime::Argument::V,
                     )?,
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
             40 => {
-                position::position_of_right_foot_point_foot_program(
+                position::position_of_left_tibia_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1162,7 +1181,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                 )
             }
             41 => {
-                position::position_of_left_foot_point_foot_program(
+                position::position_of_right_tibia_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1171,6 +1190,24 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                 )
             }
             42 => {
+                position::position_of_right_foot_point_foot_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            43 => {
+                position::position_of_left_foot_point_foot_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            44 => {
                 rotation::rotation_of_left_tibia_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1179,7 +1216,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            43 => {
+            45 => {
                 rotation::rotation_of_right_tibia_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1188,7 +1225,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            44 => {
+            46 => {
                 rotation::rotation_of_right_foot_point_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1197,7 +1234,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            45 => {
+            47 => {
                 rotation::rotation_of_left_foot_point_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1206,7 +1243,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            46 => {
+            48 => {
                 jacobian::jacobian_of_left_tibia_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1215,7 +1252,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 7>(output)?,
                 )
             }
-            47 => {
+            49 => {
                 jacobian::jacobian_of_right_tibia_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1224,7 +1261,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 7>(output)?,
                 )
             }
-            48 => {
+            50 => {
                 jacobian::jacobian_of_right_foot_point_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1233,7 +1270,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 7>(output)?,
                 )
             }
-            49 => {
+            51 => {
                 jacobian::jacobian_of_left_foot_point_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1242,7 +1279,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 7>(output)?,
                 )
             }
-            50 => {
+            52 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_tibia_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1255,7 +1292,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            51 => {
+            53 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_tibia_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1268,7 +1305,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            52 => {
+            54 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_point_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1281,7 +1318,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            53 => {
+            55 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_point_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,

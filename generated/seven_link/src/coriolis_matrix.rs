@@ -165,28 +165,8 @@ pub(super) fn coriolis_matrix_program<R: ::bipedc_runtime::Real>(
     let t111 = R::fused(-t16, t31, t110);
     let t112 = t37 - t111;
     *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 9],
+        [R::constant(0.0); 9],
         [t98, t97, t92, t77, t99, t106, t63, t100, t112],
         [
             t89,

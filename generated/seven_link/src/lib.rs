@@ -3,6 +3,7 @@
 
 //! Equations of motion of `seven_link` as allocation-free Rust.
 #![no_std]
+#![cfg_attr(rustfmt, rustfmt::skip)]
 #![allow(clippy::all, clippy::approx_constant)]
 #[rustfmt::skip]
 mod inverse_dynamics;
@@ -81,6 +82,10 @@ mod constrained_dynamics;
 #[rustfmt::skip]
 mod impact_map;
 #[rustfmt::skip]
+mod relabelled_configuration;
+#[rustfmt::skip]
+mod relabelled_velocity;
+#[rustfmt::skip]
 mod position;
 #[rustfmt::skip]
 mod rotation;
@@ -129,6 +134,8 @@ pub use self::contact_normal_rate::*;
 pub use self::contact_tangential_rate::*;
 pub use self::constrained_dynamics::*;
 pub use self::impact_map::*;
+pub use self::relabelled_configuration::*;
+pub use self::relabelled_velocity::*;
 pub use self::position::*;
 pub use self::rotation::*;
 pub use self::jacobian::*;
@@ -162,7 +169,7 @@ pub mod joint {
     pub const LEFT_ANKLE_PITCH: (usize, usize) = (8, 8);
 }
 /// All functions, in the order of their index in the `Model` trait.
-pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 66] = [
+pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 68] = [
     ::bipedc_runtime::Signature {
         name: "inverse_dynamics",
         arguments: ::bipedc_runtime::Arguments::of(
@@ -545,6 +552,18 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 66] = [
             &[::bipedc_runtime::Argument::Q, ::bipedc_runtime::Argument::V],
         ),
         rows: 14,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "relabelled_configuration",
+        arguments: ::bipedc_runtime::Arguments::of(&[::bipedc_runtime::Argument::Q]),
+        rows: 9,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "relabelled_velocity",
+        arguments: ::bipedc_runtime::Arguments::of(&[::bipedc_runtime::Argument::V]),
+        rows: 9,
         columns: 1,
     },
     ::bipedc_runtime::Signature {
@@ -1301,7 +1320,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                 )
             }
             42 => {
-                position::position_of_left_foot_program(
+                relabelled_configuration::relabelled_configuration_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1310,16 +1329,16 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                 )
             }
             43 => {
-                position::position_of_right_foot_program(
+                relabelled_velocity::relabelled_velocity_program(
                     ::bipedc_runtime::model::argument(
                         state,
-                        ::bipedc_runtime::Argument::Q,
+                        ::bipedc_runtime::Argument::V,
                     )?,
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
             44 => {
-                position::position_of_right_foot_heel_program(
+                position::position_of_left_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1328,7 +1347,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                 )
             }
             45 => {
-                position::position_of_right_foot_toe_program(
+                position::position_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1337,7 +1356,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                 )
             }
             46 => {
-                position::position_of_left_foot_heel_program(
+                position::position_of_right_foot_heel_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1346,7 +1365,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                 )
             }
             47 => {
-                position::position_of_left_foot_toe_program(
+                position::position_of_right_foot_toe_program(
                     ::bipedc_runtime::model::argument(
                         state,
                         ::bipedc_runtime::Argument::Q,
@@ -1355,6 +1374,24 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                 )
             }
             48 => {
+                position::position_of_left_foot_heel_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            49 => {
+                position::position_of_left_foot_toe_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            50 => {
                 rotation::rotation_of_left_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1363,7 +1400,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            49 => {
+            51 => {
                 rotation::rotation_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1372,7 +1409,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            50 => {
+            52 => {
                 rotation::rotation_of_right_foot_heel_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1381,7 +1418,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            51 => {
+            53 => {
                 rotation::rotation_of_right_foot_toe_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1390,7 +1427,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            52 => {
+            54 => {
                 rotation::rotation_of_left_foot_heel_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1399,7 +1436,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            53 => {
+            55 => {
                 rotation::rotation_of_left_foot_toe_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1408,7 +1445,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            54 => {
+            56 => {
                 jacobian::jacobian_of_left_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1417,7 +1454,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 9>(output)?,
                 )
             }
-            55 => {
+            57 => {
                 jacobian::jacobian_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1426,7 +1463,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 9>(output)?,
                 )
             }
-            56 => {
+            58 => {
                 jacobian::jacobian_of_right_foot_heel_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1435,7 +1472,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 9>(output)?,
                 )
             }
-            57 => {
+            59 => {
                 jacobian::jacobian_of_right_foot_toe_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1444,7 +1481,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 9>(output)?,
                 )
             }
-            58 => {
+            60 => {
                 jacobian::jacobian_of_left_foot_heel_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1453,7 +1490,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 9>(output)?,
                 )
             }
-            59 => {
+            61 => {
                 jacobian::jacobian_of_left_foot_toe_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1462,7 +1499,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 9>(output)?,
                 )
             }
-            60 => {
+            62 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1475,7 +1512,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            61 => {
+            63 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1488,7 +1525,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            62 => {
+            64 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_heel_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1501,7 +1538,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            63 => {
+            65 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_toe_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1514,7 +1551,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            64 => {
+            66 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_heel_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1527,7 +1564,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            65 => {
+            67 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_left_foot_toe_program(
                     ::bipedc_runtime::model::argument(
                         state,

@@ -53,20 +53,8 @@ pub(super) fn coriolis_matrix_program<R: ::bipedc_runtime::Real>(
     let t16 = R::fused(-v2, t14, t12);
     let t17 = R::fused(-v2, t15, t13);
     *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 5],
+        [R::constant(0.0); 5],
         [t17, t16, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         [t11, t10, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         [t7, t6, R::constant(0.0), R::constant(0.0), R::constant(0.0)],

@@ -573,37 +573,13 @@ pub(super) fn forward_dynamics_derivatives_program<R: ::bipedc_runtime::Real>(
     t263 = -t221;
     t264 = -t224;
     *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 5],
+        [R::constant(0.0); 5],
         [t232, t133, t136, t233, t234],
         [t235, t150, t152, t236, t237],
         [t238, t163, t165, t239, t240],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 5],
+        [R::constant(0.0); 5],
         [t241, t242, t176, t243, t244],
         [t245, t246, t186, t247, t248],
         [t249, t250, t196, t251, t252],

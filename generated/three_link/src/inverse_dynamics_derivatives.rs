@@ -135,37 +135,13 @@ pub(super) fn inverse_dynamics_derivatives_program<R: ::bipedc_runtime::Real>(
     let t78 = R::fused(sin0, t59, t77);
     let t79 = -t73;
     *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 5],
+        [R::constant(0.0); 5],
         [t22, t31, t38, t40, t42],
         [t15, t43, t40, t40, R::constant(0.0)],
         [t8, t44, t42, R::constant(0.0), t42],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 5],
+        [R::constant(0.0); 5],
         [t51, t58, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         [t48, t55, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         [t46, t53, R::constant(0.0), R::constant(0.0), R::constant(0.0)],

@@ -55,14 +55,7 @@ pub(super) fn jacobian_of_left_leg_program<R: ::bipedc_runtime::Real>(
             R::constant(1.0),
             R::constant(0.0),
         ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
         [
             R::constant(0.0),
             R::constant(0.0),
@@ -135,14 +128,7 @@ pub(super) fn jacobian_of_right_leg_program<R: ::bipedc_runtime::Real>(
             R::constant(1.0),
             R::constant(0.0),
         ],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
     ];
 }
 /// Jacobian with respect to `v` at the frame's origin, world axes, linear rows first.
@@ -205,14 +191,7 @@ pub(super) fn jacobian_of_right_foot_point_foot_program<R: ::bipedc_runtime::Rea
         ],
         [t8, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)],
         [t9, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
     ];
 }
 /// Jacobian with respect to `v` at the frame's origin, world axes, linear rows first.
@@ -274,14 +253,7 @@ pub(super) fn jacobian_of_left_foot_point_foot_program<R: ::bipedc_runtime::Real
             R::constant(0.0),
         ],
         [t8, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)],
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
         [t9, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)],
     ];
 }

@@ -30,16 +30,7 @@ pub fn jacobian_rate_times_velocity_of_left_leg_into<R: ::bipedc_runtime::Real>(
 pub(super) fn jacobian_rate_times_velocity_of_left_leg_program<
     R: ::bipedc_runtime::Real,
 >(out: &mut [[R; 6]; 1]) {
-    *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-    ];
+    *out = [[R::constant(0.0); 6]];
 }
 /// Rate of the Jacobian times `v`: the frame's acceleration when `a = 0`, world axes.
 ///
@@ -70,16 +61,7 @@ pub fn jacobian_rate_times_velocity_of_right_leg_into<R: ::bipedc_runtime::Real>
 pub(super) fn jacobian_rate_times_velocity_of_right_leg_program<
     R: ::bipedc_runtime::Real,
 >(out: &mut [[R; 6]; 1]) {
-    *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
-    ];
+    *out = [[R::constant(0.0); 6]];
 }
 /// Rate of the Jacobian times `v`: the frame's acceleration when `a = 0`, world axes.
 ///

@@ -3,6 +3,7 @@
 
 //! Equations of motion of `tulip` as allocation-free Rust.
 #![no_std]
+#![cfg_attr(rustfmt, rustfmt::skip)]
 #![allow(clippy::all, clippy::approx_constant)]
 #[rustfmt::skip]
 mod inverse_dynamics;

@@ -4339,14 +4339,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: ::bipedc_runtime::Real>(
     t2130 = -t2058;
     t2131 = -t2069;
     *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
         [t2088, t2089, t1478, t1482, t1487, t2090],
         [t1509, t2091, t1517, t1521, t1526, t2092],
         [t1548, t2093, t1556, t1560, t1565, t2094],

@@ -3050,14 +3050,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: ::bipedc_runtime::Real>(
     t1483 = -t1427;
     t1484 = -t46;
     *out = [
-        [
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-            R::constant(0.0),
-        ],
+        [R::constant(0.0); 6],
         [t569, t613, t630, t654, t685, t743],
         [t810, t840, t841, t852, t864, t881],
         [t923, t936, t937, t938, t948, t957],

@@ -3,6 +3,7 @@
 
 //! Equations of motion of `tulip_v1_leg` as allocation-free Rust.
 #![no_std]
+#![cfg_attr(rustfmt, rustfmt::skip)]
 #![allow(clippy::all, clippy::approx_constant)]
 #[rustfmt::skip]
 mod inverse_dynamics;
@@ -77,6 +78,14 @@ mod contact_normal_rate;
 #[rustfmt::skip]
 mod contact_tangential_rate;
 #[rustfmt::skip]
+mod drive_inverse_dynamics;
+#[rustfmt::skip]
+mod spring_torques;
+#[rustfmt::skip]
+mod gear_torques;
+#[rustfmt::skip]
+mod motor_torques;
+#[rustfmt::skip]
 mod position;
 #[rustfmt::skip]
 mod rotation;
@@ -123,6 +132,10 @@ pub use self::contact_normal_directions::*;
 pub use self::contact_tangential_directions::*;
 pub use self::contact_normal_rate::*;
 pub use self::contact_tangential_rate::*;
+pub use self::drive_inverse_dynamics::*;
+pub use self::spring_torques::*;
+pub use self::gear_torques::*;
+pub use self::motor_torques::*;
 pub use self::position::*;
 pub use self::rotation::*;
 pub use self::jacobian::*;
@@ -156,7 +169,7 @@ pub mod joint {
     pub const RIGHT_ANKLE_ROLL: (usize, usize) = (5, 5);
 }
 /// All functions, in the order of their index in the `Model` trait.
-pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 56] = [
+pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 60] = [
     ::bipedc_runtime::Signature {
         name: "inverse_dynamics",
         arguments: ::bipedc_runtime::Arguments::of(
@@ -475,6 +488,53 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 56] = [
             &[::bipedc_runtime::Argument::Q, ::bipedc_runtime::Argument::V],
         ),
         rows: 8,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "drive_inverse_dynamics",
+        arguments: ::bipedc_runtime::Arguments::of(
+            &[
+                ::bipedc_runtime::Argument::Q,
+                ::bipedc_runtime::Argument::V,
+                ::bipedc_runtime::Argument::A,
+            ],
+        ),
+        rows: 6,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "spring_torques",
+        arguments: ::bipedc_runtime::Arguments::of(
+            &[
+                ::bipedc_runtime::Argument::Q,
+                ::bipedc_runtime::Argument::V,
+                ::bipedc_runtime::Argument::MotorQ,
+            ],
+        ),
+        rows: 4,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "gear_torques",
+        arguments: ::bipedc_runtime::Arguments::of(
+            &[::bipedc_runtime::Argument::Q, ::bipedc_runtime::Argument::MotorQ],
+        ),
+        rows: 3,
+        columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "motor_torques",
+        arguments: ::bipedc_runtime::Arguments::of(
+            &[
+                ::bipedc_runtime::Argument::Q,
+                ::bipedc_runtime::Argument::V,
+                ::bipedc_runtime::Argument::A,
+                ::bipedc_runtime::Argument::MotorQ,
+                ::bipedc_runtime::Argument::MotorV,
+                ::bipedc_runtime::Argument::MotorA,
+            ],
+        ),
+        rows: 5,
         columns: 1,
     },
     ::bipedc_runtime::Signature {
@@ -1111,6 +1171,82 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                 )
             }
             36 => {
+                drive_inverse_dynamics::drive_inverse_dynamics_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::V,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::A,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            37 => {
+                spring_torques::spring_torques_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::V,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::MotorQ,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            38 => {
+                gear_torques::gear_torques_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::MotorQ,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            39 => {
+                motor_torques::motor_torques_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::V,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::A,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::MotorQ,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::MotorV,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::MotorA,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
+                )
+            }
+            40 => {
                 position::position_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1119,7 +1255,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            37 => {
+            41 => {
                 position::position_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1128,7 +1264,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            38 => {
+            42 => {
                 position::position_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1137,7 +1273,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            39 => {
+            43 => {
                 position::position_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1146,7 +1282,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            40 => {
+            44 => {
                 position::position_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1155,7 +1291,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            41 => {
+            45 => {
                 rotation::rotation_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1164,7 +1300,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            42 => {
+            46 => {
                 rotation::rotation_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1173,7 +1309,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            43 => {
+            47 => {
                 rotation::rotation_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1182,7 +1318,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            44 => {
+            48 => {
                 rotation::rotation_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1191,7 +1327,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            45 => {
+            49 => {
                 rotation::rotation_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1200,7 +1336,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            46 => {
+            50 => {
                 jacobian::jacobian_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1209,7 +1345,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            47 => {
+            51 => {
                 jacobian::jacobian_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1218,7 +1354,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            48 => {
+            52 => {
                 jacobian::jacobian_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1227,7 +1363,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            49 => {
+            53 => {
                 jacobian::jacobian_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1236,7 +1372,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            50 => {
+            54 => {
                 jacobian::jacobian_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1245,7 +1381,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            51 => {
+            55 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1258,7 +1394,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            52 => {
+            56 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1271,7 +1407,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            53 => {
+            57 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1284,7 +1420,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            54 => {
+            58 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1297,7 +1433,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            55 => {
+            59 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
