@@ -159,6 +159,8 @@ fn description(random: &mut Random, links: usize, kind: Kind) -> String {
             point("front_right", 0.15, -0.06);
             point("rear_left", -0.1, 0.06);
             point("rear_right", -0.1, -0.06);
+            // Stated: a sole that does not lie level has no edges that could be told by themselves.
+            out += "edges.front = [\"front_left\", \"front_right\"]\n";
         }
     }
     out + "[[phase]]\nname = \"single_support\"\ncontacts = [\"right_foot\"]\nnext = \"swing\"\n\
