@@ -115,7 +115,8 @@ fn a_request_changes_base_and_functions() {
 #[test]
 fn a_failed_build_script_writes_nothing() {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("front_ends_failed");
-    let request = Request { functions: vec!["mass_matrx".into(), "bias".into(), "foo".into()], ..Request::default() };
+    let request =
+        Request { functions: vec!["mass_matrx".into(), "bias".into(), "foo".into()], ..Request::default() };
     let error = build::write(&folder(), &request, &out).unwrap_err().to_string();
     assert!(error.contains("there is no function `mass_matrx`"), "{error}");
     assert!(error.contains("did you mean `mass_matrix`?") && error.contains("`foo`"), "{error}");

@@ -138,8 +138,11 @@ fn names(value: &Expr) -> syn::Result<Vec<String>> {
             "`functions` is a list of texts: `[\"mass_matrix\", \"bias\"]`",
         ));
     };
-    let names: Vec<String> =
-        list.elems.iter().map(|name| text(name, "functions").map(|t| t.value())).collect::<syn::Result<_>>()?;
+    let names: Vec<String> = list
+        .elems
+        .iter()
+        .map(|name| text(name, "functions").map(|t| t.value()))
+        .collect::<syn::Result<_>>()?;
     match unknown_functions(&names) {
         wrong if wrong.is_empty() => Ok(names),
         wrong => Err(Error::new(value.span(), without_prefix(&Diagnostics(wrong)))),
