@@ -1,2 +1,39 @@
-//! The `bipedc` command.
-fn main() {}
+//! The `bipedc` command: parses arguments, calls the libraries, prints.
+mod arguments;
+mod commands;
+mod crate_paths;
+mod failure;
+mod output;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+const EXAMPLES: &str = "\
+Examples:
+  bipedc init my_robot/robot.urdf                    write a first, commented biped.toml beside a URDF
+  bipedc check robots/tulip                          everything wrong or odd with a robot
+  bipedc generate robots/tulip                       its equations of motion as a Rust crate in generated/tulip
+  bipedc inspect robots/tulip                        all functions with their operation counts
+  bipedc evaluate robots/tulip mass_matrix --states states.json
+  bipedc compare robots/tulip log.csv.gz             predicted against logged torques
+
+A ROBOT is a folder with `robot.urdf` and `biped.toml`, or one of these files. Units are SI.
+Exit codes: 0 done, 1 an error in the input (said on the error stream), 2 wrong usage.";
+
+/// The model compiler for walking robots: a URDF in, specialised allocation-free Rust out
+#[derive(Parser)]
+#[command(name = "bipedc", version, after_help = EXAMPLES, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: commands::Command,
+}
+
+fn main() -> ExitCode {
+    match Cli::parse().command.run() {
+        Ok(code) => code,
+        Err(failure) => {
+            output::diagnostics(&failure.0);
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -2,14 +2,13 @@
 #![allow(missing_docs)]
 mod support;
 
-use bipedc_compiler::Robot;
 use bipedc_compiler::program::ProgramModel;
 use support::oracle::check_oracle;
-use support::{ROBOTS, check_reference, project};
+use support::{ROBOTS, check_reference, contact_points, read_robot};
 
 /// The planar robots' references are for a free floating base.
 fn floating(name: &str) -> ProgramModel {
-    let robot = read(name);
+    let robot = read_robot(name);
     let kind = if name == "tulip_v1_leg" { "fixed" } else { "floating" };
     ProgramModel::new(robot.with_base(kind, None).unwrap().compile().unwrap())
 }
@@ -21,20 +20,10 @@ fn reference_values_of_all_robots() {
     }
 }
 
-/// Contact points as the oracle names them: `link/point`, in the order of the description.
-fn contact_points(robot: &Robot) -> Vec<String> {
-    let feet = &robot.description.feet;
-    feet.iter().flat_map(|f| f.points.iter().map(move |p| format!("{}/{}", f.link, p.name))).collect()
-}
-
-fn read(name: &str) -> Robot {
-    Robot::read(&project().join("robots").join(name)).unwrap_or_else(|e| panic!("{e}"))
-}
-
 #[test]
 fn oracle_values_of_all_robots_on_a_free_or_fixed_base() {
     for name in ROBOTS {
-        let checked = check_oracle(&floating(name), name, &contact_points(&read(name)));
+        let checked = check_oracle(&floating(name), name, &contact_points(name));
         assert!(checked >= 8 * 25, "{name}: only {checked} comparisons");
     }
 }
@@ -42,9 +31,9 @@ fn oracle_values_of_all_robots_on_a_free_or_fixed_base() {
 #[test]
 fn oracle_values_of_the_planar_robots() {
     for name in ["three_link", "five_link", "seven_link"] {
-        let robot = read(name);
+        let robot = read_robot(name);
         let model = ProgramModel::new(robot.compile().unwrap());
-        let checked = check_oracle(&model, &format!("{name}_planar"), &contact_points(&robot));
+        let checked = check_oracle(&model, &format!("{name}_planar"), &contact_points(name));
         assert!(checked >= 8 * 25, "{name}: only {checked} comparisons");
     }
 }

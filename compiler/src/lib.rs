@@ -13,6 +13,7 @@ pub mod expression;
 pub mod front;
 pub mod program;
 pub mod robot;
+pub mod states;
 pub mod tree;
 
 pub use robot::Robot;

@@ -88,6 +88,8 @@ impl Robot {
             &FORMAT.to_string(),
             &self.sources.urdf_text,
             &self.sources.toml_text,
+            // May differ from what the files say.
+            &format!("{:?}", self.description.base),
         ];
         format!("{:016x}", fnv1a(&parts.join("\0")))
     }
@@ -98,8 +100,13 @@ impl Robot {
     /// # Errors
     /// Functions or frames that do not exist.
     pub fn package(&self, source: &str, runtime: &str) -> Result<Package, Diagnostic> {
+        Ok(self.package_of(&self.compile()?, source, runtime))
+    }
+
+    /// [`Self::package`] of what was compiled already.
+    pub fn package_of(&self, compiled: &CompiledModel, source: &str, runtime: &str) -> Package {
         let origin = Origin { source: source.to_owned(), hash: self.hash(), runtime: runtime.to_owned() };
-        Ok(package(&self.compile()?, &origin))
+        package(compiled, &origin)
     }
 }
 

@@ -1,7 +1,11 @@
 //! Oracle numbers, in the order of a model's coordinates.
 #![allow(dead_code, missing_docs)]
+pub mod dual;
+pub mod lagrange;
 pub mod oracle;
 
+use bipedc_compiler::Robot;
+use bipedc_compiler::description::model::Foot;
 use bipedc_runtime::{Argument, Model, State};
 use flate2::read::GzDecoder;
 use serde_json::Value;
@@ -152,4 +156,15 @@ pub fn check_reference<M: Model<f64>>(model: &M, robot: &str) {
             check(&format!("jacobian{suffix}"), &order.wide(&numbers_of["jacobian_world_aligned_rows"]));
         }
     }
+}
+
+pub fn read_robot(name: &str) -> Robot {
+    Robot::read(&project().join("robots").join(name)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Contact points as the oracle names them: `link/point`, in the order of the description.
+pub fn contact_points(robot: &str) -> Vec<String> {
+    let feet = read_robot(robot).description.feet;
+    let of = |f: &Foot| f.points.iter().map(|p| format!("{}/{}", f.link, p.name)).collect::<Vec<_>>();
+    feet.iter().flat_map(of).collect()
 }

@@ -1,9 +1,10 @@
 //! Everything that can be derived, by name.
 use super::Context;
 use super::families;
-use super::families::{contacts, regressors};
+use super::families::{contacts, drives, regressors};
 use super::quantity::Quantity;
 use crate::description::model::Phase;
+use crate::description::source::did_you_mean;
 use crate::program::Order;
 use bipedc_runtime::diagnostic::Diagnostic;
 
@@ -20,6 +21,10 @@ pub enum Scope {
     Phase,
     /// One change from a phase to the next with an impact.
     Impact,
+    /// The drive trains of the description.
+    Drives,
+    /// The swap of left and right that the description's phases ask for.
+    Relabelling,
 }
 
 /// How a function is derived.
@@ -130,6 +135,11 @@ impl Entry {
         self
     }
 
+    const fn scoped(mut self, scope: Scope) -> Self {
+        self.scope = scope;
+        self
+    }
+
     const fn phase(
         name: &'static str,
         source: &'static str,
@@ -199,8 +209,11 @@ fn unknown_frame(context: &Context<'_, '_>, name: &str) -> Diagnostic {
 pub fn entry(name: &str) -> Result<&'static Entry, Diagnostic> {
     catalogue().iter().find(|entry| entry.name == name).ok_or_else(|| {
         let known: Vec<&str> = catalogue().iter().map(|entry| entry.name).collect();
-        Diagnostic::error(format!("there is no function `{name}`"))
-            .help(format!("functions are: {}", known.join(", ")))
+        let help = match did_you_mean(name, known.iter().copied()) {
+            Some(close) => format!("did you mean `{close}`?"),
+            None => format!("functions are: {}", known.join(", ")),
+        };
+        Diagnostic::error(format!("there is no function `{name}`")).help(help)
     })
 }
 
@@ -471,6 +484,48 @@ const CATALOGUE: &[Entry] = &[
         Scope::Impact,
         contacts::impact_map,
     ),
+    Entry::analysed(
+        "relabelled_configuration",
+        "R of (4.19b), corrected",
+        "Configuration after left and right have swapped their roles.",
+        contacts::relabelled_configuration,
+    )
+    .scoped(Scope::Relabelling),
+    Entry::analysed(
+        "relabelled_velocity",
+        "R of (4.19b), corrected",
+        "Velocity after left and right have swapped their roles.",
+        contacts::relabelled_velocity,
+    )
+    .scoped(Scope::Relabelling),
+    Entry::robot(
+        "drive_inverse_dynamics",
+        "(4.26), (4.30)",
+        "Generalised forces for an acceleration, with the rotor inertias of stiff drives reflected through their gears.",
+        drives::inverse_dynamics,
+    )
+    .scoped(Scope::Drives),
+    Entry::robot(
+        "spring_torques",
+        "(4.29b)",
+        "Torques on the joints by the springs of elastic drives, and by springs and dampers of passive joints.",
+        drives::spring_torques,
+    )
+    .scoped(Scope::Drives),
+    Entry::robot(
+        "gear_torques",
+        "(4.29a)",
+        "Torques of elastic drives at the gears' outputs.",
+        drives::gear_torques,
+    )
+    .scoped(Scope::Drives),
+    Entry::robot(
+        "motor_torques",
+        "(4.26), (4.31) without Coulomb friction",
+        "Torques at the motor shafts; add the Coulomb friction times the sign of the motor's velocity.",
+        drives::motor_torques,
+    )
+    .scoped(Scope::Drives),
     Entry::frame("position", "Position in the world.", families::position),
     Entry::frame("rotation", "Rotation: columns are the frame's axes in the world.", families::rotation),
     Entry::frame(

@@ -2,10 +2,13 @@
 mod catalogue;
 mod families;
 mod quantity;
+mod readable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};
 pub use quantity::Quantity;
+pub use readable::{Readable, readable};
 
+use crate::derive::relabel::Relabelling;
 use crate::derive::{InertiaMode, RobotModel};
 use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph};
@@ -178,6 +181,14 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
             Scope::Contacts if !tree.points.is_empty() => out.push(wish(None)),
             Scope::Contacts => {}
             Scope::Phase => out.extend(description.phases.iter().map(|p| wish(Some(p.name.clone())))),
+            Scope::Drives if !description.drives.is_empty() => out.push(wish(None)),
+            Scope::Drives => {}
+            Scope::Relabelling => {
+                let asked = description.phases.iter().any(|phase| phase.relabel);
+                if asked && Relabelling::new(tree, description).is_ok() {
+                    out.push(wish(None));
+                }
+            }
             Scope::Impact => {
                 // On a pinned root the impact of the other foot cannot be told: the root would stay pinned.
                 let free = matches!(tree.base, BaseKind::Floating | BaseKind::Planar);

@@ -17,7 +17,7 @@ pub fn forward_dynamics<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<
 }
 
 /// Operations of `outputs`, a division counted as four.
-fn price(model: &RobotModel<'_, '_>, outputs: &[Sym<'_>]) -> usize {
+pub(super) fn price(model: &RobotModel<'_, '_>, outputs: &[Sym<'_>]) -> usize {
     let outputs: Vec<Expr> = outputs.iter().map(|x| x.expr).collect();
     let operations = Operations::of(&lower(model.graph, &outputs, Order::DepthFirst));
     operations.total() + (DIVISION - 1) * operations.divisions
@@ -46,9 +46,9 @@ pub fn factored<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<Sym<'g>>
 /// chains has constant diagonals and most couplings are single products.
 pub fn absolute<'g>(model: &RobotModel<'g, '_>, tau: &[Sym<'g>]) -> Vec<Sym<'g>> {
     let still = still(model);
-    let forces = less(&still.to_absolute_forces(tau), &still.absolute_forces());
+    let forces = less(&still.in_absolute_angles(tau), &still.absolute_forces());
     let accelerations = Factor::new(model, &still.absolute_mass_matrix()).solve(&forces);
-    still.from_absolute_velocities(&accelerations)
+    still.joint_velocities(&accelerations)
 }
 
 /// Articulated-body algorithm (Featherstone, "Rigid Body Dynamics Algorithms", table 7.1). Its bias

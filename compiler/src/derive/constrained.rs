@@ -4,6 +4,7 @@ use super::constraint::Constraints;
 use super::kinematics::Motions;
 use super::model::RobotModel;
 use super::newton_euler::generalised_forces;
+use super::reduced::{self, flat_support};
 use super::solve::Factor;
 use crate::expression::Sym;
 use bipedc_runtime::Argument;
@@ -26,73 +27,105 @@ pub fn constrained_dynamics<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
 ) -> Constrained<'g> {
-    constrained_dynamics_with(model, constraints, &mass_matrix(model))
+    constrained_dynamics_with(model, constraints, &[])
 }
 
-/// The same for another mass matrix, such as one with reflected rotor inertias.
+/// The same with inertias added to the diagonal of D, by row of `v`, kg m²: those of rotors
+/// ([`super::drive::reflected_inertia`]). Missing ones are zero.
 pub fn constrained_dynamics_with<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
-    mass_matrix: &[Vec<Sym<'g>>],
+    rotors: &[f64],
 ) -> Constrained<'g> {
-    let factor = Factor::new(model, mass_matrix);
-    let bias =
-        generalised_forces(model, Motions { velocity: true, acceleration: false, gravity: true }, false);
+    let bias = generalised_forces(model, Motions::NO_ACCELERATION, false);
     let free: Vec<Sym<'g>> =
         bias.iter().enumerate().map(|(k, &h)| model.input(Argument::Tau, k) - h).collect();
-    let half = factor.half_solve(&free);
-    let held = Held::new(&factor, constraints);
-    // −(Wᵀ D⁻¹ (τ − H) + w)
-    let rates = constraints.blocks.iter().flat_map(|block| block.rate_with_gravity.iter());
-    let residual: Vec<Sym<'g>> = held.project(&half).into_iter().zip(rates).map(|(x, &w)| -(x + w)).collect();
-    let forces = held.forces(residual);
-    let scaled = half.iter().zip(factor.inverse_diagonal()).map(|(&y, &d)| y * d).collect();
-    let acceleration = factor.back_solve(held.add_response(scaled, &forces));
-    Constrained { acceleration, forces: constraints.publish(&forces) }
+    let (acceleration, forces) = respond(model, constraints, rotors, &free, Demand::Rates);
+    Constrained { acceleration, forces }
 }
 
-/// The rows' half solves and the matrix Wᵀ D⁻¹ W.
+/// What the constraints ask of the motion x: J x = −J̇ v or J x = −J v.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Demand {
+    /// x is an acceleration.
+    Rates,
+    /// x is the jump of the velocity at an impact.
+    Velocity,
+}
+
+/// Solves D x = f + Jᵀ λ together with the constraints' demand: (x, λ in the published rows).
+pub(super) fn respond<'g>(
+    model: &RobotModel<'g, '_>,
+    constraints: &Constraints<'g>,
+    rotors: &[f64],
+    f: &[Sym<'g>],
+    demand: Demand,
+) -> (Vec<Sym<'g>>, Vec<Sym<'g>>) {
+    if let Some(flat) = flat_support(model, constraints) {
+        return reduced::respond(model, constraints, rotors, f, (flat, demand));
+    }
+    let mut d = mass_matrix(model);
+    for (k, &rotor) in rotors.iter().enumerate() {
+        d[k][k] = d[k][k] + rotor;
+    }
+    let factor = Factor::new(model, &d);
+    let held = Held::new(&factor, constraints.blocks.iter().flat_map(|block| block.jacobian.clone()));
+    let rates = constraints.blocks.iter().flat_map(|block| block.demanded(model, demand)).collect();
+    let (x, forces) = held.solve(&factor, f, rates);
+    (x, constraints.publish(&forces))
+}
+
+/// The rows' half solves.
 pub(super) struct Held<'g> {
     /// L⁻ᵀ of the rows.
     half: Vec<Vec<Sym<'g>>>,
     /// The same over Δ.
     scaled: Vec<Vec<Sym<'g>>>,
+    /// By row: whether anything can move along it.
+    movable: Vec<bool>,
 }
 
 impl<'g> Held<'g> {
-    pub fn new(factor: &Factor<'g>, constraints: &Constraints<'g>) -> Self {
-        let rows = constraints.blocks.iter().flat_map(|block| &block.jacobian);
-        let half: Vec<Vec<Sym<'g>>> = rows.map(|row| factor.half_solve(row)).collect();
+    pub fn new(factor: &Factor<'g>, rows: impl Iterator<Item = Vec<Sym<'g>>>) -> Self {
+        let rows: Vec<Vec<Sym<'g>>> = rows.collect();
+        let movable: Vec<bool> = rows.iter().map(|row| row.iter().any(|x| !x.is_zero())).collect();
+        let live = rows.iter().zip(&movable).filter(|(_, movable)| **movable);
+        let half: Vec<Vec<Sym<'g>>> = live.map(|(row, _)| factor.half_solve(row)).collect();
         let over =
             |row: &Vec<Sym<'g>>| row.iter().zip(factor.inverse_diagonal()).map(|(&x, &d)| x * d).collect();
         let scaled = half.iter().map(over).collect();
-        Self { half, scaled }
+        Self { half, scaled, movable }
     }
 
-    /// Wᵀ D⁻¹ b from the half solve of b.
-    pub fn project(&self, half: &[Sym<'g>]) -> Vec<Sym<'g>> {
-        self.scaled.iter().map(|row| dot(row, half)).collect()
-    }
-
-    /// Y b.
-    pub fn forces(&self, b: Vec<Sym<'g>>) -> Vec<Sym<'g>> {
+    /// x and λ of D x = f + Jᵀ λ, J x = −rates. A row along which nothing can move repeats what the robot's
+    /// joints do anyway (the sideways rows of a planar robot's second foot, in space): its λ is 0.
+    pub fn solve(
+        &self,
+        factor: &Factor<'g>,
+        f: &[Sym<'g>],
+        rates: Vec<Sym<'g>>,
+    ) -> (Vec<Sym<'g>>, Vec<Sym<'g>>) {
+        let half = factor.half_solve(f);
         let n = self.half.len();
         let gram = (0..n).map(|r| (0..=r).map(|c| dot(&self.half[r], &self.scaled[c])).collect()).collect();
-        solve_symmetric(gram, b)
-    }
-
-    /// `y + Δ⁻¹ L⁻ᵀ W λ`, ready for the back solve.
-    pub fn add_response(&self, mut y: Vec<Sym<'g>>, forces: &[Sym<'g>]) -> Vec<Sym<'g>> {
-        for (row, &force) in self.scaled.iter().zip(forces) {
-            for (x, &a) in y.iter_mut().zip(row) {
+        let live = rates.into_iter().zip(&self.movable).filter_map(|(w, &movable)| movable.then_some(w));
+        let residual = self.scaled.iter().zip(live).map(|(row, w)| -(dot(row, &half) + w)).collect();
+        let forces = solve_symmetric(gram, residual);
+        let mut x: Vec<Sym<'g>> = half.iter().zip(factor.inverse_diagonal()).map(|(&y, &d)| y * d).collect();
+        for (row, &force) in self.scaled.iter().zip(&forces) {
+            for (x, &a) in x.iter_mut().zip(row) {
                 *x = *x + a * force;
             }
         }
-        y
+        let mut solved = forces.into_iter();
+        let zero = f[0].zero();
+        let force = |&movable: &bool| if movable { solved.next().unwrap_or(zero) } else { zero };
+        (factor.back_solve(x), self.movable.iter().map(force).collect())
     }
 }
 
-fn dot<'g>(a: &[Sym<'g>], b: &[Sym<'g>]) -> Sym<'g> {
+/// Σ a b without the terms that vanish.
+pub(super) fn dot<'g>(a: &[Sym<'g>], b: &[Sym<'g>]) -> Sym<'g> {
     let mut products = a.iter().zip(b).map(|(&x, &y)| x * y).filter(|x| !x.is_zero());
     match products.next() {
         Some(first) => products.fold(first, |sum, x| sum + x),
@@ -104,23 +137,22 @@ fn dot<'g>(a: &[Sym<'g>], b: &[Sym<'g>]) -> Sym<'g> {
 pub fn solve_symmetric<'g>(mut g: Vec<Vec<Sym<'g>>>, mut b: Vec<Sym<'g>>) -> Vec<Sym<'g>> {
     let n = b.len();
     for k in 0..n {
-        let inverse = g[k][k].constant(1.0) / g[k][k];
-        for i in k + 1..n {
-            let factor = g[i][k] * inverse;
-            for j in k + 1..=i {
-                g[i][j] = g[i][j] - factor * g[j][k];
+        let (done, below) = g.split_at_mut(k + 1);
+        let inverse = b[k].constant(1.0) / done[k][k];
+        let column: Vec<Sym<'g>> = below.iter().map(|row| row[k]).collect();
+        for (r, row) in below.iter_mut().enumerate() {
+            let factor = column[r] * inverse;
+            for (x, &c) in row[k + 1..].iter_mut().zip(&column) {
+                *x = *x - factor * c;
             }
-            b[i] = b[i] - factor * b[k];
-        }
-        for i in k + 1..n {
-            g[i][k] = g[i][k] * inverse;
+            b[k + 1 + r] = b[k + 1 + r] - factor * b[k];
+            row[k] = factor;
         }
         b[k] = b[k] * inverse;
     }
     for k in (0..n).rev() {
-        for i in k + 1..n {
-            b[k] = b[k] - g[i][k] * b[i];
-        }
+        let rest = g[k + 1..].iter().zip(&b[k + 1..]);
+        b[k] = rest.fold(b[k], |sum, (row, &x)| sum - row[k] * x);
     }
     b
 }

@@ -1,10 +1,12 @@
 //! Rows of velocity constraints J v = 0 of standing feet, and their rates J̇ v.
+use super::constrained::{Demand, dot};
 use super::kinematics::{BodyMotion, Motions, forward};
 use super::model::RobotModel;
 use super::support::{Support, SupportKind, supports};
 use crate::description::model::{Contact, Foot};
 use crate::expression::{Matrix3, Sym, Vector3};
 use crate::tree::Motion;
+use bipedc_runtime::Argument;
 use bipedc_runtime::diagnostic::Diagnostic;
 
 /// Constraint rows of a phase: J v = 0 with J = Wᵀ (4.23c), m rows, in the order of [`Constraints::names`].
@@ -29,11 +31,15 @@ pub struct Constraints<'g> {
     pub rate: Vec<Sym<'g>>,
     /// The same rows in axes of the feet, block by block: they are sparser.
     pub(super) blocks: Vec<Block<'g>>,
+    /// The feet behind the rows.
+    pub(super) supports: Vec<Support>,
 }
 
 /// Rows of one kind of one foot, in body axes.
 #[derive(Debug, Clone)]
 pub(super) struct Block<'g> {
+    /// Which of the supports.
+    pub support: usize,
     /// Jacobian in body axes, row by row.
     pub jacobian: Vec<Vec<Sym<'g>>>,
     /// Rates in body axes.
@@ -45,6 +51,17 @@ pub(super) struct Block<'g> {
 }
 
 impl<'g> Block<'g> {
+    /// J̇ v or J v in body axes.
+    pub fn demanded(&self, model: &RobotModel<'g, '_>, demand: Demand) -> Vec<Sym<'g>> {
+        match demand {
+            Demand::Rates => self.rate_with_gravity.clone(),
+            Demand::Velocity => {
+                let v: Vec<Sym<'g>> = (0..model.tree.nv).map(|k| model.input(Argument::V, k)).collect();
+                self.jacobian.iter().map(|row| dot(row, &v)).collect()
+            }
+        }
+    }
+
     /// From the foot's axes to the published rows: forces, rates or columns of J alike.
     pub fn publish(&self, rows: &[Sym<'g>]) -> Vec<Sym<'g>> {
         let Some(turn) = &self.turn else { return rows.to_vec() };
@@ -158,12 +175,13 @@ impl<'g> Constraints<'g> {
             jacobian: Vec::new(),
             rate: Vec::new(),
             blocks: Vec::new(),
+            supports: list.to_vec(),
         };
         let motions = |gravity| forward(model, Motions { velocity: true, acceleration: false, gravity });
         let (plain, heavy) = (motions(false), motions(true));
-        for support in list {
+        for (number, support) in list.iter().enumerate() {
             if support.kind == SupportKind::Pivot {
-                out.push(model, &support.foot, &["moment/pivot"], "N m", pivot(model));
+                out.push(model, &support.foot, &["moment/pivot"], "N m", pivot(model, number));
                 continue;
             }
             let seen = BodyJacobian::new(model, support.body, support.point);
@@ -174,7 +192,7 @@ impl<'g> Constraints<'g> {
             let shared = &heavy[support.body];
             let rates = [point_rate(motion, at), point_rate(shared, at) + g];
             for group in groups(&support.kind) {
-                let block = block(model, &group, &seen, rates, motion.angular_acceleration);
+                let block = block(model, (number, &group), &seen, rates, motion.angular_acceleration);
                 let unit = if group.linear { "N" } else { "N m" };
                 out.push(model, &support.foot, group.names, unit, block);
             }
@@ -234,7 +252,7 @@ fn point_rate<'g>(motion: &BodyMotion<'g>, at: Vector3<'g>) -> Vector3<'g> {
 
 fn block<'g>(
     model: &RobotModel<'g, '_>,
-    group: &Group,
+    (support, group): (usize, &Group),
     seen: &BodyJacobian<'g>,
     [rate, with_gravity]: [Vector3<'g>; 2],
     angular_rate: Vector3<'g>,
@@ -257,13 +275,13 @@ fn block<'g>(
         .world
         .as_ref()
         .map(|axes| axes.iter().map(|&axis| turned.iter().map(|t| t[axis]).collect()).collect());
-    Block { jacobian: basis.iter().map(row).collect(), rate, rate_with_gravity, turn }
+    Block { support, jacobian: basis.iter().map(row).collect(), rate, rate_with_gravity, turn }
 }
 
 /// The pivot's angle is held: one row that is a unit vector.
-fn pivot<'g>(model: &RobotModel<'g, '_>) -> Block<'g> {
+fn pivot<'g>(model: &RobotModel<'g, '_>, support: usize) -> Block<'g> {
     let mut row = vec![model.constant(0.0); model.tree.nv];
     row[model.tree.bodies[0].v_index] = model.constant(1.0);
     let zero = vec![model.constant(0.0)];
-    Block { jacobian: vec![row], rate: zero.clone(), rate_with_gravity: zero, turn: None }
+    Block { support, jacobian: vec![row], rate: zero.clone(), rate_with_gravity: zero, turn: None }
 }

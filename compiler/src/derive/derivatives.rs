@@ -1,5 +1,6 @@
 //! Derivatives of inverse and forward dynamics.
 use super::RobotModel;
+use super::articulated::price;
 use super::sensitivity::{Column, Sensitivity};
 use super::solve::Factor;
 use crate::expression::Sym;
@@ -24,19 +25,23 @@ pub fn inverse_dynamics<'g>(model: &RobotModel<'g, '_>) -> (Rows<'g>, Rows<'g>) 
 /// Derivatives of the forward dynamics a(q, v, τ): ∂a/∂q, ∂a/∂v and ∂a/∂τ = D⁻¹, `nv × nv`, rows a.
 ///
 /// Columns as in [`inverse_dynamics`]: ∂a/∂q = −D⁻¹ ∂τ/∂q and ∂a/∂v = −D⁻¹ ∂τ/∂v at a = a(q, v, τ)
-/// (Carpentier and Mansard, "Analytical derivatives of rigid body dynamics algorithms", 2018).
+/// (Carpentier and Mansard, "Analytical derivatives of rigid body dynamics algorithms", 2018). D is factored
+/// in joint angles or in absolute angles, whichever takes fewer operations.
 pub fn forward_dynamics<'g>(model: &RobotModel<'g, '_>) -> (Rows<'g>, Rows<'g>, Rows<'g>) {
-    let zero = vec![model.constant(0.0); model.tree.nv];
-    let still = Sensitivity::new(model, &zero, true, 2.0);
-    let factor = Factor::new(model, &still.mass_matrix());
-    let tau = given(model, Argument::Tau);
-    let rest: Vec<Sym<'g>> = tau.iter().zip(still.forces()).map(|(&tau, bias)| tau - bias).collect();
-    let a = factor.solve(&rest);
+    let [joint, absolute] = [false, true].map(|absolute| forward_dynamics_in(model, absolute));
+    let flat = |(dq, dv, dtau): &(Rows<'g>, Rows<'g>, Rows<'g>)| -> Vec<Sym<'g>> {
+        [dq, dv, dtau].into_iter().flatten().flatten().copied().collect()
+    };
+    if price(model, &flat(&absolute)) < price(model, &flat(&joint)) { absolute } else { joint }
+}
+
+fn forward_dynamics_in<'g>(model: &RobotModel<'g, '_>, absolute: bool) -> (Rows<'g>, Rows<'g>, Rows<'g>) {
+    let still = Sensitivity::new(model, &vec![model.constant(0.0); model.tree.nv], true, 2.0);
+    let inverse = Inverse::new(&still, absolute);
+    let a = inverse.accelerations(&given(model, Argument::Tau));
     let moving = Sensitivity::new(model, &a, true, 2.0);
-    let inverse = Inverse::new(model, &factor);
     let answer = |column| {
-        let forces = moving.matrix(column);
-        let mut rows = inverse.times(&forces);
+        let mut rows = inverse.times(&moving.matrix(column));
         for (k, known) in moving.known_accelerations(column) {
             for (row, x) in rows.iter_mut().zip(known) {
                 row[k] = x;
@@ -49,19 +54,41 @@ pub fn forward_dynamics<'g>(model: &RobotModel<'g, '_>) -> (Rows<'g>, Rows<'g>, 
 
 /// D⁻¹ = L⁻¹ Δ⁻¹ L⁻ᵀ with L⁻¹ explicit, which is as sparse as L: columns without forces on a branch pass
 /// over the branch's own coupling.
-struct Inverse<'m, 'g> {
-    factor: &'m Factor<'g>,
+struct Inverse<'r, 'm, 'g, 't> {
+    robot: &'r Sensitivity<'m, 'g, 't>,
+    /// Factored in absolute angles.
+    absolute: bool,
+    factor: Factor<'g>,
     zero: Sym<'g>,
-    /// Columns of L⁻¹.
+    /// Columns of L⁻¹, rows in joint angles.
     columns: Vec<Vec<Sym<'g>>>,
 }
 
-impl<'m, 'g> Inverse<'m, 'g> {
-    fn new(model: &RobotModel<'g, '_>, factor: &'m Factor<'g>) -> Self {
-        let zero = model.constant(0.0);
-        let nv = model.tree.nv;
-        let unit = |k: usize| (0..nv).map(|i| if i == k { model.constant(1.0) } else { zero }).collect();
-        Self { factor, zero, columns: (0..nv).map(|k| factor.back_solve(unit(k))).collect() }
+impl<'r, 'm, 'g, 't> Inverse<'r, 'm, 'g, 't> {
+    fn new(robot: &'r Sensitivity<'m, 'g, 't>, absolute: bool) -> Self {
+        let model = robot.model;
+        let (zero, one, nv) = (model.constant(0.0), model.constant(1.0), model.tree.nv);
+        let d = if absolute { robot.absolute_mass_matrix() } else { robot.mass_matrix() };
+        let factor = Factor::new(model, &d);
+        let column = |k: usize| {
+            let unit = (0..nv).map(|i| if i == k { one } else { zero }).collect();
+            let column = factor.back_solve(unit);
+            if absolute { robot.joint_velocities(&column) } else { column }
+        };
+        let columns = (0..nv).map(column).collect();
+        Self { robot, absolute, factor, zero, columns }
+    }
+
+    /// a(q, v, τ)
+    fn accelerations(&self, tau: &[Sym<'g>]) -> Vec<Sym<'g>> {
+        let less = |tau: &[Sym<'g>], bias: &[Sym<'g>]| -> Vec<Sym<'g>> {
+            tau.iter().zip(bias).map(|(&tau, &bias)| tau - bias).collect()
+        };
+        if self.absolute {
+            let rest = less(&self.robot.in_absolute_angles(tau), &self.robot.absolute_forces());
+            return self.robot.joint_velocities(&self.factor.solve(&rest));
+        }
+        self.factor.solve(&less(tau, &self.robot.forces()))
     }
 
     fn scaled(&self, y: &[Sym<'g>]) -> Vec<Sym<'g>> {
@@ -73,7 +100,10 @@ impl<'m, 'g> Inverse<'m, 'g> {
         let n = matrix.len();
         let mut out = vec![vec![self.zero; n]; n];
         for c in 0..n {
-            let column: Vec<Sym<'g>> = matrix.iter().map(|row| row[c]).collect();
+            let mut column: Vec<Sym<'g>> = matrix.iter().map(|row| row[c]).collect();
+            if self.absolute {
+                column = self.robot.in_absolute_angles(&column);
+            }
             let y = self.scaled(&self.factor.half_solve(&column));
             for (r, row) in out.iter_mut().enumerate() {
                 row[c] = (0..n).fold(self.zero, |sum, k| sum + self.columns[k][r] * y[k]);

@@ -1,9 +1,7 @@
 //! Impacts (4.20)–(4.22): the velocity just after contacts close, and the impulses that do it.
-use super::composite::mass_matrix;
-use super::constrained::Held;
+use super::constrained::{Demand, respond};
 use super::constraint::Constraints;
 use super::model::RobotModel;
-use super::solve::Factor;
 use crate::expression::Sym;
 use bipedc_runtime::Argument;
 
@@ -23,23 +21,19 @@ pub struct Impact<'g> {
 /// or pivoting base the root stays where it is during the impact, which is right for a foot that stays down
 /// and wrong for one that lifts. v⁻ is [`Argument::V`].
 pub fn impact_map<'g>(model: &RobotModel<'g, '_>, constraints: &Constraints<'g>) -> Impact<'g> {
-    impact_map_with(model, constraints, &mass_matrix(model))
+    impact_map_with(model, constraints, &[])
 }
 
-/// The same for another mass matrix, such as one with reflected rotor inertias.
+/// The same with inertias added to the diagonal of D, by row of `v`, kg m²: those of rotors
+/// ([`super::drive::reflected_inertia`]). Missing ones are zero.
 pub fn impact_map_with<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
-    mass_matrix: &[Vec<Sym<'g>>],
+    rotors: &[f64],
 ) -> Impact<'g> {
-    let before: Vec<Sym<'g>> = (0..model.tree.nv).map(|k| model.input(Argument::V, k)).collect();
-    let factor = Factor::new(model, mass_matrix);
-    let held = Held::new(&factor, constraints);
-    let rows = constraints.blocks.iter().flat_map(|block| &block.jacobian);
-    let zero = model.constant(0.0);
-    let approach = rows.map(|row| -row.iter().zip(&before).fold(zero, |sum, (&j, &v)| sum + j * v)).collect();
-    let impulse = held.forces(approach);
-    let jump = factor.back_solve(held.add_response(vec![zero; model.tree.nv], &impulse));
-    let velocity = before.iter().zip(jump).map(|(&v, change)| v + change).collect();
-    Impact { velocity, impulse: constraints.publish(&impulse) }
+    // D (v⁺ − v⁻) = Jᵀ F and J (v⁺ − v⁻) = −J v⁻: a response to no load.
+    let no_load = vec![model.constant(0.0); model.tree.nv];
+    let (jump, impulse) = respond(model, constraints, rotors, &no_load, Demand::Velocity);
+    let before = (0..model.tree.nv).map(|k| model.input(Argument::V, k));
+    Impact { velocity: before.zip(jump).map(|(v, change)| v + change).collect(), impulse }
 }

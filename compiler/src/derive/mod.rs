@@ -5,6 +5,7 @@
 mod inertia;
 mod kinematics;
 mod model;
+mod reduced;
 mod sensitivity;
 
 pub mod articulated;

@@ -31,6 +31,36 @@ impl Topology {
     }
 }
 
+impl Topology {
+    /// Of the joints of a free robot as seen from a foot that stands still: the tree rooted at that foot,
+    /// without the base's degrees of freedom.
+    pub(super) fn standing_on(tree: &crate::tree::Tree, foot: usize) -> Self {
+        let path: Vec<usize> = tree.path_to_root(foot).filter(|&b| tree.bodies[b].parent.is_some()).collect();
+        let (mut order, mut supports) = (Vec::new(), Vec::<Vec<usize>>::new());
+        for (k, &body) in path.iter().enumerate() {
+            order.push(tree.bodies[body].v_index);
+            supports.push((0..k).rev().collect());
+        }
+        let mut position: Vec<Option<usize>> = vec![None; tree.bodies.len()];
+        for (index, body) in tree.bodies.iter().enumerate() {
+            let Some(parent) = body.parent else { continue };
+            if path.contains(&index) {
+                continue;
+            }
+            let chain: Vec<usize> = match (position[parent], path.iter().position(|&b| b == parent)) {
+                (Some(k), _) => std::iter::once(k).chain(supports[k].iter().copied()).collect(),
+                // Only the joints between this body and the foot carry what hangs on it.
+                (None, Some(k)) => (0..k).rev().collect(),
+                (None, None) => (0..path.len()).rev().collect(),
+            };
+            position[index] = Some(order.len());
+            order.push(body.v_index);
+            supports.push(chain);
+        }
+        Self { order, supports }
+    }
+}
+
 /// `D = Lᵀ Δ L` with unit lower-triangular `L` that is as sparse as the tree.
 pub struct Factor<'g> {
     topology: Topology,
@@ -43,7 +73,11 @@ pub struct Factor<'g> {
 impl<'g> Factor<'g> {
     /// Factors a mass matrix (given in the order of `v`).
     pub fn new(model: &RobotModel<'g, '_>, d: &[Vec<Sym<'g>>]) -> Self {
-        let topology = Topology::new(model.tree);
+        Self::with_topology(model, Topology::new(model.tree), d)
+    }
+
+    /// Factors a matrix of another sparsity.
+    pub(super) fn with_topology(model: &RobotModel<'g, '_>, topology: Topology, d: &[Vec<Sym<'g>>]) -> Self {
         let n = topology.order.len();
         let mut h: Vec<Vec<Sym<'g>>> =
             (0..n).map(|r| (0..n).map(|c| d[topology.order[r]][topology.order[c]]).collect()).collect();
@@ -88,7 +122,8 @@ impl<'g> Factor<'g> {
                 x[k] = x[k] - self.lower[k][i] * x[i];
             }
         }
-        let mut out = x.clone();
+        let size = self.topology.order.iter().max().map_or(0, |last| last + 1);
+        let mut out = x.first().map_or_else(Vec::new, |first| vec![first.zero(); size]);
         for (k, &v) in self.topology.order.iter().enumerate() {
             out[v] = x[k];
         }

@@ -52,13 +52,15 @@ struct Standing<'a> {
     foot: &'a Foot,
     body: Option<usize>,
     points: Vec<[f64; 3]>,
+    /// Some contact names the whole foot.
+    whole: bool,
 }
 
 /// What stands still under `contacts`, one entry per foot in the order of first mention.
 ///
 /// All contacts of one foot count together: rows follow from the points that touch the ground, so two edges
-/// of one sole, or three corners, are the whole sole, and in the plane heel and toe are. A sole of one point
-/// is that point. A foot that the base itself holds (fixed there, or pivoting about the same point or edge)
+/// of one sole, or three corners, are the whole sole, and in the plane heel and toe are. A foot with one point
+/// only stands on that point however it is named. A foot that the base itself holds (fixed there, or pivoting about the same point or edge)
 /// has no entry. What remains can depend on each other only through closed chains of two feet: in flat double
 /// support the rows are independent as long as the legs between them have six degrees of freedom (planar:
 /// three) and are not stretched.
@@ -81,11 +83,12 @@ pub fn supports(tree: &Tree, feet: &[Foot], contacts: &[Contact]) -> Result<Vec<
             let entry = match standing.iter().position(|s| s.foot.name == foot.name) {
                 Some(at) => &mut standing[at],
                 None => {
-                    standing.push(Standing { foot, body: frame.body, points: Vec::new() });
+                    standing.push(Standing { foot, body: frame.body, points: Vec::new(), whole: false });
                     let last = standing.len() - 1;
                     &mut standing[last]
                 }
             };
+            entry.whole |= contact.part == ContactPart::Flat;
             entry.points.push(frame.placement.translation);
         }
     }
@@ -127,7 +130,10 @@ fn support(tree: &Tree, standing: &Standing<'_>) -> Option<Support> {
     let world = zero_rotations(tree)[body].map(|row| row.map(tidy));
     let planar = is_planar(tree).then_some(world[1]);
     let linear = planar.map_or_else(axes, |normal| in_plane(normal).to_vec());
-    let extent = extent(&standing.points, planar);
+    let extent = match extent(&standing.points, planar) {
+        Extent::Line(_) if standing.whole => Extent::Area,
+        extent => extent,
+    };
     let middle = mean(&standing.points);
     match extent {
         Extent::Point => make(middle, SupportKind::Point { linear }),

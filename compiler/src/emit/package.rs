@@ -46,6 +46,7 @@ pub fn package(compiled: &CompiledModel, origin: &Origin) -> Package {
     let root = quote! {
         #![doc = #crate_doc]
         #![no_std]
+        #![cfg_attr(rustfmt, rustfmt::skip)]
         #![allow(clippy::all, clippy::approx_constant)]
         #(#[rustfmt::skip] mod #declared;)*
         #[doc = #doc]

@@ -225,6 +225,11 @@ pub fn program(model: &CompiledModel, function: &Function, limit: usize) -> Toke
     let before = statements(p, 0..p.angles_ready);
     let after = statements(p, p.angles_ready..p.instructions.len());
     let outputs = p.outputs.chunks(function.rows.len().max(1)).map(|column| {
+        // Regressors have many columns without entries.
+        if column.len() > 1 && column.iter().all(|&o| o == Operand::Constant(0.0)) {
+            let rows = Literal::usize_unsuffixed(column.len());
+            return quote!([R::constant(0.0); #rows]);
+        }
         let elements = column.iter().map(|&o| operand(o));
         quote!([#(#elements),*])
     });

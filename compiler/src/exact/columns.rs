@@ -2,6 +2,7 @@
 //! standard ones.
 use super::arithmetic::Arithmetic;
 use crate::tree::Tree;
+use bipedc_runtime::diagnostic::Diagnostic;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -19,6 +20,20 @@ pub enum ParameterList {
     /// The thesis' 16 per link (5.4.2): those four, the moments of inertia about the centre of mass and
     /// m cᵢ cⱼ. Their rank is that of [`Self::Standard`]: I and m cᵢ cⱼ only appear together.
     Thesis16,
+}
+
+impl std::str::FromStr for ParameterList {
+    type Err = Diagnostic;
+    /// `standard`, `first-moments`, `thesis16`.
+    fn from_str(name: &str) -> Result<Self, Diagnostic> {
+        match name {
+            "standard" => Ok(Self::Standard),
+            "first-moments" => Ok(Self::FirstMoments),
+            "thesis16" => Ok(Self::Thesis16),
+            _ => Err(Diagnostic::error(format!("`{name}` is no list of inertial parameters"))
+                .help("lists are standard (ten per link), first-moments (four), thesis16")),
+        }
+    }
 }
 
 /// One column of a regressor: one inertial parameter of one body.

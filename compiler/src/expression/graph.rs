@@ -151,7 +151,7 @@ impl Graph {
         Self::with_exactness(false)
     }
 
-    /// A graph for exact analysis: nothing in it is rounded.
+    /// A graph for exact analysis: nothing in it is rounded (but the square root of a number, once).
     ///
     /// Numbers fold only where the result is certainly exact, and sine and cosine of a constant stay nodes
     /// unless the angle is within 1e-4 rad of a multiple of π/2: then it is taken to be on it.

@@ -1,10 +1,12 @@
 //! Expressions as one hash-consed graph: equal expressions share one node, so common subexpressions are
 //! found while deriving.
+mod display;
 mod graph;
 mod linear;
 mod symbol;
 mod vector;
 
+pub use display::{Written, write_infix};
 pub use graph::{Expr, Graph, Input, Node};
 pub use linear::{LinearForm, separate};
 pub use symbol::Sym;

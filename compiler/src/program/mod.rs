@@ -4,12 +4,14 @@ mod evaluate;
 mod lower;
 mod model;
 mod schedule;
+mod torques;
 
 pub use count::Operations;
 pub use evaluate::Evaluator;
 pub use lower::{Order, lower};
 pub use model::ProgramModel;
 pub use schedule::schedule;
+pub use torques::ProgramTorques;
 
 use bipedc_runtime::{Argument, Arguments};
 

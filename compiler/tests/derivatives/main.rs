@@ -115,6 +115,8 @@ fn on_random_trees(check: impl Fn(&mut Random, &Tree, &str)) {
         let link = description.root_link.clone();
         let bases = [
             Base::Floating { root: link.clone() },
+            // Rooted at a leaf: joints run backwards.
+            Base::Floating { root: description.links.last().expect("there are links").name.clone() },
             Base::Planar { root: link.clone() },
             Base::Pivot { about: link.clone() },
             Base::Fixed { link },

@@ -2,6 +2,7 @@
 use bipedc_compiler::description::model::{
     Base, Generate, Inertial, Joint, JointKind, Link, Pose, RobotDescription,
 };
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// SplitMix64.
 pub struct Random(pub u64);
@@ -52,7 +53,7 @@ fn axis(random: &mut Random) -> [f64; 3] {
 fn joint(random: &mut Random, index: usize, parent_axis: [f64; 3]) -> Joint {
     let rpy = match random.below(4) {
         0 => random.three(3.0),
-        1 => [0, 1, 2].map(|_| [0.0, 1.57079632679, 3.14159265359][random.below(3)]),
+        1 => [0, 1, 2].map(|_| [0.0, FRAC_PI_2, PI][random.below(3)]),
         _ => [0.0; 3],
     };
     let kind = match random.below(8) {

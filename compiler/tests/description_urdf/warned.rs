@@ -175,3 +175,22 @@ fn what_other_tools_accept_in_xml_is_accepted_without_a_word() {
   --> robot.urdf:20:18
 help: write the direction of motion, such as <axis xyz="0 1 0"/>"#);
 }
+
+/// What is fixed together moves together: one part's inertia may be nonsense if the whole has sense.
+#[test]
+fn indefinite_inertia_of_a_fixed_part() {
+    let antenna = "  <link name=\"antenna\"><inertial><mass value=\"1e-6\"/><inertia ixx=\"2e-8\" ixy=\"6e-8\" ixz=\"0\" iyy=\"3e-8\" iyz=\"0\" izz=\"4e-8\"/></inertial></link>
+  <joint name=\"a\" type=\"fixed\"><parent link=\"leg\"/><child link=\"antenna\"/></joint>
+</robot>";
+    let (_, warnings) = read(&changed(&[("</robot>", antenna)])).unwrap();
+    let messages: Vec<&str> = warnings.iter().map(String::as_str).collect();
+    assert_eq!(messages.len(), 1, "{messages:?}");
+    assert!(messages[0].starts_with("warning: link `antenna`: the inertia is indefinite"), "{messages:?}");
+}
+
+#[test]
+fn rounding_dust_is_no_inertia() {
+    let dust = ("ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.02\"", "ixx=\"0\" ixy=\"0\" ixz=\"2.4e-35\" iyy=\"0\" iyz=\"0\" izz=\"0\"");
+    let (_, warnings) = read(&changed(&[dust])).unwrap();
+    assert!(!warnings.iter().any(|warning| warning.contains("indefinite")), "{warnings:?}");
+}

@@ -66,18 +66,15 @@ pub fn random_urdf(random: &mut Random, kinds: &Kinds) -> String {
             axis[(number().abs() * 3.0) as usize % 3] = 1.0;
             ([0.0, 0.0, std::f64::consts::FRAC_PI_2], axis)
         };
+        let text = |x: [f64; 3]| format!("{} {} {}", x[0], x[1], x[2]);
         let _ = writeln!(
             urdf,
             "<joint name=\"j{joint}\" type=\"{kind}\"><parent link=\"l{parent}\"/><child link=\"l{}\"/>\
-             <origin xyz=\"{x:.3} {y:.3} {z:.3}\" rpy=\"{} {} {}\"/><axis xyz=\"{} {} {}\"/>\
+             <origin xyz=\"{x:.3} {y:.3} {z:.3}\" rpy=\"{}\"/><axis xyz=\"{}\"/>\
              <limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>",
             joint + 1,
-            rpy[0],
-            rpy[1],
-            rpy[2],
-            axis[0],
-            axis[1],
-            axis[2]
+            text(rpy),
+            text(axis)
         );
     }
     urdf + "</robot>\n"

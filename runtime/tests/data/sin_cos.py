@@ -39,6 +39,11 @@ def arguments():
         x = 1 / (x - q)
         if float(a[1]) == a[1]:
             yield float(a[1])
+    # Remainders of every size: where a later part of pi/2 is as large as the last place, two steps round.
+    for k in range(5, 45):
+        for _ in range(25):
+            n = random.randrange(2**19, 667000)
+            yield float(n * mpmath.pi / 2 + 2.0 ** -(k + random.random()))
     for _ in range(600):
         yield random.uniform(0, 10)
     for _ in range(600):

@@ -1,15 +1,21 @@
 //! Contact points, phases and impacts.
 use super::super::Context;
 use super::super::quantity::Quantity;
-use super::acceleration_units;
+use super::{acceleration_units, configuration_names};
 use crate::derive::constrained::constrained_dynamics as constrained;
 use crate::derive::constraint::Constraints;
 use crate::derive::contact::{ContactPoints, contact_points, is_planar};
 use crate::derive::impact::impact_map as impact;
+use crate::derive::relabel::Relabelling;
 use crate::description::model::Phase;
 use crate::expression::Sym;
 use crate::tree::Tree;
+use bipedc_runtime::Argument;
 use bipedc_runtime::diagnostic::Diagnostic;
+
+fn velocity_units(tree: &Tree) -> Vec<String> {
+    (0..tree.nv).map(|r| if tree.row_is_linear(r) { "m/s" } else { "rad/s" }.to_owned()).collect()
+}
 
 fn normal_names(tree: &Tree) -> Vec<String> {
     tree.points.iter().map(|point| format!("{}/z", point.name)).collect()
@@ -83,4 +89,18 @@ pub fn impact_map<'g>(c: &Context<'g, '_>, phase: &Phase) -> Result<Quantity<'g>
     let units =
         (0..tree.nv).map(|r| if tree.row_is_linear(r) { "m/s" } else { "rad/s" }.to_owned()).collect();
     Ok(stacked(c, (units, solution.velocity), (&constraints, " s", solution.impulse)))
+}
+
+pub fn relabelled_configuration<'g>(c: &Context<'g, '_>) -> Result<Quantity<'g>, Diagnostic> {
+    let tree = c.folded.tree;
+    let q: Vec<Sym<'g>> = (0..tree.nq).map(|k| c.folded.input(Argument::Q, k)).collect();
+    let (names, units) = configuration_names(tree);
+    Ok(Quantity::named(names, units, Relabelling::new(tree, c.description)?.configuration(&q)))
+}
+
+pub fn relabelled_velocity<'g>(c: &Context<'g, '_>) -> Result<Quantity<'g>, Diagnostic> {
+    let tree = c.folded.tree;
+    let v: Vec<Sym<'g>> = (0..tree.nv).map(|k| c.folded.input(Argument::V, k)).collect();
+    let relabelled = Relabelling::new(tree, c.description)?.velocity(&v);
+    Ok(Quantity::named(tree.row_names(), velocity_units(tree), relabelled))
 }

@@ -1,20 +1,43 @@
 //! Each function of the catalogue in terms of the derivations.
 use super::Context;
 pub mod contacts;
+pub mod drives;
 pub mod regressors;
 
 use super::quantity::Quantity;
 use crate::derive::frames::{frame_pose, jacobian as frame_jacobian, world_poses};
 use crate::derive::newton_euler::generalised_forces;
-use crate::derive::solve::Factor;
-use crate::derive::{Motions, articulated, composite, coriolis, derivatives, frames, momentum as whole};
-use crate::expression::Sym;
-use crate::tree::{Frame, Tree};
+use crate::derive::{
+    Motions, articulated, composite, coriolis, derivatives, frames, joint_axes, momentum as whole,
+};
+use crate::expression::{Expr, Sym};
+use crate::program::{Operations, Order, lower};
+use crate::tree::{BaseKind, Frame, Tree};
 use bipedc_runtime::Argument;
 
 /// Units of generalised forces, by row.
 fn force_units(tree: &Tree) -> Vec<String> {
     (0..tree.nv).map(|r| if tree.row_is_linear(r) { "N" } else { "N m" }.to_owned()).collect()
+}
+/// Units of a configuration, by element.
+fn configuration_names(tree: &Tree) -> (Vec<String>, Vec<String>) {
+    let mut names: Vec<&str> = match tree.base {
+        BaseKind::Floating => vec!["x", "y", "z", "qx", "qy", "qz", "qw"],
+        BaseKind::Planar => vec!["x", "z", "pitch"],
+        BaseKind::Fixed => vec![],
+        BaseKind::Pivot => vec!["pivot"],
+    };
+    let unit = |name: &str| match name {
+        "x" | "y" | "z" => "m",
+        "qx" | "qy" | "qz" | "qw" => "1",
+        _ => "rad",
+    };
+    let mut units: Vec<String> = names.iter().map(|name| unit(name).to_owned()).collect();
+    units.extend(tree.joints.iter().map(|joint| if joint.prismatic { "m" } else { "rad" }.to_owned()));
+    names.extend(tree.joints.iter().map(|joint| joint.name.as_str()));
+    let base = tree.nq - tree.joints.len();
+    let full = |(k, name): (usize, &&str)| if k < base { format!("base/{name}") } else { (*name).to_owned() };
+    (names.iter().enumerate().map(full).collect(), units)
 }
 /// Units of generalised accelerations, by row.
 fn acceleration_units(tree: &Tree) -> Vec<String> {
@@ -25,14 +48,37 @@ fn forces<'g>(tree: &Tree, values: Vec<Sym<'g>>) -> Quantity<'g> {
     Quantity::named(tree.row_names(), force_units(tree), values)
 }
 
+/// Whichever takes the fewest operations.
+fn fewest<'g>(candidates: Vec<Vec<Sym<'g>>>) -> Vec<Sym<'g>> {
+    let cost = |values: &Vec<Sym<'g>>| {
+        let outputs: Vec<Expr> = values.iter().map(|x| x.expr).collect();
+        values.first().map_or(0, |x| Operations::of(&lower(x.graph, &outputs, Order::DepthFirst)).total())
+    };
+    candidates.into_iter().min_by_key(cost).unwrap_or_default()
+}
+
+/// In body axes, or in the axes before each joint, which parallel neighbours share.
+fn moving<'g>(c: &Context<'g, '_>, motions: Motions) -> Quantity<'g> {
+    let in_bodies = generalised_forces(&c.folded, motions, false);
+    let in_joints = joint_axes::generalised_forces(&c.folded, motions);
+    forces(c.folded.tree, fewest(vec![in_bodies, in_joints]))
+}
+
+fn cheapest_mass_matrix<'g>(c: &Context<'g, '_>) -> Vec<Vec<Sym<'g>>> {
+    let nv = c.folded.tree.nv;
+    let flat = |d: Vec<Vec<Sym<'g>>>| d.into_iter().flatten().collect();
+    let both = vec![flat(composite::mass_matrix(&c.folded)), flat(joint_axes::mass_matrix(&c.folded))];
+    fewest(both).chunks(nv.max(1)).map(<[Sym<'g>]>::to_vec).collect()
+}
+
 pub fn inverse_dynamics<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    forces(c.folded.tree, generalised_forces(&c.folded, Motions::ALL, false))
+    moving(c, Motions::ALL)
 }
 pub fn inverse_dynamics_with_forces<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     forces(c.folded.tree, generalised_forces(&c.folded, Motions::ALL, true))
 }
 pub fn bias<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    forces(c.folded.tree, generalised_forces(&c.folded, Motions::NO_ACCELERATION, false))
+    moving(c, Motions::NO_ACCELERATION)
 }
 pub fn gravity<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     forces(c.folded.tree, generalised_forces(&c.folded, Motions::AT_REST, false))
@@ -43,12 +89,11 @@ fn accelerations<'g>(c: &Context<'g, '_>, external: bool) -> Quantity<'g> {
     let model = &c.folded;
     let mut tau: Vec<Sym<'g>> = (0..model.tree.nv).map(|i| model.input(Argument::Tau, i)).collect();
     if external {
-        let with = generalised_forces(model, Motions::NO_ACCELERATION, true);
-        let factor = Factor::new(model, &composite::mass_matrix(model));
-        for (x, h) in tau.iter_mut().zip(with) {
+        // At rest and without gravity a robot under forces f needs the torques −Jᵀ f.
+        let still = Motions { velocity: false, acceleration: false, gravity: false };
+        for (x, h) in tau.iter_mut().zip(generalised_forces(model, still, true)) {
             *x = *x - h;
         }
-        return Quantity::named(model.tree.row_names(), acceleration_units(model.tree), factor.solve(&tau));
     }
     Quantity::named(
         model.tree.row_names(),
@@ -70,10 +115,10 @@ fn square<'g>(tree: &Tree, d: Vec<Vec<Sym<'g>>>) -> Quantity<'g> {
     Quantity::matrix(tree.row_names(), units.collect(), tree.row_names(), columns)
 }
 pub fn mass_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    square(c.folded.tree, composite::mass_matrix(&c.folded))
+    square(c.folded.tree, cheapest_mass_matrix(c))
 }
 pub fn mass_matrix_upper<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let mut d = composite::mass_matrix(&c.folded);
+    let mut d = cheapest_mass_matrix(c);
     for (r, row) in d.iter_mut().enumerate() {
         row[..r].fill(c.folded.constant(0.0));
     }

@@ -15,7 +15,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
 
     /// Generalised forces in absolute angles from those in joint angles. Absolute angles count about the
     /// coordinate axis, whatever the joint's direction.
-    pub fn to_absolute_forces(&self, tau: &[Sym<'g>]) -> Vec<Sym<'g>> {
+    pub fn in_absolute_angles(&self, tau: &[Sym<'g>]) -> Vec<Sym<'g>> {
         let mut out = tau.to_vec();
         for (index, body) in self.model.tree.bodies.iter().enumerate() {
             if let Motion::Revolute { .. } = body.motion {
@@ -32,7 +32,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
     }
 
     /// Rates of joint angles from those of absolute angles.
-    pub fn from_absolute_velocities(&self, v: &[Sym<'g>]) -> Vec<Sym<'g>> {
+    pub fn joint_velocities(&self, v: &[Sym<'g>]) -> Vec<Sym<'g>> {
         let mut out = v.to_vec();
         for (index, body) in self.model.tree.bodies.iter().enumerate() {
             if let Motion::Revolute { .. } = body.motion {

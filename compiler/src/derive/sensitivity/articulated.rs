@@ -99,58 +99,76 @@ impl<'g> Articulated<'g> {
     }
 }
 
+/// Inertia and wrench of a subtree whose joints are free.
+type Freed<'g> = (Articulated<'g>, Wrench<'g>);
+
+fn add<'g>(sum: &mut Option<Freed<'g>>, (inertia, wrench): Freed<'g>) {
+    *sum = Some(match sum {
+        Some((i, w)) => (i.plus(&inertia), (w.0 + wrench.0, w.1 + wrench.1)),
+        None => (inertia, wrench),
+    });
+}
+
 /// Accelerations under generalised forces, in the order of `v`; `robot` without joint accelerations.
 pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sym<'g>]) -> Vec<Sym<'g>> {
     let model = robot.model;
     let bodies = &model.tree.bodies;
-    let mut inertias: Vec<Articulated<'g>> = Vec::new();
     // Sums of what the children add, in the own axes and in the joint axes.
-    let none: Vec<Option<(Articulated<'g>, Wrench<'g>)>> = vec![None; bodies.len()];
-    let (mut own, mut joined) = (none.clone(), none);
+    let (mut own, mut joined) = (vec![None; bodies.len()], vec![None; bodies.len()]);
+    let mut inertias = Vec::new();
     let mut pivots: Vec<Option<Pivot<'g>>> = vec![None; bodies.len()];
     let mut rests = forces.to_vec();
     for index in (0..bodies.len()).rev() {
-        let axes = robot.axes[index];
-        let (mut inertia, mut wrench) = match &own[index] {
-            Some((carried, w)) => {
-                let sum = Articulated::rigid(&robot.moments[index]).plus(carried);
-                let single = robot.single[index];
-                let wrench = (axes.out(single.0 + w.0), axes.out(single.1 + w.1));
-                (axes.turn.map_or(sum, |turn| sum.turned(turn)), wrench)
-            }
-            None => (Articulated::rigid(&robot.moments[index].turned(axes.turn)), robot.single[index]),
-        };
-        if let Some((carried, w)) = &joined[index] {
-            inertia = inertia.plus(carried);
-            wrench = (wrench.0 + w.0, wrench.1 + w.1);
+        let mut sum = Some(body(robot, index, own[index].as_ref()));
+        if let Some(carried) = joined[index] {
+            add(&mut sum, carried);
+        }
+        let (inertia, wrench) = sum.expect("it was put in above");
+        inertias.push(inertia);
+        for (row, x) in robot.projections(index, wrench) {
+            rests[row] = rests[row] - x;
         }
         if bodies[index].motion == Motion::Free {
-            for (row, x) in robot.projections(index, wrench) {
-                rests[row] = rests[row] - x;
-            }
-            inertias.push(inertia);
             continue;
-        }
-        let row = bodies[index].v_index;
-        for (_, x) in robot.projections(index, wrench) {
-            rests[row] = model.signed(index, rests[row] - x);
         }
         let (released, pivot) = inertia.released(bodies[index].motion);
         pivots[index] = Some(pivot);
-        inertias.push(inertia);
+        let row = bodies[index].v_index;
+        rests[row] = model.signed(index, rests[row]);
         let Some(parent) = bodies[index].parent else { continue };
         let share = rests[row] * pivot.0;
         let wrench = (wrench.0 + pivot.1.scale(share), wrench.1 + pivot.2.scale(share));
-        let place = &bodies[index].placement.rotation;
-        let turned = if axes.joined { released } else { released.turned_constant(model, place) };
-        let arm = robot.links[index].arm;
-        let (f, n) = (robot.placed(index, wrench.0), robot.placed(index, wrench.1));
-        let added = (turned.shifted(arm), (f, n + arm.cross(f)));
-        let slot = if axes.joined { &mut joined[parent] } else { &mut own[parent] };
-        *slot = Some(slot.map_or(added, |(i, w)| (i.plus(&added.0), (w.0 + added.1.0, w.1 + added.1.1))));
+        let slot = if robot.axes[index].joined { &mut joined[parent] } else { &mut own[parent] };
+        add(slot, in_hub(robot, index, released, wrench));
     }
     inertias.reverse();
     accelerate(robot, &inertias, &pivots, &rests)
+}
+
+/// A body with what it carries in its own axes, in its joint axes.
+fn body<'g>(robot: &Sensitivity<'_, 'g, '_>, index: usize, carried: Option<&Freed<'g>>) -> Freed<'g> {
+    let (axes, moments, single) = (robot.axes[index], &robot.moments[index], robot.single[index]);
+    let Some((carried, wrench)) = carried else {
+        return (Articulated::rigid(&moments.turned(axes.turn)), single);
+    };
+    let sum = Articulated::rigid(moments).plus(carried);
+    let wrench = (axes.out(single.0 + wrench.0), axes.out(single.1 + wrench.1));
+    (axes.turn.map_or(sum, |turn| sum.turned(turn)), wrench)
+}
+
+/// About the parent's origin, in the axes of the arm.
+fn in_hub<'g>(
+    robot: &Sensitivity<'_, 'g, '_>,
+    index: usize,
+    inertia: Articulated<'g>,
+    wrench: Wrench<'g>,
+) -> Freed<'g> {
+    let rotation = &robot.model.tree.bodies[index].placement.rotation;
+    let joined = robot.axes[index].joined;
+    let turned = if joined { inertia } else { inertia.turned_constant(robot.model, rotation) };
+    let arm = robot.links[index].arm;
+    let (force, moment) = (robot.placed(index, wrench.0), robot.placed(index, wrench.1));
+    (turned.shifted(arm), (force, moment + arm.cross(force)))
 }
 
 /// From the root to the leaves.
@@ -207,9 +225,9 @@ fn free_root<'g>(inertia: &Articulated<'g>, first: usize, rests: &mut [Sym<'g>])
         inverse.push(one);
         for i in (0..k).rev() {
             let factor = h[k][i] * one;
-            for j in 0..=i {
-                h[i][j] = h[i][j] - factor * h[k][j];
-                h[j][i] = h[i][j];
+            let pivot = h[k].clone();
+            for (x, &y) in h[i].iter_mut().zip(&pivot).take(i + 1) {
+                *x = *x - factor * y;
             }
             x[i] = x[i] - factor * x[k];
         }

@@ -23,7 +23,7 @@ use subtree::{Change, Moments, Subtree, Wrench};
 
 /// Motions and subtree sums of one robot under given accelerations.
 pub(super) struct Sensitivity<'m, 'g, 't> {
-    model: &'m RobotModel<'g, 't>,
+    pub(super) model: &'m RobotModel<'g, 't>,
     axes: Vec<Axes<'g>>,
     /// Of single bodies, in their own axes.
     moments: Vec<Moments<'g>>,

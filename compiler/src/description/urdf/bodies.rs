@@ -1,7 +1,9 @@
 //! Physical sense of masses and inertias, link by link and of the bodies that fixed joints make of them.
 use super::joints::odd_angle;
 use super::{Shape, Tree, UrdfRobot};
-use crate::description::geometry::{Frame, Moments, Vector, eigenvalues, inertia_matrix, norm, scale};
+use crate::description::geometry::{
+    Frame, Matrix, Moments, Vector, eigenvalues, inertia_matrix, norm, scale,
+};
 use crate::description::model::Inertial;
 use crate::description::source::{Messages, Place, list_names, short};
 use std::fmt::Write as _;
@@ -97,11 +99,12 @@ impl Shape {
 /// Checks every link and joint for itself, then, if the tree is sound, the bodies.
 pub(super) fn check_links(robot: &UrdfRobot, messages: &mut Messages<'_>) {
     let mut refused = Vec::new();
-    for (link, places) in robot.links.iter().zip(&robot.link_places) {
+    let lumped = lumped_links(robot);
+    for (index, (link, places)) in robot.links.iter().zip(&robot.link_places).enumerate() {
         let errors = messages.errors();
         if let Some(inertial) = &link.inertial {
             let owner = format!("link `{}`", short(&link.name));
-            check_inertial(&owner, inertial, places, messages);
+            check_inertial(&owner, inertial, lumped[index], places, messages);
             if let Some((problem, help)) = odd_angle(inertial.origin.rpy) {
                 messages.warning(places.inertial, format!("{owner}: {problem}"), help);
             }
@@ -155,7 +158,22 @@ fn carries_mass(robot: &UrdfRobot) -> Vec<bool> {
     carries
 }
 
-fn check_inertial(owner: &str, inertial: &Inertial, places: &super::LinkPlaces, messages: &mut Messages<'_>) {
+/// Whether each link is fixed to another: what counts then is the inertia of all of them together.
+fn lumped_links(robot: &UrdfRobot) -> Vec<bool> {
+    let mut lumped = vec![false; robot.links.len()];
+    for body in robot.tree.iter().flat_map(|tree| bodies(robot, tree)).filter(|body| body.links.len() > 1) {
+        body.links.iter().for_each(|&link| lumped[link] = true);
+    }
+    lumped
+}
+
+fn check_inertial(
+    owner: &str,
+    inertial: &Inertial,
+    lumped: bool,
+    places: &super::LinkPlaces,
+    messages: &mut Messages<'_>,
+) {
     if inertial.mass < 0.0 {
         messages.error(
             places.mass,
@@ -163,18 +181,11 @@ fn check_inertial(owner: &str, inertial: &Inertial, places: &super::LinkPlaces, 
             "write a mass of zero or more",
         );
     }
-    let largest = inertial.inertia.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
-    if largest > 0.0 {
-        let [smallest, _, _] = eigenvalues(&inertia_matrix(inertial.inertia.map(|x| x / largest)));
-        if smallest < -INDEFINITE {
-            messages.error(
-                places.inertia,
-                format!(
-                    "{owner}: the inertia is indefinite: its smallest principal moment is {:.3e} kg m²",
-                    smallest * largest
-                ),
-                "a rotating body needs principal moments of zero or more: check signs and the order ixx ixy ixz iyy iyz izz",
-            );
+    if let Some(message) = indefinite(owner, &inertia_matrix(inertial.inertia), inertial.mass) {
+        if lumped {
+            messages.warning(places.inertia, message, INDEFINITE_HELP);
+        } else {
+            messages.error(places.inertia, message, INDEFINITE_HELP);
         }
     }
     check_distance(&format!("{owner}: its centre of mass"), inertial.origin.xyz, places.inertial, messages);
@@ -190,6 +201,25 @@ fn check_distance(what: &str, xyz: Vector, place: Place, messages: &mut Messages
     }
 }
 
+const INDEFINITE_HELP: &str = "a rotating body needs principal moments of zero or more: check signs and the order ixx ixy ixz iyy iyz izz";
+
+/// The message about an inertia with a negative principal moment.
+fn indefinite(owner: &str, inertia: &Matrix, mass: f64) -> Option<String> {
+    let largest = inertia.iter().flatten().fold(0.0f64, |largest, x| largest.max(x.abs()));
+    if largest == 0.0 {
+        return None;
+    }
+    let [smallest, _, _] = eigenvalues(&inertia.map(|row| row.map(|x| x / largest)));
+    // A radius of gyration below a micrometre is rounding of whoever exported the file.
+    let dust = 1e-12 * mass.abs();
+    (smallest < -INDEFINITE && smallest * largest < -dust).then(|| {
+        format!(
+            "{owner}: the inertia is indefinite: its smallest principal moment is {:.3e} kg m²",
+            smallest * largest
+        )
+    })
+}
+
 /// What is wrong with the bodies.
 fn check_bodies(robot: &UrdfRobot, bodies: &[Body], refused: &[bool], messages: &mut Messages<'_>) {
     let total: f64 = bodies.iter().map(|body| body.moments.mass).sum();
@@ -202,6 +232,12 @@ fn check_bodies(robot: &UrdfRobot, bodies: &[Body], refused: &[bool], messages: 
         }
         if body.moments.mass == 0.0 {
             check_massless(robot, body, &owner, place, messages);
+            continue;
+        }
+        if body.links.len() > 1
+            && let Some(message) = indefinite(&owner, &body.moments.central(), body.moments.mass)
+        {
+            messages.error(place, message, INDEFINITE_HELP);
             continue;
         }
         for (message, help) in oddities(body, &owner, total) {

@@ -1,0 +1,108 @@
+//! Nanoseconds per call of generated code on the peers' robots.
+//!
+//! `cargo bench --bench speed` prints a table on random states. As `PROGRAM MODELS_FOLDER ROBOT` it reads the
+//! peers' states and prints one JSON line per function, for one table of all in one run (see
+//! `benches/README.md`). Build with `RUSTFLAGS="-C target-cpu=native"`, as the peers are.
+#![allow(missing_docs)]
+mod harness;
+
+use bipedc_macros::Biped;
+use bipedc_runtime::lanes::F64Native;
+use bipedc_runtime::nalgebra::SMatrix;
+use harness::{Bench, State, lanes, used};
+
+/// Lanes of one register.
+const LANES: usize = size_of::<F64Native>() / 8;
+
+#[derive(Biped)]
+#[biped(description = "benches/robots/lower12", functions = [
+    "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
+    "center_of_mass_with_jacobian", "centroidal_momentum", "zero_moment_point", "jacobian",
+    "inverse_dynamics_regressor", "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
+    "constrained_dynamics", "impact_map",
+])]
+pub struct Lower12;
+
+#[derive(Biped)]
+#[biped(description = "benches/robots/rabbit5", functions = [
+    "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
+    "center_of_mass_with_jacobian", "centroidal_momentum", "inverse_dynamics_regressor",
+    "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
+])]
+pub struct Rabbit5;
+
+#[derive(Biped)]
+#[biped(description = "benches/robots/biped7", functions = [
+    "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
+    "center_of_mass_with_jacobian", "centroidal_momentum", "inverse_dynamics_regressor",
+    "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
+])]
+pub struct Biped7;
+
+/// Times `module::function(arguments)` of one state; with `lanes` also of a register full of states.
+macro_rules! time {
+    ($bench:ident, $states:ident, $peer:literal, $module:ident::$function:ident($($argument:ident),*)) => {{
+        let mut out = SMatrix::repeat(0.0);
+        let one = |k: usize| {
+            let s = &$states[k];
+            $module::$function($(&s.$argument,)* &mut out);
+            used(&mut out);
+        };
+        $bench.time($peer, one, LANES, None);
+    }};
+    ($bench:ident, $states:ident, $wide:ident, $peer:literal, $module:ident::$function:ident($($argument:ident),*)) => {{
+        let mut out = SMatrix::repeat(0.0);
+        let one = |k: usize| {
+            let s = &$states[k];
+            $module::$function($(&s.$argument,)* &mut out);
+            used(&mut out);
+        };
+        let mut wide_out = SMatrix::repeat($wide[0].q[0]);
+        let mut many = |k: usize| {
+            let s = &$wide[k];
+            $module::$function($(&s.$argument,)* &mut wide_out);
+            used(&mut wide_out);
+        };
+        $bench.time($peer, one, LANES, Some(&mut many));
+    }};
+}
+
+/// The functions that every robot has.
+macro_rules! common {
+    ($bench:ident, $module:ident, $model:expr) => {{
+        let states: Vec<State<f64, { $module::NQ }, { $module::NV }>> = $bench.states(&$model);
+        let wide: Vec<State<F64Native, { $module::NQ }, { $module::NV }>> =
+            lanes::<_, LANES, { $module::NQ }, { $module::NV }>(&states, F64Native::from_array);
+        time!($bench, states, wide, "rnea", $module::inverse_dynamics_into(q, v, a));
+        time!($bench, states, wide, "crba", $module::mass_matrix_upper_into(q));
+        time!($bench, states, "crba_full", $module::mass_matrix_into(q));
+        time!($bench, states, wide, "nle", $module::bias_into(q, v));
+        time!($bench, states, wide, "gravity", $module::gravity_into(q));
+        time!($bench, states, wide, "aba", $module::forward_dynamics_into(q, v, tau));
+        time!($bench, states, wide, "com_jac", $module::center_of_mass_with_jacobian_into(q));
+        time!($bench, states, wide, "centroidal", $module::centroidal_momentum_into(q, v));
+        time!($bench, states, "regressor", $module::inverse_dynamics_regressor_into(q, v, a));
+        time!($bench, states, "d_rnea", $module::inverse_dynamics_derivatives_into(q, v, a));
+        time!($bench, states, "d_aba", $module::forward_dynamics_derivatives_into(q, v, tau));
+        states
+    }};
+}
+
+fn lower12_functions() {
+    let Some(bench) = Bench::new("lower12") else { return };
+    let states = common!(bench, lower12, Lower12);
+    time!(bench, states, "zmp", lower12::zero_moment_point_into(q, v, a));
+    time!(bench, states, "joint_jac", lower12::jacobian_of_left_foot_into(q));
+    time!(bench, states, "contact6_fd", lower12::constrained_dynamics_of_right_support_into(q, v, tau));
+    time!(bench, states, "contact6_impulse", lower12::impact_map_of_right_support_into(q, v));
+}
+
+fn main() {
+    lower12_functions();
+    if let Some(bench) = Bench::new("rabbit5") {
+        common!(bench, rabbit5, Rabbit5);
+    }
+    if let Some(bench) = Bench::new("biped7") {
+        common!(bench, biped7, Biped7);
+    }
+}

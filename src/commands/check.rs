@@ -1,0 +1,83 @@
+//! `bipedc check`: everything wrong or odd with a robot.
+use crate::arguments::RobotArguments;
+use crate::failure::{Failure, Outcome};
+use crate::output::{self, Message};
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::wishes;
+use bipedc_compiler::description::{CheckReport, check_report};
+use bipedc_runtime::diagnostic::{Diagnostic, Severity};
+use clap::Args;
+use serde::Serialize;
+use std::process::ExitCode;
+
+const EXAMPLES: &str = "\
+Examples:
+  bipedc check robots/tulip
+  bipedc check somewhere/robot.urdf          a URDF without a description
+  bipedc check robots/tulip --json
+
+Prints the tree with masses (kg), the total mass, the centre of mass (m) and what is physically
+inconsistent. All errors are printed at once; the exit code is then 1.";
+
+/// Report every problem of a robot at once, its tree and its masses
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Check {
+    #[command(flatten)]
+    robot: RobotArguments,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Json {
+    errors: Vec<Message>,
+    warnings: Vec<Message>,
+    #[serde(flatten)]
+    report: Option<CheckReport>,
+}
+
+impl Check {
+    /// Reads and reports.
+    pub fn run(self) -> Outcome {
+        match self.robot.read_quietly().and_then(with_known_functions) {
+            Ok(robot) => self.succeed(&robot),
+            Err(failure) if self.json => {
+                output::print_json(&json(&failure.0, None))?;
+                Err(failure)
+            }
+            Err(failure) => Err(failure),
+        }
+    }
+
+    fn succeed(&self, robot: &Robot) -> Outcome {
+        let report = check_report(&robot.description);
+        output::diagnostics(&robot.warnings);
+        if self.json {
+            output::print_json(&json(&robot.warnings, Some(report)))?;
+        } else {
+            let warnings = match robot.warnings.len() {
+                0 => String::new(),
+                1 => "1 warning on the error stream\n".to_owned(),
+                n => format!("{n} warnings on the error stream\n"),
+            };
+            output::print(&format!("{report}{warnings}"))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// The description knows no function names: the catalogue does.
+fn with_known_functions(robot: Robot) -> Result<Robot, Failure> {
+    wishes(&robot.description, &robot.tree()?)?;
+    Ok(robot)
+}
+
+fn json(messages: &[Diagnostic], report: Option<CheckReport>) -> Json {
+    Json {
+        errors: Message::all(messages, Severity::Error),
+        warnings: Message::all(messages, Severity::Warning),
+        report,
+    }
+}

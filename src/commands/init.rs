@@ -1,0 +1,49 @@
+//! `bipedc init`: a first description beside a URDF.
+use crate::failure::Outcome;
+use crate::output;
+use bipedc_compiler::description::{DESCRIPTION_FILE, init};
+use bipedc_compiler::emit::write_whole;
+use bipedc_runtime::diagnostic::Diagnostic;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+const EXAMPLES: &str = "\
+Examples:
+  bipedc init my_robot/robot.urdf        writes my_robot/biped.toml
+
+Base, feet, sides and symmetric pairs are guessed from names and kinematics: check every line.";
+
+/// Write a first, commented `biped.toml` beside a URDF
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Init {
+    /// The URDF
+    #[arg(value_name = "URDF")]
+    urdf: PathBuf,
+    /// Replace a `biped.toml` that is there
+    #[arg(long)]
+    force: bool,
+}
+
+impl Init {
+    /// Guesses and writes.
+    pub fn run(self) -> Outcome {
+        let text = init(&self.urdf)?;
+        let path = self.urdf.with_file_name(DESCRIPTION_FILE);
+        if path.exists() && !self.force {
+            return Err(Diagnostic::error("the description exists already")
+                .in_file(&path)
+                .help("--force replaces it")
+                .into());
+        }
+        write_whole(&path, &text)?;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.map_or_else(|| ".".to_owned(), |folder| folder.display().to_string());
+        output::print(&format!(
+            "wrote {}\nnext: check its guesses, then bipedc check {folder}\n",
+            path.display()
+        ))?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

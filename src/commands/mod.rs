@@ -1,0 +1,36 @@
+//! One file per command.
+mod base_parameters;
+mod check;
+mod compare;
+mod evaluate;
+mod generate;
+mod init;
+mod inspect;
+
+use crate::failure::Outcome;
+use clap::Subcommand;
+
+/// All commands.
+#[derive(Subcommand)]
+pub enum Command {
+    Init(init::Init),
+    Check(check::Check),
+    Generate(generate::Generate),
+    Inspect(inspect::Inspect),
+    Evaluate(evaluate::Evaluate),
+    Compare(compare::Compare),
+}
+
+impl Command {
+    /// Does what was asked.
+    pub fn run(self) -> Outcome {
+        match self {
+            Self::Init(command) => command.run(),
+            Self::Check(command) => command.run(),
+            Self::Generate(command) => command.run(),
+            Self::Inspect(command) => command.run(),
+            Self::Evaluate(command) => command.run(),
+            Self::Compare(command) => command.run(),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Printing: results to the output stream, messages and progress to the error stream.
+use bipedc_runtime::diagnostic::{Diagnostic, Severity};
+use comfy_table::{CellAlignment, Table};
+use indicatif::ProgressBar;
+use serde::Serialize;
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::time::Duration;
+
+/// Prints a text. A reader that went away (`bipedc … | head`) has read enough: no error.
+///
+/// # Errors
+/// Any other refusal of the system, such as a full disk.
+pub fn print(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    forgive(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// Prints a value as JSON with a line end.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_json(value: &impl Serialize) -> io::Result<()> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let written = serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from);
+    forgive(written.and_then(|()| writeln!(out)).and_then(|()| out.flush()))?;
+    // What is still buffered after a broken pipe is nobody's: dropping the buffer must not try again.
+    let _ = out.into_parts();
+    Ok(())
+}
+
+fn forgive(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        other => other,
+    }
+}
+
+/// Prints errors and warnings to the error stream, in colour on a terminal.
+pub fn diagnostics(list: &[Diagnostic]) {
+    let mut err = io::stderr().lock();
+    let colour = err.is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    for diagnostic in list {
+        let text = diagnostic.to_string();
+        let text = if colour { coloured(diagnostic.severity, &text) } else { text };
+        // Nobody is left to tell when the error stream itself is gone.
+        let _ = writeln!(err, "{text}\n");
+    }
+}
+
+fn coloured(severity: Severity, text: &str) -> String {
+    let colour = match severity {
+        Severity::Error => "\u{1b}[1;31m",
+        Severity::Warning => "\u{1b}[1;33m",
+    };
+    match text.split_once(':') {
+        Some((kind, rest)) => format!("{colour}{kind}\u{1b}[0m:{rest}"),
+        None => text.to_owned(),
+    }
+}
+
+/// A diagnostic in JSON.
+#[derive(Serialize)]
+pub struct Message {
+    message: String,
+    file: Option<String>,
+    line: Option<usize>,
+    column: Option<usize>,
+    help: Option<String>,
+}
+
+impl Message {
+    /// All messages of one severity.
+    pub fn all(list: &[Diagnostic], severity: Severity) -> Vec<Self> {
+        list.iter().filter(|diagnostic| diagnostic.severity == severity).map(Self::new).collect()
+    }
+
+    fn new(diagnostic: &Diagnostic) -> Self {
+        Self {
+            message: diagnostic.message.clone(),
+            file: diagnostic.file.as_ref().map(|file| file.display().to_string()),
+            line: diagnostic.position.map(|(line, _)| line),
+            column: diagnostic.position.map(|(_, column)| column).filter(|&column| column > 0),
+            help: diagnostic.help.clone(),
+        }
+    }
+}
+
+/// A table of left-aligned names and right-aligned numbers; `left` columns are names.
+pub fn table(head: &[&str], rows: Vec<Vec<String>>, left: usize) -> String {
+    let mut table = Table::new();
+    table.load_preset(comfy_table::presets::NOTHING);
+    table.set_header(head.iter().copied());
+    table.add_rows(rows);
+    for (index, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((0, 2));
+        if index >= left {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let mut out = String::new();
+    for line in table.lines() {
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+    out
+}
+
+/// A spinner on the error stream while something long runs; invisible unless that is a terminal.
+pub fn progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    if !io::stderr().is_terminal() {
+        return work();
+    }
+    let bar = ProgressBar::new_spinner().with_message(what.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(100));
+    let result = work();
+    bar.finish_and_clear();
+    result
+}
