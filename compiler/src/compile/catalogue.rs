@@ -151,6 +151,14 @@ impl Entry {
         Self { name, summary, source, scope, order: Order::DepthFirst, on_demand: false, derivation }
     }
 
+    /// Whether it depends on more than the base parameters of the equations of motion on any base.
+    pub fn needs_whole_robot(&self) -> bool {
+        const WHOLE: [&str; 5] = ["center_of_mass", "momentum", "centroidal", "zero_moment", "ground_wrench"];
+        let regressor = self.name.ends_with("_regressor");
+        !regressor
+            && (self.name == "potential_energy" || WHOLE.iter().any(|name| self.name.starts_with(name)))
+    }
+
     /// Derives the function.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 mod catalogue;
 mod families;
 mod quantity;
+use families::regressors;
 mod readable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};
@@ -51,23 +52,21 @@ pub struct CompiledModel {
     pub tree: Tree,
     /// In the order of the catalogue.
     pub functions: Vec<Function>,
+    /// Number of base parameters that functions take at run time; 0 where they are folded.
+    pub base_parameters: usize,
 }
 
 impl CompiledModel {
     /// Length of an argument.
     pub fn argument_length(&self, argument: Argument) -> usize {
-        argument_length(&self.tree, argument)
-    }
-}
-
-/// Length of an argument of a robot.
-pub fn argument_length(tree: &Tree, argument: Argument) -> usize {
-    match argument {
-        Argument::Q => tree.nq,
-        Argument::V | Argument::A | Argument::Tau => tree.nv,
-        Argument::Forces => 3 * tree.points.len(),
-        Argument::Parameters => 10 * tree.bodies.len(),
-        Argument::MotorQ | Argument::MotorV | Argument::MotorA => tree.joints.len(),
+        let tree = &self.tree;
+        match argument {
+            Argument::Q => tree.nq,
+            Argument::V | Argument::A | Argument::Tau => tree.nv,
+            Argument::Forces => 3 * tree.points.len(),
+            Argument::Parameters => self.base_parameters,
+            Argument::MotorQ | Argument::MotorV | Argument::MotorA => tree.joints.len(),
+        }
     }
 }
 
@@ -75,18 +74,26 @@ pub fn argument_length(tree: &Tree, argument: Argument) -> usize {
 pub struct Context<'g, 't> {
     /// The description the tree came from.
     pub description: &'t RobotDescription,
-    /// Inertias as regrouped constants.
+    /// Inertias as regrouped constants, or as base parameters if the description wants them at run time.
     pub folded: RobotModel<'g, 't>,
     /// Inertias as run-time parameters.
     pub symbolic: RobotModel<'g, 't>,
 }
 
 impl<'g, 't> Context<'g, 't> {
-    /// Prepares derivations on `graph`.
-    pub fn new(graph: &'g Graph, description: &'t RobotDescription, tree: &'t Tree) -> Self {
+    /// Prepares derivations on `graph`; `leading` are the places of run-time base parameters, if any.
+    pub fn new(
+        graph: &'g Graph,
+        description: &'t RobotDescription,
+        tree: &'t Tree,
+        leading: Option<&[usize]>,
+    ) -> Self {
         Self {
             description,
-            folded: RobotModel::new(graph, tree, InertiaMode::Folded),
+            folded: match leading {
+                Some(leading) => RobotModel::with_base_parameters(graph, tree, leading),
+                None => RobotModel::new(graph, tree, InertiaMode::Folded),
+            },
             symbolic: RobotModel::new(graph, tree, InertiaMode::Symbolic),
         }
     }
@@ -110,18 +117,31 @@ pub fn compile(
     tree: &Tree,
     wishes: &[Wish],
 ) -> Result<CompiledModel, Diagnostic> {
+    let leading = run_time_parameters(description, tree)?;
     let functions = wishes
         .iter()
         .map(|wish| {
             // A graph of its own keeps the order of derivation, which is also a good order of execution.
             let graph = Graph::new();
-            let context = Context::new(&graph, description, tree);
+            let context = Context::new(&graph, description, tree, leading.as_deref());
             let entry = entry(&wish.family)?;
             let quantity = entry.derive(&context, wish.subject.as_deref())?;
             Ok(finish(&graph, entry, wish.subject.clone(), quantity))
         })
         .collect::<Result<Vec<_>, Diagnostic>>()?;
-    Ok(CompiledModel { name: description.name.clone(), tree: tree.clone(), functions })
+    let base_parameters = leading.map_or(0, |leading| leading.len());
+    Ok(CompiledModel { name: description.name.clone(), tree: tree.clone(), functions, base_parameters })
+}
+
+/// Places of the base parameters among the standard ones, if the description wants them at run time.
+fn run_time_parameters(
+    description: &RobotDescription,
+    tree: &Tree,
+) -> Result<Option<Vec<usize>>, Diagnostic> {
+    if !description.generate.runtime_parameters {
+        return Ok(None);
+    }
+    Ok(Some(regressors::leading(tree, &regressors::analysis(tree)?)))
 }
 
 fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quantity<'_>) -> Function {
@@ -171,7 +191,11 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
     for entry in catalogue() {
         let wanted =
             if asked.is_empty() { !entry.on_demand } else { asked.iter().any(|name| name == entry.name) };
-        if !wanted {
+        // On a base that is not free the torques do not tell all of the robot's mass distribution.
+        let told = !description.generate.runtime_parameters
+            || tree.base == BaseKind::Floating
+            || !entry.needs_whole_robot();
+        if !wanted || !told {
             continue;
         }
         let wish = |subject| Wish { family: entry.name.to_owned(), subject };

@@ -22,7 +22,7 @@ pub struct Readable {
 /// Unknown functions and subjects.
 pub fn readable(description: &RobotDescription, tree: &Tree, wish: &Wish) -> Result<Readable, Diagnostic> {
     let graph = Graph::new();
-    let context = Context::new(&graph, description, tree);
+    let context = Context::new(&graph, description, tree, None);
     let quantity = entry(&wish.family)?.derive(&context, wish.subject.as_deref())?;
     let mut places = Vec::new();
     let mut outputs: Vec<Expr> = Vec::new();

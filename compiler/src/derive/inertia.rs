@@ -1,6 +1,6 @@
 //! Inertias of the bodies as expressions, and the regrouping that makes most of them vanish.
 use super::model::rotate;
-use crate::expression::{Graph, Matrix3, Sym, Vector3};
+use crate::expression::{Expr, Graph, Matrix3, Sym, Vector3};
 use crate::tree::{Inertia, Motion, Placement, Rotation, Tree};
 use bipedc_runtime::Argument;
 
@@ -100,8 +100,21 @@ pub fn folded<'g>(graph: &'g Graph, inertias: &[Inertia]) -> Vec<BodyInertia<'g>
 
 /// Ten parameters per body, stated in the frame of its main link and moved to the body frame here.
 pub fn symbolic<'g>(graph: &'g Graph, tree: &Tree) -> Vec<BodyInertia<'g>> {
+    parametric(graph, tree, |k| graph.input(Argument::Parameters, k))
+}
+
+/// The base parameters alone: `leading` names the standard parameters that stand for their groups, all
+/// others are 0. Whatever depends on the base parameters only is unchanged by that (5.2).
+pub fn reduced<'g>(graph: &'g Graph, tree: &Tree, leading: &[usize]) -> Vec<BodyInertia<'g>> {
+    parametric(graph, tree, |k| match leading.iter().position(|&l| l == k) {
+        Some(place) => graph.input(Argument::Parameters, place),
+        None => Expr::ZERO,
+    })
+}
+
+fn parametric<'g>(graph: &'g Graph, tree: &Tree, parameter: impl Fn(usize) -> Expr) -> Vec<BodyInertia<'g>> {
     let body = |index: usize| {
-        let p = |k: usize| Sym::new(graph, graph.input(Argument::Parameters, 10 * index + k));
+        let p = |k: usize| Sym::new(graph, parameter(10 * index + k));
         let [xx, xy, xz, yy, yz, zz] = [4, 5, 6, 7, 8, 9].map(p);
         let in_link = BodyInertia {
             mass: p(0),

@@ -38,6 +38,12 @@ impl<'g, 't> RobotModel<'g, 't> {
         Self { graph, tree, inertias }
     }
 
+    /// With base parameters as run-time inputs ([`Argument::Parameters`]); `leading` are their places among
+    /// the ten standard parameters of every body.
+    pub fn with_base_parameters(graph: &'g Graph, tree: &'t Tree, leading: &[usize]) -> Self {
+        Self { graph, tree, inertias: inertia::reduced(graph, tree, leading) }
+    }
+
     /// A constant.
     pub fn constant(&self, value: f64) -> Sym<'g> {
         Sym::new(self.graph, self.graph.constant(value))

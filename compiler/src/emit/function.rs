@@ -38,7 +38,9 @@ fn documentation(function: &Function) -> Vec<String> {
 pub fn function(model: &CompiledModel, f: &Function, limit: usize) -> TokenStream {
     let (name, into, program_name) = (ident(&f.name), format_ident!("{}_into", f.name), program_name(f));
     let docs = documentation(f);
-    let into_doc = format!(" [`{name}`], written in place: for large results, which are costly to move.");
+    let into_doc = format!(
+        " [`{name}`], written in place: large results are costly to move, and the compiler moves those returned by value."
+    );
     let (rows, columns) =
         (Literal::usize_unsuffixed(f.rows.len()), Literal::usize_unsuffixed(f.columns.len()));
     let arguments: Vec<TokenStream> = f
