@@ -1,4 +1,5 @@
 //! Regressor × parameters = the quantity itself.
+use super::generator::Random;
 use super::subject::*;
 use bipedc_compiler::compile::identifier;
 use bipedc_runtime::Argument::Parameters;
@@ -39,7 +40,7 @@ fn parameters_are_stated_in_the_frames_of_the_links() {
     let robots = subjects(&["inertial_parameters", "position", "rotation", "center_of_mass"]);
     in_random_states(&robots, |robot, values| {
         let parameters = robot.call("inertial_parameters", values);
-        assert_eq!(parameters.len(), values.of(Parameters).len(), "{}", robot.name);
+        assert_eq!(parameters.len(), 10 * robot.tree().bodies.len(), "{}", robot.name);
         let mut moment = vec![0.0; 3];
         for (body, ten) in robot.tree().bodies.iter().zip(parameters.chunks(10)) {
             if !body.is_virtual {
@@ -68,4 +69,29 @@ fn base_regressor_times_base_parameters_is_inverse_dynamics() {
         let tau = times(&robot.call("inverse_dynamics_base_regressor", values), &parameters);
         robot.close("base regressor", &tau, &robot.call("inverse_dynamics", values), 1e-10);
     });
+}
+
+/// Base parameters at run time instead of folded constants: with the robot's own values the same results, with
+/// other values those of the base regressor.
+#[test]
+fn run_time_parameters_are_the_base_parameters() {
+    let families = ["inverse_dynamics_base_regressor", "base_parameters", "inverse_dynamics", "mass_matrix"];
+    let mut random = Random(SEED);
+    let mut robots = random_trees(&[]);
+    robots.truncate(4);
+    robots.extend(six_robots(&[]).into_iter().take(3));
+    for plain in robots {
+        let folded = Subject::new(plain.name.clone(), plain.robot.clone(), &families[1..]);
+        let mut robot = plain.robot;
+        robot.description.generate.runtime_parameters = true;
+        let free = Subject::new(format!("{}, parameters at run time", plain.name), robot, &families);
+        let values = free.state(&mut random);
+        let own = values.with(Parameters, folded.call("base_parameters", &values));
+        for function in &families[2..] {
+            free.close(function, &free.call(function, &own), &folded.call(function, &values), 1e-10);
+        }
+        let regressor = free.call("inverse_dynamics_base_regressor", &values);
+        let tau = times(&regressor, values.of(Parameters));
+        free.close("other parameters", &free.call("inverse_dynamics", &values), &tau, 1e-10);
+    }
 }

@@ -61,13 +61,19 @@ impl<'g> Stance<'g> {
         out
     }
 
-    /// J̇_b v: acceleration at v̇ = 0 of the foot's point that is at the base's origin, and ω̇, in base axes.
-    fn rate(&self, model: &RobotModel<'g, '_>) -> Six<'g> {
+    /// The rates of the support's rows, as J_b combines the rows: p̈ + ω̇ × r at v̇ = 0, with r from the
+    /// support's point p to the base's origin, and ω̇, in base axes.
+    ///
+    /// The foot's point at the base's origin accelerates by ω × (ω × r) besides: nothing while the foot stands,
+    /// but Wᵀ v̇ + w = 0 is to hold in states that miss Wᵀ v = 0 too.
+    fn rate(&self, model: &RobotModel<'g, '_>, support: &Support) -> Six<'g> {
         let foot = forward(model, Motions::NO_ACCELERATION)[self.body];
-        let to_base = self.rotation.transpose() * -self.origin;
+        let point = Vector3::constant(model.graph, support.point);
+        let arm = self.rotation.transpose() * -self.origin - point;
+        let turning = foot.angular_acceleration;
         // The recursion is the bias' own and carries gravity as an acceleration of the world.
-        let linear = self.rotation * (foot.acceleration + foot.u * to_base) + model.down(0, model.gravity());
-        six(linear, self.rotation * foot.angular_acceleration)
+        let linear = foot.acceleration + foot.u * point + turning.cross(arm);
+        six(self.rotation * linear + model.down(0, model.gravity()), self.rotation * turning)
     }
 
     /// J_b v.
@@ -166,7 +172,7 @@ pub(super) fn respond<'g>(
     let support = &constraints.supports[flat];
     let system = Reduced::new(model, support.body, rotors);
     let w = match demand {
-        Demand::Rates => system.stance.rate(model),
+        Demand::Rates => system.stance.rate(model, support),
         Demand::Velocity => system.stance.velocity(model),
     };
     let others: Vec<_> = constraints.blocks.iter().filter(|block| block.support != flat).collect();
