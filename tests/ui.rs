@@ -1,7 +1,10 @@
 //! One file per mistake in the derive macro's attribute, with the message that the user sees.
 //!
-//! `TRYBUILD=overwrite cargo test --test ui` writes the messages anew.
+//! It compiles everything once more, which takes minutes: `cargo test --test ui -- --ignored` (continuous
+//! integration does). `TRYBUILD=overwrite` before it writes the messages anew. The messages themselves are also
+//! tested in process, in `front_ends.rs`.
 #[test]
+#[ignore = "compiles everything once more"]
 fn a_mistake_gives_one_error_at_its_place() {
     let cases = trybuild::TestCases::new();
     cases.pass("tests/ui/inline_model.rs");

@@ -15,7 +15,7 @@ pub fn contact_positions<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`contact_positions`], written in place: for large results, which are costly to move.
+/// [`contact_positions`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn contact_positions_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

@@ -16,7 +16,7 @@ pub fn coriolis_matrix<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`coriolis_matrix`], written in place: for large results, which are costly to move.
+/// [`coriolis_matrix`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn coriolis_matrix_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

@@ -16,7 +16,7 @@ pub fn energy_regressor<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`energy_regressor`], written in place: for large results, which are costly to move.
+/// [`energy_regressor`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn energy_regressor_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

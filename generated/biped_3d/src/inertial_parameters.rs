@@ -17,7 +17,7 @@ pub fn inertial_parameters<R: ::bipedc_runtime::Real>() -> ::bipedc_runtime::nal
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`inertial_parameters`], written in place: for large results, which are costly to move.
+/// [`inertial_parameters`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn inertial_parameters_into<R: ::bipedc_runtime::Real>(
     out: &mut ::bipedc_runtime::nalgebra::SMatrix<R, 130, 1>,

@@ -17,7 +17,7 @@ pub fn jacobian_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -240,7 +240,7 @@ pub fn jacobian_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -463,7 +463,7 @@ pub fn jacobian_of_right_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -732,7 +732,7 @@ pub fn jacobian_of_right_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1001,7 +1001,7 @@ pub fn jacobian_of_right_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1270,7 +1270,7 @@ pub fn jacobian_of_right_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1539,7 +1539,7 @@ pub fn jacobian_of_left_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1808,7 +1808,7 @@ pub fn jacobian_of_left_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -2077,7 +2077,7 @@ pub fn jacobian_of_left_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -2346,7 +2346,7 @@ pub fn jacobian_of_left_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

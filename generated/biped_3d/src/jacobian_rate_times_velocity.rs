@@ -22,7 +22,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -296,7 +296,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -570,7 +570,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_front_left<R: ::bipedc_runtime
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_front_left_into<
     R: ::bipedc_runtime::Real,
@@ -874,7 +874,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_front_right<R: ::bipedc_runtim
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_front_right_into<
     R: ::bipedc_runtime::Real,
@@ -1178,7 +1178,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_rear_left<R: ::bipedc_runtime:
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_rear_left_into<
     R: ::bipedc_runtime::Real,
@@ -1482,7 +1482,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_rear_right<R: ::bipedc_runtime
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_rear_right_into<
     R: ::bipedc_runtime::Real,
@@ -1786,7 +1786,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_front_left<R: ::bipedc_runtime:
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_front_left_into<
     R: ::bipedc_runtime::Real,
@@ -2090,7 +2090,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_front_right<R: ::bipedc_runtime
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_front_right_into<
     R: ::bipedc_runtime::Real,
@@ -2394,7 +2394,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_rear_left<R: ::bipedc_runtime::
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_rear_left_into<
     R: ::bipedc_runtime::Real,
@@ -2698,7 +2698,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_rear_right<R: ::bipedc_runtime:
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_rear_right_into<
     R: ::bipedc_runtime::Real,

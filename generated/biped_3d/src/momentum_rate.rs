@@ -17,7 +17,7 @@ pub fn momentum_rate<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`momentum_rate`], written in place: for large results, which are costly to move.
+/// [`momentum_rate`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn momentum_rate_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

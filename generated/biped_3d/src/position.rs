@@ -17,7 +17,7 @@ pub fn position_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -124,7 +124,7 @@ pub fn position_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -231,7 +231,7 @@ pub fn position_of_right_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -388,7 +388,7 @@ pub fn position_of_right_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -545,7 +545,7 @@ pub fn position_of_right_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -702,7 +702,7 @@ pub fn position_of_right_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -859,7 +859,7 @@ pub fn position_of_left_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1016,7 +1016,7 @@ pub fn position_of_left_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1173,7 +1173,7 @@ pub fn position_of_left_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1330,7 +1330,7 @@ pub fn position_of_left_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

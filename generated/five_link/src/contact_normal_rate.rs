@@ -16,7 +16,7 @@ pub fn contact_normal_rate<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`contact_normal_rate`], written in place: for large results, which are costly to move.
+/// [`contact_normal_rate`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn contact_normal_rate_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,

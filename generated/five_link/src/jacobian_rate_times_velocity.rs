@@ -22,7 +22,7 @@ pub fn jacobian_rate_times_velocity_of_left_tibia<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_tibia`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_tibia`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_tibia_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,
@@ -91,7 +91,7 @@ pub fn jacobian_rate_times_velocity_of_right_tibia<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_tibia`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_tibia`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_tibia_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,
@@ -160,7 +160,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_point_foot<R: ::bipedc_runtime
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_point_foot_into<
     R: ::bipedc_runtime::Real,
@@ -234,7 +234,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_point_foot<R: ::bipedc_runtime:
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_point_foot_into<
     R: ::bipedc_runtime::Real,

@@ -621,7 +621,7 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 56] = [
         columns: 1,
     },
 ];
-const ARGUMENT_LENGTHS: [usize; 9usize] = [7, 7, 7, 7, 6, 70, 4, 4, 4];
+const ARGUMENT_LENGTHS: [usize; 9usize] = [7, 7, 7, 7, 6, 0, 4, 4, 4];
 impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for FiveLink {
     fn nq(&self) -> usize {
         NQ

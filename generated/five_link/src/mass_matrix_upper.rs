@@ -15,7 +15,7 @@ pub fn mass_matrix_upper<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`mass_matrix_upper`], written in place: for large results, which are costly to move.
+/// [`mass_matrix_upper`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn mass_matrix_upper_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,

@@ -17,7 +17,7 @@ pub fn position_of_left_tibia<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_tibia`], written in place: for large results, which are costly to move.
+/// [`position_of_left_tibia`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_tibia_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,
@@ -56,7 +56,7 @@ pub fn position_of_right_tibia<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_tibia`], written in place: for large results, which are costly to move.
+/// [`position_of_right_tibia`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_tibia_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,
@@ -95,7 +95,7 @@ pub fn position_of_right_foot_point_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_point_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,
@@ -140,7 +140,7 @@ pub fn position_of_left_foot_point_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_point_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,

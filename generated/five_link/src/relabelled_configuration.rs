@@ -15,7 +15,7 @@ pub fn relabelled_configuration<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`relabelled_configuration`], written in place: for large results, which are costly to move.
+/// [`relabelled_configuration`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn relabelled_configuration_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,

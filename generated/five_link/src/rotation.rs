@@ -17,7 +17,7 @@ pub fn rotation_of_left_tibia<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_left_tibia`], written in place: for large results, which are costly to move.
+/// [`rotation_of_left_tibia`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_left_tibia_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,
@@ -65,7 +65,7 @@ pub fn rotation_of_right_tibia<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_right_tibia`], written in place: for large results, which are costly to move.
+/// [`rotation_of_right_tibia`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_right_tibia_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,
@@ -113,7 +113,7 @@ pub fn rotation_of_right_foot_point_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_right_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`rotation_of_right_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_right_foot_point_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,
@@ -161,7 +161,7 @@ pub fn rotation_of_left_foot_point_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_left_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`rotation_of_left_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_left_foot_point_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 7>,

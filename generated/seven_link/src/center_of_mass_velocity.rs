@@ -16,7 +16,7 @@ pub fn center_of_mass_velocity<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`center_of_mass_velocity`], written in place: for large results, which are costly to move.
+/// [`center_of_mass_velocity`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn center_of_mass_velocity_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

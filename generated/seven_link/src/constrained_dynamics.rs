@@ -24,7 +24,7 @@ pub fn constrained_dynamics_of_single_support<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`constrained_dynamics_of_single_support`], written in place: for large results, which are costly to move.
+/// [`constrained_dynamics_of_single_support`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn constrained_dynamics_of_single_support_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -1242,7 +1242,7 @@ pub fn constrained_dynamics_of_toe_support<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`constrained_dynamics_of_toe_support`], written in place: for large results, which are costly to move.
+/// [`constrained_dynamics_of_toe_support`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn constrained_dynamics_of_toe_support_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -2342,7 +2342,7 @@ pub fn constrained_dynamics_of_touch_down<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`constrained_dynamics_of_touch_down`], written in place: for large results, which are costly to move.
+/// [`constrained_dynamics_of_touch_down`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn constrained_dynamics_of_touch_down_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -3738,7 +3738,7 @@ pub fn constrained_dynamics_of_push_off<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`constrained_dynamics_of_push_off`], written in place: for large results, which are costly to move.
+/// [`constrained_dynamics_of_push_off`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn constrained_dynamics_of_push_off_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

@@ -15,7 +15,7 @@ pub fn contact_distances<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`contact_distances`], written in place: for large results, which are costly to move.
+/// [`contact_distances`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn contact_distances_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

@@ -24,7 +24,7 @@ pub fn forward_dynamics_with_forces<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`forward_dynamics_with_forces`], written in place: for large results, which are costly to move.
+/// [`forward_dynamics_with_forces`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn forward_dynamics_with_forces_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

@@ -17,7 +17,7 @@ pub fn ground_wrench_regressor<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`ground_wrench_regressor`], written in place: for large results, which are costly to move.
+/// [`ground_wrench_regressor`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn ground_wrench_regressor_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

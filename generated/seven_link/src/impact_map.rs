@@ -18,7 +18,7 @@ pub fn impact_map_of_toe_support<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`impact_map_of_toe_support`], written in place: for large results, which are costly to move.
+/// [`impact_map_of_toe_support`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn impact_map_of_toe_support_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -1054,7 +1054,7 @@ pub fn impact_map_of_touch_down<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`impact_map_of_touch_down`], written in place: for large results, which are costly to move.
+/// [`impact_map_of_touch_down`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn impact_map_of_touch_down_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

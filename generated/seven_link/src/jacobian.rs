@@ -17,7 +17,7 @@ pub fn jacobian_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -121,7 +121,7 @@ pub fn jacobian_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -225,7 +225,7 @@ pub fn jacobian_of_right_foot_heel<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_heel`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_heel`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_heel_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -347,7 +347,7 @@ pub fn jacobian_of_right_foot_toe<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_toe`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_toe`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_toe_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -469,7 +469,7 @@ pub fn jacobian_of_left_foot_heel<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_heel`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_heel`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_heel_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -591,7 +591,7 @@ pub fn jacobian_of_left_foot_toe<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_toe`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_toe`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_toe_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

@@ -22,7 +22,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -107,7 +107,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -192,7 +192,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_heel<R: ::bipedc_runtime::Real
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_heel`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_heel`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_heel_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -281,7 +281,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_toe<R: ::bipedc_runtime::Real>
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_toe`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_toe`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_toe_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -370,7 +370,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_heel<R: ::bipedc_runtime::Real>
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_heel`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_heel`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_heel_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -459,7 +459,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_toe<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_toe`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_toe`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_toe_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

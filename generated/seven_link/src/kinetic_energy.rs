@@ -16,7 +16,7 @@ pub fn kinetic_energy<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`kinetic_energy`], written in place: for large results, which are costly to move.
+/// [`kinetic_energy`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn kinetic_energy_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

@@ -723,7 +723,7 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 68] = [
         columns: 1,
     },
 ];
-const ARGUMENT_LENGTHS: [usize; 9usize] = [9, 9, 9, 9, 12, 90, 6, 6, 6];
+const ARGUMENT_LENGTHS: [usize; 9usize] = [9, 9, 9, 9, 12, 0, 6, 6, 6];
 impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for SevenLink {
     fn nq(&self) -> usize {
         NQ

@@ -17,7 +17,7 @@ pub fn position_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -62,7 +62,7 @@ pub fn position_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -107,7 +107,7 @@ pub fn position_of_right_foot_heel<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_heel`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_heel`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_heel_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -167,7 +167,7 @@ pub fn position_of_right_foot_toe<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_toe`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_toe`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_toe_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -227,7 +227,7 @@ pub fn position_of_left_foot_heel<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_heel`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_heel`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_heel_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -287,7 +287,7 @@ pub fn position_of_left_foot_toe<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_toe`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_toe`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_toe_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

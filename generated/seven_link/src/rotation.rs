@@ -17,7 +17,7 @@ pub fn rotation_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`rotation_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -74,7 +74,7 @@ pub fn rotation_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`rotation_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -131,7 +131,7 @@ pub fn rotation_of_right_foot_heel<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_right_foot_heel`], written in place: for large results, which are costly to move.
+/// [`rotation_of_right_foot_heel`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_right_foot_heel_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -188,7 +188,7 @@ pub fn rotation_of_right_foot_toe<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_right_foot_toe`], written in place: for large results, which are costly to move.
+/// [`rotation_of_right_foot_toe`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_right_foot_toe_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -245,7 +245,7 @@ pub fn rotation_of_left_foot_heel<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_left_foot_heel`], written in place: for large results, which are costly to move.
+/// [`rotation_of_left_foot_heel`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_left_foot_heel_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,
@@ -302,7 +302,7 @@ pub fn rotation_of_left_foot_toe<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`rotation_of_left_foot_toe`], written in place: for large results, which are costly to move.
+/// [`rotation_of_left_foot_toe`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn rotation_of_left_foot_toe_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 9>,

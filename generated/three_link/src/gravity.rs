@@ -15,7 +15,7 @@ pub fn gravity<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`gravity`], written in place: for large results, which are costly to move.
+/// [`gravity`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn gravity_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,

@@ -17,7 +17,7 @@ pub fn inverse_dynamics<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`inverse_dynamics`], written in place: for large results, which are costly to move.
+/// [`inverse_dynamics`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn inverse_dynamics_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,

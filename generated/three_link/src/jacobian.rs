@@ -19,7 +19,7 @@ pub fn jacobian_of_left_leg<R: ::bipedc_runtime::Real>() -> ::bipedc_runtime::na
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_leg`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_leg`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_leg_into<R: ::bipedc_runtime::Real>(
     out: &mut ::bipedc_runtime::nalgebra::SMatrix<R, 6, 5>,
@@ -84,7 +84,7 @@ pub fn jacobian_of_right_leg<R: ::bipedc_runtime::Real>() -> ::bipedc_runtime::n
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_leg`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_leg`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_leg_into<R: ::bipedc_runtime::Real>(
     out: &mut ::bipedc_runtime::nalgebra::SMatrix<R, 6, 5>,
@@ -147,7 +147,7 @@ pub fn jacobian_of_right_foot_point_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_point_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,
@@ -210,7 +210,7 @@ pub fn jacobian_of_left_foot_point_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_point_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,

@@ -608,7 +608,7 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 56] = [
         columns: 1,
     },
 ];
-const ARGUMENT_LENGTHS: [usize; 9usize] = [5, 5, 5, 5, 6, 50, 2, 2, 2];
+const ARGUMENT_LENGTHS: [usize; 9usize] = [5, 5, 5, 5, 6, 0, 2, 2, 2];
 impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for ThreeLink {
     fn nq(&self) -> usize {
         NQ

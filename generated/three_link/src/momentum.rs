@@ -16,7 +16,7 @@ pub fn momentum<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`momentum`], written in place: for large results, which are costly to move.
+/// [`momentum`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn momentum_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,

@@ -17,7 +17,7 @@ pub fn position_of_left_leg<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_leg`], written in place: for large results, which are costly to move.
+/// [`position_of_left_leg`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_leg_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,
@@ -49,7 +49,7 @@ pub fn position_of_right_leg<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_leg`], written in place: for large results, which are costly to move.
+/// [`position_of_right_leg`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_leg_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,
@@ -81,7 +81,7 @@ pub fn position_of_right_foot_point_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_point_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,
@@ -120,7 +120,7 @@ pub fn position_of_left_foot_point_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_point_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_point_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_point_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,

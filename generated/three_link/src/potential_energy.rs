@@ -15,7 +15,7 @@ pub fn potential_energy<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`potential_energy`], written in place: for large results, which are costly to move.
+/// [`potential_energy`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn potential_energy_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 5>,

@@ -15,7 +15,7 @@ pub fn relabelled_velocity<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`relabelled_velocity`], written in place: for large results, which are costly to move.
+/// [`relabelled_velocity`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn relabelled_velocity_into<R: ::bipedc_runtime::Real>(
     v: &::bipedc_runtime::nalgebra::SVector<R, 5>,

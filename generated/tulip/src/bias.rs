@@ -16,7 +16,7 @@ pub fn bias<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`bias`], written in place: for large results, which are costly to move.
+/// [`bias`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn bias_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

@@ -15,7 +15,7 @@ pub fn contact_normal_directions<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`contact_normal_directions`], written in place: for large results, which are costly to move.
+/// [`contact_normal_directions`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn contact_normal_directions_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

@@ -22,7 +22,7 @@ pub fn inverse_dynamics_base_regressor<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`inverse_dynamics_base_regressor`], written in place: for large results, which are costly to move.
+/// [`inverse_dynamics_base_regressor`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn inverse_dynamics_base_regressor_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

@@ -17,7 +17,7 @@ pub fn jacobian_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -258,7 +258,7 @@ pub fn jacobian_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -499,7 +499,7 @@ pub fn jacobian_of_right_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -774,7 +774,7 @@ pub fn jacobian_of_right_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1049,7 +1049,7 @@ pub fn jacobian_of_right_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1324,7 +1324,7 @@ pub fn jacobian_of_right_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1599,7 +1599,7 @@ pub fn jacobian_of_left_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1874,7 +1874,7 @@ pub fn jacobian_of_left_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -2149,7 +2149,7 @@ pub fn jacobian_of_left_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -2424,7 +2424,7 @@ pub fn jacobian_of_left_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_left_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_left_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_left_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

@@ -22,7 +22,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -303,7 +303,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -584,7 +584,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_front_left<R: ::bipedc_runtime
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_front_left_into<
     R: ::bipedc_runtime::Real,
@@ -1154,7 +1154,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_front_right<R: ::bipedc_runtim
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_front_right_into<
     R: ::bipedc_runtime::Real,
@@ -1724,7 +1724,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_rear_left<R: ::bipedc_runtime:
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_rear_left_into<
     R: ::bipedc_runtime::Real,
@@ -2294,7 +2294,7 @@ pub fn jacobian_rate_times_velocity_of_right_foot_rear_right<R: ::bipedc_runtime
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_right_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_right_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_right_foot_rear_right_into<
     R: ::bipedc_runtime::Real,
@@ -2864,7 +2864,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_front_left<R: ::bipedc_runtime:
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_front_left_into<
     R: ::bipedc_runtime::Real,
@@ -3434,7 +3434,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_front_right<R: ::bipedc_runtime
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_front_right_into<
     R: ::bipedc_runtime::Real,
@@ -4004,7 +4004,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_rear_left<R: ::bipedc_runtime::
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_rear_left_into<
     R: ::bipedc_runtime::Real,
@@ -4574,7 +4574,7 @@ pub fn jacobian_rate_times_velocity_of_left_foot_rear_right<R: ::bipedc_runtime:
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_rate_times_velocity_of_left_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_rate_times_velocity_of_left_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_rate_times_velocity_of_left_foot_rear_right_into<
     R: ::bipedc_runtime::Real,

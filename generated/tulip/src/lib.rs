@@ -827,7 +827,7 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 82] = [
         columns: 1,
     },
 ];
-const ARGUMENT_LENGTHS: [usize; 9usize] = [19, 18, 18, 18, 24, 130, 12, 12, 12];
+const ARGUMENT_LENGTHS: [usize; 9usize] = [19, 18, 18, 18, 24, 0, 12, 12, 12];
 impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for Tulip {
     fn nq(&self) -> usize {
         NQ

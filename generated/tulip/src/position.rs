@@ -17,7 +17,7 @@ pub fn position_of_left_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -140,7 +140,7 @@ pub fn position_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -263,7 +263,7 @@ pub fn position_of_right_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -423,7 +423,7 @@ pub fn position_of_right_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -583,7 +583,7 @@ pub fn position_of_right_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -743,7 +743,7 @@ pub fn position_of_right_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_right_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`position_of_right_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_right_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -903,7 +903,7 @@ pub fn position_of_left_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1063,7 +1063,7 @@ pub fn position_of_left_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1223,7 +1223,7 @@ pub fn position_of_left_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,
@@ -1383,7 +1383,7 @@ pub fn position_of_left_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`position_of_left_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`position_of_left_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn position_of_left_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

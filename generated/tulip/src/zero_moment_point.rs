@@ -17,7 +17,7 @@ pub fn zero_moment_point<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`zero_moment_point`], written in place: for large results, which are costly to move.
+/// [`zero_moment_point`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn zero_moment_point_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 19>,

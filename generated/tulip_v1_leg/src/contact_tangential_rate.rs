@@ -16,7 +16,7 @@ pub fn contact_tangential_rate<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`contact_tangential_rate`], written in place: for large results, which are costly to move.
+/// [`contact_tangential_rate`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn contact_tangential_rate_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,

@@ -16,7 +16,7 @@ pub fn gear_torques<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`gear_torques`], written in place: for large results, which are costly to move.
+/// [`gear_torques`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn gear_torques_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,

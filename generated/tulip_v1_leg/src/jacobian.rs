@@ -17,7 +17,7 @@ pub fn jacobian_of_right_foot<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,
@@ -176,7 +176,7 @@ pub fn jacobian_of_right_foot_front_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_front_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_front_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_front_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,
@@ -370,7 +370,7 @@ pub fn jacobian_of_right_foot_front_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_front_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_front_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_front_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,
@@ -564,7 +564,7 @@ pub fn jacobian_of_right_foot_rear_left<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_rear_left`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_rear_left`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_rear_left_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,
@@ -758,7 +758,7 @@ pub fn jacobian_of_right_foot_rear_right<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`jacobian_of_right_foot_rear_right`], written in place: for large results, which are costly to move.
+/// [`jacobian_of_right_foot_rear_right`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn jacobian_of_right_foot_rear_right_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,

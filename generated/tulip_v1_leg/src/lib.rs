@@ -668,7 +668,7 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 60] = [
         columns: 1,
     },
 ];
-const ARGUMENT_LENGTHS: [usize; 9usize] = [6, 6, 6, 6, 12, 60, 6, 6, 6];
+const ARGUMENT_LENGTHS: [usize; 9usize] = [6, 6, 6, 6, 12, 0, 6, 6, 6];
 impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
     fn nq(&self) -> usize {
         NQ

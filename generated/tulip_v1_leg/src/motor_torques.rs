@@ -28,7 +28,7 @@ pub fn motor_torques<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`motor_torques`], written in place: for large results, which are costly to move.
+/// [`motor_torques`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn motor_torques_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,

@@ -17,7 +17,7 @@ pub fn spring_torques<R: ::bipedc_runtime::Real>(
         ::bipedc_runtime::nalgebra::ArrayStorage(out),
     )
 }
-/// [`spring_torques`], written in place: for large results, which are costly to move.
+/// [`spring_torques`], written in place: large results are costly to move, and the compiler moves those returned by value.
 #[inline]
 pub fn spring_torques_into<R: ::bipedc_runtime::Real>(
     q: &::bipedc_runtime::nalgebra::SVector<R, 6>,
