@@ -92,7 +92,7 @@ fn lower12_functions() {
     let Some(bench) = Bench::new("lower12") else { return };
     let states = common!(bench, lower12, Lower12);
     time!(bench, states, "zmp", lower12::zero_moment_point_into(q, v, a));
-    time!(bench, states, "joint_jac", lower12::jacobian_of_left_foot_into(q));
+    time!(bench, states, "joint_jac", lower12::jacobian_of_left_sole_into(q));
     time!(bench, states, "contact6_fd", lower12::constrained_dynamics_of_right_support_into(q, v, tau));
     time!(bench, states, "contact6_impulse", lower12::impact_map_of_right_support_into(q, v));
 }

@@ -121,8 +121,8 @@ impl Lowering<'_> {
                 }
             }
         }
-        for index in 0..self.nodes.len() {
-            if self.uses[index] > 0 && !fused[index] {
+        for (index, fused) in fused.into_iter().enumerate() {
+            if self.uses[index] > 0 && !fused {
                 self.value(Expr::positive(index));
             }
         }

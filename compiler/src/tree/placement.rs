@@ -185,6 +185,8 @@ mod tests {
         }
     }
 
+    // As URDFs write them, with eleven digits.
+    #[allow(clippy::approx_constant)]
     #[test]
     fn right_angles_are_exact() {
         let m = Rotation::from_rpy([1.57079632679, 0.0, -3.14159265359]).matrix();
