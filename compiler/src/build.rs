@@ -51,7 +51,7 @@ pub fn robot_as(path: impl AsRef<Path>, request: &Request) {
     }
 }
 
-/// What [`write`] read and wrote.
+/// What [`write()`] read and wrote.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     /// The file with the code.
