@@ -507,6 +507,13 @@ const CATALOGUE: &[Entry] = &[
     )
     .scoped(Scope::Relabelling),
     Entry::robot(
+        "drive_regressor",
+        "(5.10) without Coulomb friction",
+        "Regressor of the motor torques less the rotors' share: viscous frictions, then spring stiffnesses.",
+        drives::regressor,
+    )
+    .scoped(Scope::Drives),
+    Entry::robot(
         "drive_inverse_dynamics",
         "(4.26), (4.30)",
         "Generalised forces for an acceleration, with the rotor inertias of stiff drives reflected through their gears.",

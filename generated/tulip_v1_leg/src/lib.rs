@@ -78,6 +78,8 @@ mod contact_normal_rate;
 #[rustfmt::skip]
 mod contact_tangential_rate;
 #[rustfmt::skip]
+mod drive_regressor;
+#[rustfmt::skip]
 mod drive_inverse_dynamics;
 #[rustfmt::skip]
 mod spring_torques;
@@ -132,6 +134,7 @@ pub use self::contact_normal_directions::*;
 pub use self::contact_tangential_directions::*;
 pub use self::contact_normal_rate::*;
 pub use self::contact_tangential_rate::*;
+pub use self::drive_regressor::*;
 pub use self::drive_inverse_dynamics::*;
 pub use self::spring_torques::*;
 pub use self::gear_torques::*;
@@ -169,7 +172,7 @@ pub mod joint {
     pub const RIGHT_ANKLE_ROLL: (usize, usize) = (5, 5);
 }
 /// All functions, in the order of their index in the `Model` trait.
-pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 60] = [
+pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 61] = [
     ::bipedc_runtime::Signature {
         name: "inverse_dynamics",
         arguments: ::bipedc_runtime::Arguments::of(
@@ -489,6 +492,18 @@ pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; 60] = [
         ),
         rows: 8,
         columns: 1,
+    },
+    ::bipedc_runtime::Signature {
+        name: "drive_regressor",
+        arguments: ::bipedc_runtime::Arguments::of(
+            &[
+                ::bipedc_runtime::Argument::Q,
+                ::bipedc_runtime::Argument::MotorQ,
+                ::bipedc_runtime::Argument::MotorV,
+            ],
+        ),
+        rows: 5,
+        columns: 8,
     },
     ::bipedc_runtime::Signature {
         name: "drive_inverse_dynamics",
@@ -1171,6 +1186,23 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                 )
             }
             36 => {
+                drive_regressor::drive_regressor_program(
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::Q,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::MotorQ,
+                    )?,
+                    ::bipedc_runtime::model::argument(
+                        state,
+                        ::bipedc_runtime::Argument::MotorV,
+                    )?,
+                    ::bipedc_runtime::model::columns::<R, _, 8>(output)?,
+                )
+            }
+            37 => {
                 drive_inverse_dynamics::drive_inverse_dynamics_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1187,7 +1219,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            37 => {
+            38 => {
                 spring_torques::spring_torques_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1204,7 +1236,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            38 => {
+            39 => {
                 gear_torques::gear_torques_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1217,7 +1249,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            39 => {
+            40 => {
                 motor_torques::motor_torques_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1246,7 +1278,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            40 => {
+            41 => {
                 position::position_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1255,7 +1287,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            41 => {
+            42 => {
                 position::position_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1264,7 +1296,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            42 => {
+            43 => {
                 position::position_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1273,7 +1305,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            43 => {
+            44 => {
                 position::position_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1282,7 +1314,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            44 => {
+            45 => {
                 position::position_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1291,7 +1323,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            45 => {
+            46 => {
                 rotation::rotation_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1300,7 +1332,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            46 => {
+            47 => {
                 rotation::rotation_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1309,7 +1341,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            47 => {
+            48 => {
                 rotation::rotation_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1318,7 +1350,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            48 => {
+            49 => {
                 rotation::rotation_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1327,7 +1359,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            49 => {
+            50 => {
                 rotation::rotation_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1336,7 +1368,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 3>(output)?,
                 )
             }
-            50 => {
+            51 => {
                 jacobian::jacobian_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1345,7 +1377,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            51 => {
+            52 => {
                 jacobian::jacobian_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1354,7 +1386,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            52 => {
+            53 => {
                 jacobian::jacobian_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1363,7 +1395,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            53 => {
+            54 => {
                 jacobian::jacobian_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1372,7 +1404,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            54 => {
+            55 => {
                 jacobian::jacobian_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1381,7 +1413,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 6>(output)?,
                 )
             }
-            55 => {
+            56 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1394,7 +1426,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            56 => {
+            57 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_front_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1407,7 +1439,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            57 => {
+            58 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_front_right_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1420,7 +1452,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            58 => {
+            59 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_rear_left_program(
                     ::bipedc_runtime::model::argument(
                         state,
@@ -1433,7 +1465,7 @@ impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for TulipV1Leg {
                     ::bipedc_runtime::model::columns::<R, _, 1>(output)?,
                 )
             }
-            59 => {
+            60 => {
                 jacobian_rate_times_velocity::jacobian_rate_times_velocity_of_right_foot_rear_right_program(
                     ::bipedc_runtime::model::argument(
                         state,

@@ -4,7 +4,9 @@ use super::super::quantity::Quantity;
 use super::forces;
 use crate::derive::RobotModel;
 use crate::derive::drive::{self, JointTorque};
-use crate::description::model::Drive;
+use crate::description::model::{Drive, DriveKind};
+use crate::expression::Sym;
+use bipedc_runtime::Argument;
 
 type Torques = for<'g, 't> fn(&RobotModel<'g, 't>, &[Drive]) -> Vec<JointTorque<'g>>;
 
@@ -26,4 +28,41 @@ pub fn gear_torques<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
 }
 pub fn motor_torques<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     by_joint(c, drive::motor_torques)
+}
+
+/// Rows: motor torques of the driven joints less what the rotors take (5.10); columns: viscous friction of
+/// each motor, then spring stiffness of each elastic drive. Coulomb friction's column would be the sign of
+/// the motor's velocity, which is no function of this kind.
+pub fn regressor<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let tree = c.folded.tree;
+    let zero = c.folded.constant(0.0);
+    let driven: Vec<(usize, &Drive)> = c
+        .description
+        .drives
+        .iter()
+        .filter(|drive| !matches!(drive.kind, DriveKind::Passive { .. }))
+        .filter_map(|drive| Some((tree.joints.iter().position(|joint| joint.name == drive.joint)?, drive)))
+        .collect();
+    let mut names = Vec::new();
+    let mut columns = Vec::new();
+    let mut push = |name: String, row: usize, value: Sym<'g>| {
+        let mut column = vec![zero; driven.len()];
+        column[row] = value;
+        names.push(name);
+        columns.push(column);
+    };
+    for (row, (joint, drive)) in driven.iter().enumerate() {
+        push(format!("{}.viscous_friction", drive.joint), row, c.folded.input(Argument::MotorV, *joint));
+    }
+    for (row, (joint, drive)) in driven.iter().enumerate() {
+        if let DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, .. } = drive.kind {
+            let lever = motor_pulley_radius / drive.gear_ratio;
+            let q_index = tree.nq - tree.joints.len() + joint;
+            let motor = c.folded.input(Argument::MotorQ, *joint) * lever;
+            let load = c.folded.input(Argument::Q, q_index) * load_pulley_radius;
+            push(format!("{}.spring_stiffness", drive.joint), row, (motor - load) * lever);
+        }
+    }
+    let rows = driven.iter().map(|(_, drive)| drive.joint.clone()).collect();
+    Quantity::matrix(rows, vec!["N m".to_owned(); driven.len()], names, columns)
 }
