@@ -60,6 +60,12 @@ impl Bench {
         per_call: usize,
         lanes: Option<&mut dyn FnMut(usize)>,
     ) {
+        if std::env::var("BENCH_ONLY").is_ok_and(|only| only != function) {
+            return;
+        }
+        if let Some(calls) = std::env::var("BENCH_CALLS").ok().and_then(|x| x.parse::<usize>().ok()) {
+            return (0..calls).map(|k| k % STATES).for_each(one);
+        }
         let single = self.nanoseconds(STATES, one);
         let wide = lanes
             .map(|f| self.nanoseconds(STATES / per_call, f))
