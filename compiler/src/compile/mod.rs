@@ -17,6 +17,7 @@ use crate::program::{Operations, Program, lower};
 use crate::tree::{BaseKind, Tree};
 use bipedc_runtime::Argument;
 use bipedc_runtime::diagnostic::Diagnostic;
+use std::collections::HashSet;
 
 /// A derived function, ready to be emitted or run.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,6 +131,9 @@ pub fn compile(
         })
         .collect::<Result<Vec<_>, Diagnostic>>()?;
     let base_parameters = leading.map_or(0, |leading| leading.len());
+    let names = distinct(functions.iter().map(|f| f.name.clone()));
+    let functions =
+        functions.into_iter().zip(names).map(|(f, name)| Function { name, ..f }).collect::<Vec<_>>();
     Ok(CompiledModel { name: description.name.clone(), tree: tree.clone(), functions, base_parameters })
 }
 
@@ -163,6 +167,18 @@ fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quant
         operations: Operations::of(&program),
         program,
     }
+}
+
+/// The same names, told apart by a number where two links `a-b` and `a_b` became one identifier.
+pub fn distinct(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut seen = HashSet::new();
+    names
+        .map(|name| {
+            let numbered = (2..).map(|k| format!("{name}_{k}"));
+            let free = std::iter::once(name.clone()).chain(numbered).find(|n| seen.insert(n.clone()));
+            free.unwrap_or(name)
+        })
+        .collect()
 }
 
 /// A Rust identifier for a link, contact point or joint name.
@@ -230,4 +246,15 @@ fn default_frames(description: &RobotDescription, tree: &Tree) -> Vec<String> {
     frames.dedup();
     frames.extend(tree.points.iter().map(|point| point.name.clone()));
     frames
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_become_one_identifier_are_told_apart() {
+        let names = ["a-b", "a_b", "A b", "c"].iter().map(|name| identifier(name));
+        assert_eq!(distinct(names), ["a_b", "a_b_2", "a_b_3", "c"]);
+    }
 }

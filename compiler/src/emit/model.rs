@@ -1,7 +1,7 @@
 //! All functions of a robot, its constants, and its implementation of [`bipedc_runtime::Model`].
 use super::function::{function, ident};
 use super::program::program_name;
-use crate::compile::{CompiledModel, Function, identifier};
+use crate::compile::{CompiledModel, Function, distinct, identifier};
 use bipedc_runtime::Argument;
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
@@ -60,8 +60,9 @@ fn layout(compiled: &CompiledModel) -> TokenStream {
     let joints: Vec<&str> = tree.joints.iter().map(|j| j.name.as_str()).collect();
     let count = Literal::usize_unsuffixed(joints.len());
     let base_nq = tree.nq - joints.len();
-    let indices = tree.joints.iter().enumerate().map(|(k, joint)| {
-        let name = ident(&identifier(&joint.name).to_uppercase());
+    let names = distinct(tree.joints.iter().map(|joint| identifier(&joint.name).to_uppercase()));
+    let indices = tree.joints.iter().zip(names).enumerate().map(|(k, (joint, name))| {
+        let name = ident(&name);
         let (q, v) = (Literal::usize_unsuffixed(base_nq + k), Literal::usize_unsuffixed(joint.v_index));
         let doc = format!(" Index of joint `{}` in (`q`, `v`).", joint.name);
         quote! {
