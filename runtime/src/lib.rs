@@ -11,9 +11,15 @@ pub mod real;
 #[cfg(feature = "std")]
 pub mod compare;
 #[cfg(feature = "std")]
+pub mod diagnose;
+#[cfg(feature = "std")]
 pub mod diagnostic;
 #[cfg(feature = "std")]
+pub mod effect;
+#[cfg(feature = "std")]
 pub mod log;
+#[cfg(feature = "std")]
+pub mod report;
 #[cfg(feature = "std")]
 pub mod signal;
 

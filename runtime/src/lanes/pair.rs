@@ -53,6 +53,26 @@ impl<V: Kernel> Real for Pair<V> {
     fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
         arrays::each(angles)
     }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Self(self.0.exp(), self.1.exp())
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        Self(self.0.tanh(), self.1.tanh())
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        Self(self.0.sign(), self.1.sign())
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        Self(self.0.larger(other.0), self.1.larger(other.1))
+    }
 }
 
 impl<V: Kernel> Kernel for Pair<V> {

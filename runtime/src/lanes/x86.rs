@@ -57,6 +57,15 @@ macro_rules! register {
                 // SAFETY: both are plain numbers of the same size.
                 unsafe { core::mem::transmute::<$register, [$scalar; $lanes]>(self.0) }
             }
+            /// A branch-free function of every lane: the loop becomes vector instructions.
+            #[inline(always)]
+            fn each(self, f: impl Fn($scalar) -> $scalar) -> Self {
+                let mut lanes = self.to_array();
+                for x in &mut lanes {
+                    *x = f(*x);
+                }
+                Self::from_array(lanes)
+            }
         }
 
         operator!($name: Add add $add);
@@ -104,6 +113,30 @@ macro_rules! register {
             #[inline(always)]
             fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
                 arrays::each(angles)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                self.each(<$scalar as Real>::exp)
+            }
+            #[inline(always)]
+            fn tanh(self) -> Self {
+                self.each(<$scalar as Real>::tanh)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.each(<$scalar as Real>::abs)
+            }
+            #[inline(always)]
+            fn sign(self) -> Self {
+                self.each(<$scalar as Real>::sign)
+            }
+            #[inline(always)]
+            fn larger(self, other: Self) -> Self {
+                let mut lanes = self.to_array();
+                for (x, y) in lanes.iter_mut().zip(other.to_array()) {
+                    *x = x.larger(y);
+                }
+                Self::from_array(lanes)
             }
         }
 

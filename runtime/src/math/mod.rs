@@ -1,10 +1,12 @@
-//! Sine and cosine, fused multiply-add and square root, the same in scalars, arrays and lanes.
+//! Sine and cosine, exponential and hyperbolic tangent, fused multiply-add and square root, the same in
+//! scalars, arrays and lanes.
 //!
 //! `core` has none of them. Results depend on the target features the crate is compiled for (one rounding
 //! or two in `a * b + c`) and on nothing else: not on the feature `std`, on the number of angles given
 //! together, nor on the lane that holds a value.
 
 pub(crate) mod arrays;
+pub(crate) mod exponential;
 pub(crate) mod kernel;
 mod large;
 pub(crate) mod scalar;
@@ -35,6 +37,12 @@ pub const ERROR_BOUND_F32: f64 = 1.5;
 ///
 /// Values near zero (arguments near multiples of π/2) keep their relative accuracy too.
 pub const ERROR_BOUND_ULP: f64 = if FUSED { 2.0 } else { 2.5 };
+
+/// Bound on the error of [`Real::exp`] and [`Real::tanh`], in units in the last place of the result (of the
+/// smallest normal number below it).
+///
+/// Tested in `tests/exponential.rs`.
+pub const ERROR_BOUND_EXPONENTIAL_ULP: f64 = 3.0;
 
 /// Sine and cosine of an angle (rad).
 ///

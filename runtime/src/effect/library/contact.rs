@@ -1,0 +1,95 @@
+//! Feet and ground.
+use super::*;
+
+/// The ground is not level.
+pub const GROUND_SLOPE: Kind = Kind {
+    name: "ground_slope",
+    title: "Slope of the ground",
+    place: Place::Robot,
+    parameters: &[
+        estimated("roll", "rad", (-0.8, 0.8), (-0.3, 0.3), "roll of the ground"),
+        estimated("pitch", "rad", (-0.8, 0.8), (-0.3, 0.3), "pitch of the ground"),
+    ],
+    law: Law::GroundSlope,
+    meaning: "The ground is not level.",
+    symptom: "shifts the centre of pressure in proportion to the height of the centre of mass",
+    confounders: &[
+        confounder(
+            "gravity_tilt",
+            "Turn the robot by half a turn: the slope changes its sign, an IMU's error does not.",
+        ),
+        confounder("com_offset", "Repeat at another height of the centre of mass."),
+        confounder("payload", "Repeat at another height of the centre of mass."),
+    ],
+    experiment: "Stand in two directions and at two heights.",
+};
+
+/// Sole or ground give way.
+pub const GROUND_COMPLIANCE: Kind = Kind {
+    name: "ground_compliance",
+    title: "Compliance of the ground",
+    place: Place::Robot,
+    parameters: &[
+        estimated("stiffness", "N/m", (1.0, f64::INFINITY), (1e3, 1e7), "stiffness below each corner"),
+        estimated("damping", "N s/m", POSITIVE, (0.0, 1e5), "damping below each corner"),
+    ],
+    law: Law::GroundCompliance,
+    meaning: "Sole and ground give way below each corner of the feet.",
+    symptom: "tilts the soles with the load",
+    confounders: &[confounder("encoder_offset", "Shift the weight while the joints hold still.")],
+    experiment: "Stand still and shift the weight, then press on the robot.",
+};
+
+/// Feet bounce.
+pub const IMPACT_RESTITUTION: Kind = Kind {
+    name: "impact_restitution",
+    title: "Restitution of impacts",
+    place: Place::Robot,
+    parameters: &[estimated(
+        "coefficient",
+        "1",
+        (0.0, 1.0),
+        (0.0, 0.8),
+        "normal speed after per normal speed before",
+    )],
+    law: Law::Restitution,
+    meaning: "A foot bounces: it leaves the ground with a part of the speed at which it struck.",
+    symptom: "is in proportion to the speed at which the foot strikes",
+    confounders: &[
+        confounder("foot_slip", "Strike straight down: slip needs a tangential speed."),
+        confounder("ground_compliance", "Sample faster: compliance spreads the impact over time."),
+    ],
+    experiment: "Let the foot strike at several speeds.",
+};
+
+/// Feet slip.
+pub const FOOT_SLIP: Kind = Kind {
+    name: "foot_slip",
+    title: "Slip of the foot",
+    place: Place::Robot,
+    parameters: &[estimated("friction", "1", (0.0, 10.0), (0.05, 1.5), "tangential per normal force")],
+    law: Law::Slip,
+    meaning: "The foot slides where the tangential force exceeds what friction can hold.",
+    symptom: "lets the standing foot move while it is loaded",
+    confounders: &[confounder("impact_restitution", "Strike straight down.")],
+    experiment: "Strike or push the ground more and more obliquely.",
+};
+
+/// Feet turn.
+pub const SPIN_FRICTION: Kind = Kind {
+    name: "spin_friction",
+    title: "Spin of the foot",
+    place: Place::Robot,
+    parameters: &[estimated(
+        "radius",
+        "m",
+        POSITIVE,
+        (0.0, 0.2),
+        "torsional moment per tangential limit force",
+    )],
+    law: Law::SpinFriction,
+    meaning: "The standing foot turns about the vertical where the swing leg's reaction exceeds what friction can hold.",
+    symptom: "turns the standing foot about the vertical while the other leg swings",
+    confounders: &[confounder("foot_slip", "Swing the leg about the vertical axis only.")],
+    experiment: "Stand on one foot and swing the other leg about the vertical.",
+};

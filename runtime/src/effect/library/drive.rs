@@ -1,0 +1,204 @@
+//! Motors, gears and what couples joints.
+use super::*;
+
+/// A spring beside the drive.
+pub const PARALLEL_SPRING: Kind = Kind {
+    name: "parallel_spring",
+    title: "Parallel spring",
+    place: Place::Joint,
+    parameters: &[
+        estimated("stiffness", "N m/rad", POSITIVE, (0.0, 500.0), "stiffness"),
+        estimated("rest_angle", "rad", INFINITE, (-6.3, 6.3), "angle without torque"),
+    ],
+    law: Law::Torque("stiffness * (position - rest_angle)"),
+    meaning: "An elastic element beside the drive: a spring, a cable loop, a tight cover.",
+    symptom: "grows in proportion to the joint's angle, whatever the direction of motion",
+    confounders: &[
+        confounder("torque_bias", "Move over a wider range of angles."),
+        confounder("com_offset", "Turn the base: gravity turns with it, a spring does not."),
+        confounder("encoder_offset", "Turn the base, or move over a wide range of angles."),
+    ],
+    experiment: "Move slowly over the whole range of the joint, in two orientations of the base.",
+};
+
+/// A spring between motor and link.
+pub const SERIES_ELASTICITY: Kind = Kind {
+    name: "series_elasticity",
+    title: "Series elasticity",
+    place: Place::Joint,
+    parameters: &[estimated(
+        "stiffness",
+        "N m/rad",
+        (1e-3, f64::INFINITY),
+        (5.0, 1e6),
+        "stiffness between motor and link",
+    )],
+    law: Law::SeriesElasticity,
+    meaning: "The transmission gives way: belt, cable, harmonic drive, or a spring by design.",
+    symptom: "grows with the second derivative of the load; the motor angle leads in proportion to the torque",
+    confounders: &[
+        confounder("backlash", "Hold and reverse the load slowly: play jumps, a spring grows."),
+        confounder("actuator_delay", "Excite at two frequencies a decade apart."),
+    ],
+    experiment: "Chirp from 0.5 to 20 Hz at small amplitude; log the motor's angle as well.",
+};
+
+/// Play between motor and link.
+pub const BACKLASH: Kind = Kind {
+    name: "backlash",
+    title: "Backlash",
+    place: Place::Joint,
+    parameters: &[
+        estimated("gap", "rad", POSITIVE, (0.0, 0.2), "play from stop to stop"),
+        Parameter {
+            name: "smoothing",
+            unit: "N m",
+            role: Role::Setting(0.2),
+            bounds: (1e-9, f64::INFINITY),
+            plausible: (1e-6, 10.0),
+            meaning: "torque below which the play may be anywhere between its stops",
+        },
+    ],
+    law: Law::Backlash,
+    meaning: "Play in the gear: the motor turns a little before the link follows.",
+    symptom: "jumps where the load changes its sign; the motor angle differs by the play, one way or the other",
+    confounders: &[
+        confounder("coulomb_friction", "Reverse the load without reversing the motion."),
+        confounder("series_elasticity", "Hold and reverse the load slowly: play jumps, a spring grows."),
+    ],
+    experiment: "Hold the position under a load that changes its sign; log the motor's angle as well.",
+};
+
+/// A wrong torque constant.
+pub const TORQUE_GAIN: Kind = Kind {
+    name: "torque_gain",
+    title: "Gain of the torque signal",
+    place: Place::Joint,
+    parameters: &[estimated("gain", "1", (0.05, 20.0), (0.5, 2.0), "true torque per reported torque")],
+    law: Law::Reading("torque / gain"),
+    meaning: "The torque constant, the gear efficiency or the sensor's calibration is off by a factor.",
+    symptom: "is a fixed fraction of the torque, with the same sign driving and braking",
+    confounders: &[
+        confounder("payload", "Record a second run with a known extra mass."),
+        confounder("load_dependent_friction", "Lift and lower at the same speed."),
+    ],
+    experiment: "Repeat the same motion with and without a known extra mass.",
+};
+
+/// A constant offset.
+pub const TORQUE_BIAS: Kind = Kind {
+    name: "torque_bias",
+    title: "Bias of the torque signal",
+    place: Place::Joint,
+    parameters: &[estimated("bias", "N m", INFINITE, (-10.0, 10.0), "reported minus true torque")],
+    law: Law::Reading("torque + bias"),
+    meaning: "The reported torque is off by a constant: sensor or current offset.",
+    symptom: "is constant",
+    confounders: &[
+        confounder("asymmetric_coulomb_friction", "Hold the joint still, approaching from both sides."),
+        confounder("com_offset", "Move where the gravity torque of the joint varies."),
+        confounder("parallel_spring", "Move over a wider range of angles."),
+    ],
+    experiment: "Hold several postures in which the gravity torque of the joint differs.",
+};
+
+/// The drive gives at most so much.
+pub const TORQUE_SATURATION: Kind = Kind {
+    name: "torque_saturation",
+    title: "Saturation of the torque",
+    place: Place::Joint,
+    parameters: &[estimated("limit", "N m", POSITIVE, (0.1, 1000.0), "largest true torque")],
+    law: Law::TrueTorque("clip(reading, -limit, limit)"),
+    meaning: "The drive cannot give the torque that is reported: current limit or voltage limit.",
+    symptom: "is one-sided and shows only where the reported torque is largest",
+    confounders: &[confounder("torque_gain", "Repeat the motion more slowly, away from the limit.")],
+    experiment: "Accelerate harder and harder.",
+};
+
+/// Cogging and gear errors.
+pub const TORQUE_RIPPLE: Kind = Kind {
+    name: "torque_ripple",
+    title: "Torque ripple",
+    place: Place::Joint,
+    parameters: &[
+        estimated("amplitude", "N m", POSITIVE, (0.0, 10.0), "amplitude"),
+        estimated("periods_per_turn", "1", (0.5, 2000.0), (1.0, 500.0), "periods in one turn of the joint"),
+        estimated("phase", "rad", INFINITE, (-6.3, 6.3), "phase at position 0"),
+    ],
+    law: Law::Torque("amplitude * sin(periods_per_turn * position + phase)"),
+    meaning: "A torque that repeats with the angle: cogging, gear errors, an eccentric sensor.",
+    symptom: "repeats with the joint's angle, not with time",
+    confounders: &[confounder("parallel_spring", "Move over a whole period of the ripple.")],
+    experiment: "Turn slowly at constant speed over the whole range.",
+};
+
+/// Torque comes later than reported.
+pub const ACTUATOR_DELAY: Kind = Kind {
+    name: "actuator_delay",
+    title: "Delay of the torque",
+    place: Place::Joint,
+    parameters: &[estimated(
+        "delay",
+        "s",
+        (0.0, 0.2),
+        (0.0, 0.05),
+        "time from the reported to the true torque",
+    )],
+    law: Law::Delay,
+    meaning: "The torque acts later than the log says: communication, drive filter, unsynchronised clocks.",
+    symptom: "is the rate of change of the torque times a constant",
+    confounders: &[
+        confounder("viscous_friction", "Excite at two frequencies a decade apart."),
+        confounder("rotor_inertia", "Excite at two frequencies a decade apart."),
+        confounder("series_elasticity", "Excite at two frequencies a decade apart."),
+    ],
+    experiment: "Excite broadly from 0.5 to 20 Hz.",
+};
+
+/// What another joint does to this one.
+pub const COUPLING: Kind = Kind {
+    name: "coupling",
+    title: "Coupling of two joints",
+    place: Place::JointPair,
+    parameters: &[
+        estimated("inertia", "kg m²", INFINITE, (-2.0, 2.0), "torque per acceleration of the other joint"),
+        estimated("damping", "N m s/rad", INFINITE, (-20.0, 20.0), "torque per velocity of the other joint"),
+        estimated(
+            "coulomb",
+            "N m",
+            INFINITE,
+            (-20.0, 20.0),
+            "torque by the sign of the other joint's velocity (see differential)",
+        ),
+        estimated("stiffness", "N m/rad", INFINITE, (-500.0, 500.0), "torque per angle of the other joint"),
+        Parameter {
+            name: "differential",
+            unit: "1",
+            role: Role::Setting(0.0),
+            bounds: (-100.0, 100.0),
+            plausible: (-1.0, 1.0),
+            meaning: "part of the joint's own velocity in the sign: 1 or -1 where a bearing turns with the sum or the difference of both joints, as in differential wrists",
+        },
+        SMOOTHING,
+    ],
+    law: Law::Torque(
+        "inertia * other_acceleration + damping * other_velocity + coulomb * sign(other_velocity + differential * velocity) + stiffness * other_position",
+    ),
+    meaning: "The motion of one joint acts on another through cables, belts or a differential gear.",
+    symptom: "follows the motion of another joint",
+    confounders: &[confounder("inertia_error", "Move one of the two joints while the other holds still.")],
+    experiment: "Move the other joint while this one holds still.",
+};
+
+/// The user's own.
+pub const FORMULA: Kind = Kind {
+    name: "formula",
+    title: "Formula",
+    place: Place::Joint,
+    parameters: &[SMOOTHING],
+    law: Law::Formula,
+    meaning: "A torque that the description states as a formula.",
+    symptom: "follows the formula",
+    confounders: &[],
+    experiment: "Move so that the formula's value varies independently of the other effects.",
+};

@@ -1,0 +1,17 @@
+//! Physical effects that a rigid-body model may miss, each defined once.
+//!
+//! From the one definition ([`Kind`]) come the torque in inverse dynamics (the compiler turns the law into
+//! expressions), the part in simulation, the columns of the estimator, and the words of reports. An [`Effect`] is a
+//! kind at a place with numbers, as `biped.toml` states it under `[[effect]]`.
+//!
+//! # Signs
+//! With `u` the torque that a log reports and `ID` the rigid-body model's inverse dynamics, a law of
+//! [`Law::Torque`] is *added*: `u = ID + law`. A law of [`Law::Reading`] maps the true torque to the reported one.
+pub mod formula;
+mod instance;
+mod kind;
+mod library;
+
+pub use instance::{Effect, Location, OwnParameter};
+pub use kind::{Confounder, Kind, Law, Parameter, Place, Role};
+pub use library::{KINDS, VARIABLES, kind};
