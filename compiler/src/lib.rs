@@ -7,6 +7,7 @@ pub mod build;
 pub mod compile;
 pub mod derive;
 pub mod description;
+pub mod drawing;
 pub mod emit;
 pub mod exact;
 pub mod expression;

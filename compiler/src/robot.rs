@@ -56,6 +56,13 @@ impl Robot {
         Ok(self)
     }
 
+    /// The rigid-body model alone: the same robot without its `[[effect]]`s.
+    #[must_use]
+    pub fn without_effects(mut self) -> Self {
+        self.description = self.description.without_effects();
+        self
+    }
+
     /// The tree on the description's base.
     ///
     /// # Errors
@@ -83,14 +90,18 @@ impl Robot {
 
     /// A hash of all inputs and of the compiler: equal hashes mean equal output.
     pub fn hash(&self) -> String {
-        let parts = [
-            env!("CARGO_PKG_VERSION"),
-            &FORMAT.to_string(),
-            &self.sources.urdf_text,
-            &self.sources.toml_text,
+        let mut parts = vec![
+            env!("CARGO_PKG_VERSION").to_owned(),
+            FORMAT.to_string(),
+            self.sources.urdf_text.clone(),
+            self.sources.toml_text.clone(),
             // May differ from what the files say.
-            &format!("{:?}", self.description.base),
+            format!("{:?}", self.description.base),
         ];
+        // So may these; without any the hash stays what it was before there were effects.
+        if !self.description.effects.is_empty() {
+            parts.push(format!("{:?}", self.description.effects));
+        }
         format!("{:016x}", fnv1a(&parts.join("\0")))
     }
 
@@ -111,7 +122,7 @@ impl Robot {
 }
 
 /// FNV-1a, 64 bits: enough to notice a change, the same on every machine.
-fn fnv1a(text: &str) -> u64 {
+pub fn fnv1a(text: &str) -> u64 {
     text.bytes()
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }

@@ -86,3 +86,4 @@ fn corners_in_any_order_and_under_any_name_give_the_edges() {
 
 include!("description_toml/keys.rs");
 include!("description_toml/parts.rs");
+include!("description_toml/effects.rs");

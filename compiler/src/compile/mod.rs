@@ -1,14 +1,18 @@
 //! The pipeline: from a tree and a wish list to optimised programs.
 mod catalogue;
 mod families;
+mod feet;
+mod notes;
 mod quantity;
 use families::regressors;
 mod readable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};
+pub use feet::feet;
 pub use quantity::Quantity;
 pub use readable::{Readable, readable};
 
+use crate::derive::effects::JointLaws;
 use crate::derive::relabel::Relabelling;
 use crate::derive::{InertiaMode, RobotModel};
 use crate::description::model::RobotDescription;
@@ -42,6 +46,8 @@ pub struct Function {
     pub program: Program,
     /// How much work that is.
     pub operations: Operations,
+    /// What it does with the description's effects; empty without any.
+    pub notes: Vec<String>,
 }
 
 /// A robot with its functions.
@@ -79,6 +85,8 @@ pub struct Context<'g, 't> {
     pub folded: RobotModel<'g, 't>,
     /// Inertias as run-time parameters.
     pub symbolic: RobotModel<'g, 't>,
+    /// Effects at joints.
+    pub laws: &'t JointLaws,
 }
 
 impl<'g, 't> Context<'g, 't> {
@@ -88,15 +96,16 @@ impl<'g, 't> Context<'g, 't> {
         description: &'t RobotDescription,
         tree: &'t Tree,
         leading: Option<&[usize]>,
+        laws: &'t JointLaws,
     ) -> Self {
-        Self {
-            description,
-            folded: match leading {
-                Some(leading) => RobotModel::with_base_parameters(graph, tree, leading),
-                None => RobotModel::new(graph, tree, InertiaMode::Folded),
-            },
-            symbolic: RobotModel::new(graph, tree, InertiaMode::Symbolic),
-        }
+        let mut folded = match leading {
+            Some(leading) => RobotModel::with_base_parameters(graph, tree, leading),
+            None => RobotModel::new(graph, tree, InertiaMode::Folded),
+        };
+        let mut symbolic = RobotModel::new(graph, tree, InertiaMode::Symbolic);
+        folded.offsets = laws.offsets().to_vec();
+        symbolic.offsets.clone_from(&folded.offsets);
+        Self { description, folded, symbolic, laws }
     }
 }
 
@@ -119,15 +128,20 @@ pub fn compile(
     wishes: &[Wish],
 ) -> Result<CompiledModel, Diagnostic> {
     let leading = run_time_parameters(description, tree)?;
+    let laws = JointLaws::new(tree, description)?;
     let functions = wishes
         .iter()
         .map(|wish| {
             // A graph of its own keeps the order of derivation, which is also a good order of execution.
             let graph = Graph::new();
-            let context = Context::new(&graph, description, tree, leading.as_deref());
+            let context = Context::new(&graph, description, tree, leading.as_deref(), &laws);
             let entry = entry(&wish.family)?;
+            if let Some(refusal) = laws.refusal(entry.name) {
+                return Err(refusal);
+            }
             let quantity = entry.derive(&context, wish.subject.as_deref())?;
-            Ok(finish(&graph, entry, wish.subject.clone(), quantity))
+            let notes = notes::of(description, &laws, entry.name);
+            Ok(Function { notes, ..finish(&graph, entry, wish.subject.clone(), quantity) })
         })
         .collect::<Result<Vec<_>, Diagnostic>>()?;
     let base_parameters = leading.map_or(0, |leading| leading.len());
@@ -166,6 +180,7 @@ fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quant
         row_units: quantity.row_units,
         operations: Operations::of(&program),
         program,
+        notes: Vec::new(),
     }
 }
 
@@ -203,6 +218,7 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
     for name in asked {
         entry(name)?;
     }
+    let laws = JointLaws::new(tree, description)?;
     let mut out = Vec::new();
     for entry in catalogue() {
         let wanted =
@@ -211,7 +227,9 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
         let told = !description.generate.runtime_parameters
             || tree.base == BaseKind::Floating
             || !entry.needs_whole_robot();
-        if !wanted || !told {
+        // Whoever names a function is told why it cannot contain an effect; by default it is left out.
+        let possible = !asked.is_empty() || laws.refusal(entry.name).is_none();
+        if !wanted || !told || !possible {
             continue;
         }
         let wish = |subject| Wish { family: entry.name.to_owned(), subject };

@@ -1,5 +1,6 @@
 //! Functions as formulas that people read.
 use super::{Context, Wish, entry};
+use crate::derive::effects::JointLaws;
 use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph, Input, write_infix};
 use crate::tree::{BaseKind, Tree};
@@ -22,7 +23,11 @@ pub struct Readable {
 /// Unknown functions and subjects.
 pub fn readable(description: &RobotDescription, tree: &Tree, wish: &Wish) -> Result<Readable, Diagnostic> {
     let graph = Graph::new();
-    let context = Context::new(&graph, description, tree, None);
+    let laws = JointLaws::new(tree, description)?;
+    if let Some(refusal) = laws.refusal(&wish.family) {
+        return Err(refusal);
+    }
+    let context = Context::new(&graph, description, tree, None, &laws);
     let quantity = entry(&wish.family)?.derive(&context, wish.subject.as_deref())?;
     let mut places = Vec::new();
     let mut outputs: Vec<Expr> = Vec::new();

@@ -1,6 +1,7 @@
 //! Accelerations and contact forces of a phase (4.23), and the solver that the impact shares.
 use super::composite::mass_matrix;
 use super::constraint::Constraints;
+use super::effects::{Driven, JointLaws, Returned};
 use super::kinematics::Motions;
 use super::model::RobotModel;
 use super::newton_euler::generalised_forces;
@@ -37,11 +38,32 @@ pub fn constrained_dynamics_with<'g>(
     constraints: &Constraints<'g>,
     rotors: &[f64],
 ) -> Constrained<'g> {
+    let rotors: Vec<Sym<'g>> = rotors.iter().map(|&x| model.constant(x)).collect();
     let bias = generalised_forces(model, Motions::NO_ACCELERATION, false);
     let free: Vec<Sym<'g>> =
         bias.iter().enumerate().map(|(k, &h)| model.input(Argument::Tau, k) - h).collect();
-    let (acceleration, forces) = respond(model, constraints, rotors, &free, Demand::Rates);
+    let (acceleration, forces) = respond(model, constraints, &rotors, &free, Demand::Rates);
     Constrained { acceleration, forces }
+}
+
+/// The same with the effects at joints; none of them may couple joints by their accelerations.
+pub fn constrained_dynamics_with_effects<'g>(
+    model: &RobotModel<'g, '_>,
+    constraints: &Constraints<'g>,
+    laws: &JointLaws,
+) -> Constrained<'g> {
+    let tau: Vec<Sym<'g>> = (0..model.tree.nv).map(|k| model.input(Argument::Tau, k)).collect();
+    let bias = generalised_forces(model, Motions::NO_ACCELERATION, false);
+    let solve = |driven: &Driven<'g>| {
+        let mut rotors = vec![model.constant(0.0); model.tree.nv];
+        for &(row, column, m) in driven.inertias.iter().filter(|(row, column, _)| row == column) {
+            rotors[row] = rotors[column] + m;
+        }
+        let free: Vec<Sym<'g>> = driven.forces.iter().zip(&bias).map(|(&tau, &h)| tau - h).collect();
+        let (acceleration, forces) = respond(model, constraints, &rotors, &free, Demand::Rates);
+        Constrained { acceleration, forces }
+    };
+    Returned::new(model, laws, &tau).settle(solve, |found| &found.acceleration).1
 }
 
 /// What the constraints ask of the motion x: J x = −J̇ v or J x = −J v.
@@ -57,7 +79,7 @@ pub(super) enum Demand {
 pub(super) fn respond<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
-    rotors: &[f64],
+    rotors: &[Sym<'g>],
     f: &[Sym<'g>],
     demand: Demand,
 ) -> (Vec<Sym<'g>>, Vec<Sym<'g>>) {

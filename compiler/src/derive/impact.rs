@@ -1,6 +1,7 @@
 //! Impacts (4.20)–(4.22): the velocity just after contacts close, and the impulses that do it.
 use super::constrained::{Demand, respond};
 use super::constraint::Constraints;
+use super::effects::JointLaws;
 use super::model::RobotModel;
 use crate::expression::Sym;
 use bipedc_runtime::Argument;
@@ -30,6 +31,30 @@ pub fn impact_map_with<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
     rotors: &[f64],
+) -> Impact<'g> {
+    let rotors: Vec<Sym<'g>> = rotors.iter().map(|&x| model.constant(x)).collect();
+    impact_map_of(model, constraints, &rotors)
+}
+
+/// The same with the inertias that effects add at joints; their friction is no part of an impact.
+pub fn impact_map_with_effects<'g>(
+    model: &RobotModel<'g, '_>,
+    constraints: &Constraints<'g>,
+    laws: &JointLaws,
+) -> Impact<'g> {
+    let mut rotors = vec![model.constant(0.0); model.tree.nv];
+    for (row, column, m) in laws.inertias(model) {
+        if row == column {
+            rotors[row] = rotors[row] + m;
+        }
+    }
+    impact_map_of(model, constraints, &rotors)
+}
+
+fn impact_map_of<'g>(
+    model: &RobotModel<'g, '_>,
+    constraints: &Constraints<'g>,
+    rotors: &[Sym<'g>],
 ) -> Impact<'g> {
     // D (v⁺ − v⁻) = Jᵀ F and J (v⁺ − v⁻) = −J v⁻: a response to no load.
     let no_load = vec![model.constant(0.0); model.tree.nv];

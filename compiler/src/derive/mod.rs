@@ -16,6 +16,7 @@ pub mod contact;
 pub mod coriolis;
 pub mod derivatives;
 pub mod drive;
+pub mod effects;
 pub mod frames;
 pub mod impact;
 pub mod joint_axes;

@@ -23,6 +23,8 @@ pub struct RobotModel<'g, 't> {
     pub tree: &'t Tree,
     /// By body.
     pub inertias: Vec<BodyInertia<'g>>,
+    /// By element of `q`: what the logged position is too large by.
+    pub offsets: Vec<f64>,
 }
 
 impl<'g, 't> RobotModel<'g, 't> {
@@ -35,22 +37,24 @@ impl<'g, 't> RobotModel<'g, 't> {
             }
             InertiaMode::Symbolic => inertia::symbolic(graph, tree),
         };
-        Self { graph, tree, inertias }
+        Self { graph, tree, inertias, offsets: Vec::new() }
     }
 
     /// With base parameters as run-time inputs ([`Argument::Parameters`]); `leading` are their places among
     /// the ten standard parameters of every body.
     pub fn with_base_parameters(graph: &'g Graph, tree: &'t Tree, leading: &[usize]) -> Self {
-        Self { graph, tree, inertias: inertia::reduced(graph, tree, leading) }
+        Self { graph, tree, inertias: inertia::reduced(graph, tree, leading), offsets: Vec::new() }
     }
 
     /// A constant.
     pub fn constant(&self, value: f64) -> Sym<'g> {
         Sym::new(self.graph, self.graph.constant(value))
     }
-    /// An element of an argument.
+    /// An element of an argument; positions are the true ones, without the offsets of encoders.
     pub fn input(&self, argument: Argument, index: usize) -> Sym<'g> {
-        Sym::new(self.graph, self.graph.input(argument, index))
+        let given = Sym::new(self.graph, self.graph.input(argument, index));
+        let offset = if argument == Argument::Q { self.offsets.get(index).copied() } else { None };
+        given - offset.unwrap_or(0.0)
     }
     /// Three consecutive elements of an argument.
     pub fn input3(&self, argument: Argument, first: usize) -> Vector3<'g> {

@@ -111,7 +111,7 @@ struct Reduced<'g> {
 }
 
 impl<'g> Reduced<'g> {
-    fn new(model: &RobotModel<'g, '_>, body: usize, rotors: &[f64]) -> Self {
+    fn new(model: &RobotModel<'g, '_>, body: usize, rotors: &[Sym<'g>]) -> Self {
         let d = mass_matrix(model);
         let nv = model.tree.nv;
         let stance = Stance::new(model, body);
@@ -139,7 +139,7 @@ impl<'g> Reduced<'g> {
                     }
                 };
             }
-            reduced[k][k] = reduced[k][k] + rotors.get(k).copied().unwrap_or(0.0);
+            reduced[k][k] = reduced[k][k] + rotors.get(k).copied().unwrap_or(model.constant(0.0));
         }
         let factor = Factor::with_topology(model, Topology::standing_on(model.tree, body), &reduced);
         Self { stance, base, coupling, factor }
@@ -165,7 +165,7 @@ fn depth(model: &RobotModel<'_, '_>, row: usize) -> usize {
 pub(super) fn respond<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
-    rotors: &[f64],
+    rotors: &[Sym<'g>],
     f: &[Sym<'g>],
     (flat, demand): (usize, Demand),
 ) -> (Vec<Sym<'g>>, Vec<Sym<'g>>) {

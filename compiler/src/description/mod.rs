@@ -11,6 +11,7 @@ pub(crate) mod urdf;
 
 pub use check::{CheckReport, LinkReport, check_report};
 pub use init::{init, init_text};
+pub use source::suggest;
 
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
 use model::RobotDescription;

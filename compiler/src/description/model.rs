@@ -1,4 +1,5 @@
 //! The checked description of a robot: plain data, names resolved by string, SI units.
+use bipedc_runtime::effect::Effect;
 
 /// A URDF and its `biped.toml`, read and checked; nothing in it refers to something undefined.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +26,19 @@ pub struct RobotDescription {
     pub drives: Vec<Drive>,
     /// Contact phases in their order.
     pub phases: Vec<Phase>,
+    /// What the rigid-body model lacks, in the order of the file.
+    pub effects: Vec<Effect>,
     /// What to generate.
     pub generate: Generate,
+}
+
+impl RobotDescription {
+    /// The rigid-body model alone: the same robot without its `[[effect]]`s.
+    #[must_use]
+    pub fn without_effects(mut self) -> Self {
+        self.effects.clear();
+        self
+    }
 }
 
 /// A rigid body of the URDF.

@@ -102,7 +102,7 @@ pub(crate) fn did_you_mean<'c>(
 }
 
 /// "did you mean `x`?" or else a list of what there is.
-pub(crate) fn suggest<'c>(
+pub fn suggest<'c>(
     written: &str,
     candidates: impl IntoIterator<Item = &'c str> + Clone,
     what: &str,

@@ -31,6 +31,10 @@ fn documentation(function: &Function) -> Vec<String> {
         function.source
     ));
     lines.push(format!(" {}.", function.operations));
+    for note in &function.notes {
+        lines.push(String::new());
+        lines.push(format!(" {note}"));
+    }
     lines
 }
 

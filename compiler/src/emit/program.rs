@@ -2,6 +2,7 @@
 use super::function::ident;
 use super::split;
 use crate::compile::{CompiledModel, Function};
+use crate::expression::Call;
 use crate::program::{Instruction, Operand, Program};
 use bipedc_runtime::Argument;
 use proc_macro2::{Ident, Literal, TokenStream};
@@ -63,10 +64,26 @@ fn instruction(i: &Instruction) -> TokenStream {
             let a = o(a);
             quote!(R::sqrt(#a))
         }
+        Instruction::Call(function, a) => call(function, &o(a)),
+        Instruction::Larger(a, b) => {
+            let (a, b) = (o(a), o(b));
+            quote!(R::larger(#a, #b))
+        }
         Instruction::Fused { a, b, c, minus_product, minus_addend } => {
             let (b, a, c) = (o(b), signed(a, minus_product), signed(c, minus_addend));
             quote!(R::fused(#a, #b, #c))
         }
+    }
+}
+
+fn call(call: Call, a: &TokenStream) -> TokenStream {
+    match call {
+        Call::Exp => quote!(R::exp(#a)),
+        Call::Tanh => quote!(R::tanh(#a)),
+        Call::Abs => quote!(R::abs(#a)),
+        Call::Sign => quote!(R::sign(#a)),
+        Call::Sin => quote!(::bipedc_runtime::math::sin_cos(#a).0),
+        Call::Cos => quote!(::bipedc_runtime::math::sin_cos(#a).1),
     }
 }
 

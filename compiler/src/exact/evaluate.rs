@@ -120,6 +120,8 @@ impl<A: Arithmetic> Evaluator<A> {
             Node::Sqrt(x) => a.sqrt(v(x)),
             Node::Sin(x) => Some(angles[x.node()].0),
             Node::Cos(x) => Some(angles[x.node()].1),
+            // Effects are no part of the rigid-body model that is analysed.
+            Node::Call(..) | Node::Larger(..) => None,
         }
     }
 

@@ -118,6 +118,8 @@ impl Writer<'_> {
             Node::Sqrt(e) => call("sqrt", e),
             Node::Sin(e) => call("sin", e),
             Node::Cos(e) => call("cos", e),
+            Node::Call(function, e) => call(function.name(), e),
+            Node::Larger(a, b) => (format!("max({}, {})", self.sum(a).0, self.sum(b).0), Level::Atom),
         }
     }
 

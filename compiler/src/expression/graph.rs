@@ -77,6 +77,62 @@ pub enum Node {
     Sin(Expr),
     /// Cosine of a positive edge.
     Cos(Expr),
+    /// Another function of one edge; of an odd or even one the edge is positive.
+    Call(Call, Expr),
+    /// The larger of two edges, the smaller one first.
+    Larger(Expr, Expr),
+}
+
+/// Functions that no rigid body needs but the laws of effects do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Call {
+    /// Exponential function.
+    Exp,
+    /// Hyperbolic tangent.
+    Tanh,
+    /// Magnitude.
+    Abs,
+    /// 1, -1, or 0 of zero.
+    Sign,
+    /// Sine of what depends on a sine itself: those of [`Node::Sin`] are all computed together before.
+    Sin,
+    /// Cosine of what depends on a cosine itself.
+    Cos,
+}
+
+impl Call {
+    /// Its name in text.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exp => "exp",
+            Self::Tanh => "tanh",
+            Self::Abs => "abs",
+            Self::Sign => "sign",
+            Self::Sin => "sin",
+            Self::Cos => "cos",
+        }
+    }
+
+    /// Its value at a number.
+    pub fn of(self, x: f64) -> f64 {
+        match self {
+            Self::Exp => x.exp(),
+            Self::Tanh => x.tanh(),
+            Self::Abs => x.abs(),
+            Self::Sign => bipedc_runtime::Real::sign(x),
+            Self::Sin => x.sin(),
+            Self::Cos => x.cos(),
+        }
+    }
+
+    /// `f(-x)` as a multiple of `f(x)`: -1, 1, or none.
+    fn parity(self) -> Option<bool> {
+        match self {
+            Self::Exp => None,
+            Self::Tanh | Self::Sign | Self::Sin => Some(true),
+            Self::Abs | Self::Cos => Some(false),
+        }
+    }
 }
 
 impl Node {
@@ -84,8 +140,8 @@ impl Node {
     pub fn operands(self) -> impl Iterator<Item = Expr> {
         let pair = match self {
             Self::Constant(_) | Self::Input(_) => [None, None],
-            Self::Add(a, b) | Self::Mul(a, b) | Self::Div(a, b) => [Some(a), Some(b)],
-            Self::Sqrt(a) | Self::Sin(a) | Self::Cos(a) => [Some(a), None],
+            Self::Add(a, b) | Self::Mul(a, b) | Self::Div(a, b) | Self::Larger(a, b) => [Some(a), Some(b)],
+            Self::Sqrt(a) | Self::Sin(a) | Self::Cos(a) | Self::Call(_, a) => [Some(a), None],
         };
         pair.into_iter().flatten()
     }
@@ -110,6 +166,8 @@ impl Key {
             Node::Sqrt(a) => Self::Unary(0, a),
             Node::Sin(a) => Self::Unary(1, a),
             Node::Cos(a) => Self::Unary(2, a),
+            Node::Call(call, a) => Self::Unary(3 + call as u8, a),
+            Node::Larger(a, b) => Self::Binary(3, a, b),
         }
     }
 }
@@ -176,7 +234,8 @@ impl Graph {
         // Sixteenths below 2^16: their products have 40 bits, so no bit is lost, and they are read as
         // fractions by the exact analysis as what they are.
         let short = |x: f64| x.abs() < 65536.0 && (x * 16.0).fract() == 0.0;
-        !self.exact || (short(x) && short(y))
+        let finite = (x + y).is_finite() && (x * y).is_finite();
+        finite && (!self.exact || (short(x) && short(y)))
     }
 
     fn intern(&self, node: Node) -> Expr {
@@ -316,7 +375,8 @@ impl Graph {
     pub fn div(&self, a: Expr, b: Expr) -> Expr {
         if let Some(value) = self.constant_value(b) {
             assert!(value != 0.0, "division by the constant 0");
-            if !self.exact || [1.0, 2.0, 4.0, 8.0, 16.0].contains(&value.abs()) {
+            if (!self.exact && value.recip().is_finite()) || [1.0, 2.0, 4.0, 8.0, 16.0].contains(&value.abs())
+            {
                 return self.mul(a, self.constant(value.recip()));
             }
         }
@@ -364,6 +424,51 @@ impl Graph {
             Some((_, c)) => self.constant(c),
             None => self.intern(Node::Cos(e.abs())),
         }
+    }
+
+    /// A function of the laws of effects.
+    ///
+    /// # Panics
+    /// Where the value of a constant is not finite.
+    pub fn call(&self, call: Call, e: Expr) -> Expr {
+        if let Some(value) = self.constant_value(e)
+            && !self.exact
+        {
+            return self.constant(call.of(value));
+        }
+        match call.parity() {
+            None => self.intern(Node::Call(call, e)),
+            Some(odd) => self.intern(Node::Call(call, e.abs())).negate_if(odd && e.is_negated()),
+        }
+    }
+
+    /// The larger of two; the smaller one is `-larger(-a, -b)`.
+    pub fn larger(&self, a: Expr, b: Expr) -> Expr {
+        if a == b {
+            return a;
+        }
+        if let (Some(x), Some(y)) = (self.constant_value(a), self.constant_value(b)) {
+            return if x > y { a } else { b };
+        }
+        let (a, b) = if a <= b { (a, b) } else { (b, a) };
+        self.intern(Node::Larger(a, b))
+    }
+
+    /// Whether a sine or cosine stands in the expression: then it cannot be an angle of [`Node::Sin`].
+    pub fn depends_on_angles(&self, e: Expr) -> bool {
+        let store = self.store.borrow();
+        let mut seen = vec![false; e.node() + 1];
+        let mut stack = vec![e.node()];
+        while let Some(node) = stack.pop() {
+            if std::mem::replace(&mut seen[node], true) {
+                continue;
+            }
+            if matches!(store.nodes[node], Node::Sin(_) | Node::Cos(_)) {
+                return true;
+            }
+            stack.extend(store.nodes[node].operands().map(Expr::node));
+        }
+        false
     }
 }
 

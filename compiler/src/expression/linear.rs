@@ -96,7 +96,10 @@ fn separate_node(
                 _ => None,
             }
         }
-        Node::Sqrt(a) | Node::Sin(a) | Node::Cos(a) => form(a)?.is_known().then(|| LinearForm::of(itself)),
+        Node::Sqrt(a) | Node::Sin(a) | Node::Cos(a) | Node::Call(_, a) => {
+            form(a)?.is_known().then(|| LinearForm::of(itself))
+        }
+        Node::Larger(a, b) => (form(a)?.is_known() && form(b)?.is_known()).then(|| LinearForm::of(itself)),
     }
 }
 

@@ -7,7 +7,7 @@ mod symbol;
 mod vector;
 
 pub use display::{Written, write_infix};
-pub use graph::{Expr, Graph, Input, Node};
+pub use graph::{Call, Expr, Graph, Input, Node};
 pub use linear::{LinearForm, separate};
 pub use symbol::Sym;
 pub use vector::{Matrix3, Vector3};

@@ -1,5 +1,5 @@
 //! Expressions with operators.
-use super::graph::{Expr, Graph};
+use super::graph::{Call, Expr, Graph};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// An expression together with its graph, so that formulas read like formulas.
@@ -49,6 +49,22 @@ impl<'g> Sym<'g> {
     /// Cosine.
     pub fn cos(self) -> Self {
         Self::new(self.graph, self.graph.cos(self.expr))
+    }
+    /// Sine of any expression.
+    pub fn sin_of_any(self) -> Self {
+        if self.graph.depends_on_angles(self.expr) { self.call(Call::Sin) } else { self.sin() }
+    }
+    /// Cosine of any expression.
+    pub fn cos_of_any(self) -> Self {
+        if self.graph.depends_on_angles(self.expr) { self.call(Call::Cos) } else { self.cos() }
+    }
+    /// A function of the laws of effects.
+    pub fn call(self, call: Call) -> Self {
+        Self::new(self.graph, self.graph.call(call, self.expr))
+    }
+    /// The larger of two.
+    pub fn larger(self, other: Self) -> Self {
+        Self::new(self.graph, self.graph.larger(self.expr, other.expr))
     }
     /// Square root.
     pub fn sqrt(self) -> Self {

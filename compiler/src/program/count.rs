@@ -17,6 +17,8 @@ pub struct Operations {
     pub square_roots: usize,
     /// Pairs of sine and cosine.
     pub sin_cos: usize,
+    /// Exponentials, hyperbolic tangents, magnitudes, signs and comparisons, in the laws of effects.
+    pub functions: usize,
 }
 
 impl Operations {
@@ -30,6 +32,7 @@ impl Operations {
                 Instruction::Div(..) => count.divisions += 1,
                 Instruction::Sqrt(..) => count.square_roots += 1,
                 Instruction::Fused { .. } => count.fused += 1,
+                Instruction::Call(..) | Instruction::Larger(..) => count.functions += 1,
                 Instruction::Neg(..) => {}
             }
         }
@@ -51,6 +54,7 @@ impl fmt::Display for Operations {
             (self.divisions, "div"),
             (self.square_roots, "sqrt"),
             (self.sin_cos, "sin_cos"),
+            (self.functions, "functions"),
         ];
         write!(f, "{} operations:", self.total())?;
         let listed: Vec<String> =

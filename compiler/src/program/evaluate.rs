@@ -1,5 +1,7 @@
 //! Running a program in process, on any scalar: one state, or several in lanes.
 use super::{Instruction, Operand, Program};
+use crate::expression::Call;
+use bipedc_runtime::math::sin_cos;
 use bipedc_runtime::{Argument, Real, State};
 use std::collections::HashMap;
 
@@ -11,6 +13,8 @@ enum Code {
     Div,
     Neg,
     Sqrt,
+    Call(Call),
+    Larger,
     /// a·b + c and its three signed forms
     Fused,
     FusedMinusProduct,
@@ -138,11 +142,24 @@ fn run_steps<R: Real>(steps: &[Step], w: &mut [R]) {
             Code::Div => a / b,
             Code::Neg => -a,
             Code::Sqrt => a.sqrt(),
+            Code::Call(function) => call(function, a),
+            Code::Larger => a.larger(b),
             Code::Fused => R::fused(a, b, w[step.c as usize]),
             Code::FusedMinusProduct => R::fused(-a, b, w[step.c as usize]),
             Code::FusedMinusAddend => R::fused(a, b, -w[step.c as usize]),
             Code::FusedMinusBoth => R::fused(-a, b, -w[step.c as usize]),
         };
+    }
+}
+
+fn call<R: Real>(call: Call, x: R) -> R {
+    match call {
+        Call::Exp => x.exp(),
+        Call::Tanh => x.tanh(),
+        Call::Abs => x.abs(),
+        Call::Sign => x.sign(),
+        Call::Sin => sin_cos(x).0,
+        Call::Cos => sin_cos(x).1,
     }
 }
 
@@ -154,6 +171,8 @@ fn code(instruction: &Instruction) -> Code {
         Instruction::Div(..) => Code::Div,
         Instruction::Neg(_) => Code::Neg,
         Instruction::Sqrt(_) => Code::Sqrt,
+        Instruction::Call(call, _) => Code::Call(*call),
+        Instruction::Larger(..) => Code::Larger,
         Instruction::Fused { minus_product, minus_addend, .. } => match (minus_product, minus_addend) {
             (false, false) => Code::Fused,
             (true, false) => Code::FusedMinusProduct,

@@ -187,6 +187,14 @@ impl Lowering<'_> {
                 let operand = self.signed_value(a);
                 self.push(Instruction::Sqrt(operand))
             }
+            Node::Call(call, a) => {
+                let operand = self.signed_value(a);
+                self.push(Instruction::Call(call, operand))
+            }
+            Node::Larger(a, b) => {
+                let (a, b) = (self.signed_value(a), self.signed_value(b));
+                self.push(Instruction::Larger(a, b))
+            }
             Node::Add(a, b) => self.emit_sum(a, b),
         }
     }

@@ -13,6 +13,7 @@ pub use model::ProgramModel;
 pub use schedule::schedule;
 pub use torques::ProgramTorques;
 
+use crate::expression::Call;
 use bipedc_runtime::{Argument, Arguments};
 
 /// Where an operand comes from.
@@ -45,6 +46,10 @@ pub enum Instruction {
     Neg(Operand),
     /// √a
     Sqrt(Operand),
+    /// A function of the laws of effects.
+    Call(Call, Operand),
+    /// The larger of two.
+    Larger(Operand, Operand),
     /// ±a·b ± c, with one rounding where the target can.
     Fused {
         /// Factor.
@@ -64,8 +69,10 @@ impl Instruction {
     /// All operands.
     pub fn operands(&self) -> impl Iterator<Item = Operand> {
         let list = match *self {
-            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => [Some(a), Some(b), None],
-            Self::Neg(a) | Self::Sqrt(a) => [Some(a), None, None],
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) | Self::Larger(a, b) => {
+                [Some(a), Some(b), None]
+            }
+            Self::Neg(a) | Self::Sqrt(a) | Self::Call(_, a) => [Some(a), None, None],
             Self::Fused { a, b, c, .. } => [Some(a), Some(b), Some(c)],
         };
         list.into_iter().flatten()
@@ -80,6 +87,8 @@ impl Instruction {
             Self::Div(a, b) => Self::Div(f(a), f(b)),
             Self::Neg(a) => Self::Neg(f(a)),
             Self::Sqrt(a) => Self::Sqrt(f(a)),
+            Self::Call(call, a) => Self::Call(call, f(a)),
+            Self::Larger(a, b) => Self::Larger(f(a), f(b)),
             Self::Fused { a, b, c, minus_product, minus_addend } => {
                 Self::Fused { a: f(a), b: f(b), c: f(c), minus_product, minus_addend }
             }

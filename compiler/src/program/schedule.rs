@@ -83,6 +83,7 @@ impl<'a> Scheduler<'a> {
         for k in (first..n).rev() {
             let cost = match program.instructions[k] {
                 Instruction::Div(..) | Instruction::Sqrt(_) => 4 * LATENCY,
+                Instruction::Call(..) => 8 * LATENCY,
                 Instruction::Neg(_) => 1,
                 _ => LATENCY,
             };

@@ -44,6 +44,7 @@ impl Tree {
     /// # Errors
     /// A base that names no link, contact point or edge of the robot.
     pub fn new(description: &RobotDescription, base: &Base) -> Result<Self> {
+        let description = &super::effects::truly_built(description);
         let root = find_root(description, base)?;
         let movable: Vec<&Joint> =
             description.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).collect();

@@ -1,9 +1,12 @@
 //! The kinematic tree: bodies with one joint each, parents before children, fixed joints lumped, rooted at
 //! any link or contact point.
+mod anatomy;
 mod build;
+mod effects;
 mod inertia;
 mod placement;
 
+pub use anatomy::anatomy;
 pub use inertia::Inertia;
 pub use placement::{NEARLY_RIGHT, Placement, Rotation, exact_sin_cos, matrix_vector, snap};
 

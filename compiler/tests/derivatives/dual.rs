@@ -49,6 +49,22 @@ impl Real for Dual {
         let root = self.0.sqrt();
         Self(root, 0.5 * self.1 / root)
     }
+    fn exp(self) -> Self {
+        Self(self.0.exp(), self.1 * self.0.exp())
+    }
+    fn tanh(self) -> Self {
+        let tanh = self.0.tanh();
+        Self(tanh, self.1 * (1.0 - tanh * tanh))
+    }
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1 * self.0.sign())
+    }
+    fn sign(self) -> Self {
+        Self(self.0.sign(), 0.0)
+    }
+    fn larger(self, other: Self) -> Self {
+        if self.0 > other.0 { self } else { other }
+    }
     fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
         (angles.map(|x| Self(x.0.sin(), x.1 * x.0.cos())), angles.map(|x| Self(x.0.cos(), -x.1 * x.0.sin())))
     }

@@ -98,6 +98,7 @@ pub fn robot(random: &mut Random, joints: usize) -> RobotDescription {
         actuated_joints: Vec::new(),
         drives: Vec::new(),
         phases: Vec::new(),
+        effects: Vec::new(),
         generate: Generate::default(),
     }
 }

@@ -235,16 +235,6 @@ help: name a point or edge (foot/part), or give the foot more points"#,
 }
 
 #[test]
-fn effects_are_reserved() {
-    refused(
-        "[[effect]]\nkind = \"coulomb_friction\"\n",
-        r#"error: [[effect]] is not supported yet: friction, elasticity and the like cannot be added to a model
-  --> biped.toml:1:1
-help: remove it; [drives] can state rotor inertia, friction and springs"#,
-    );
-}
-
-#[test]
 fn both_files_are_checked_at_once() {
     let urdf = URDF.replace("<mass value=\"11.6\"/>", "<mass value=\"-11.6\"/>");
     let errors = parse(&urdf, Path::new("robot.urdf"), "gravty = 1\n", Path::new("biped.toml")).unwrap_err();

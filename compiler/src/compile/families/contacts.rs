@@ -3,9 +3,10 @@ use super::super::Context;
 use super::super::quantity::Quantity;
 use super::{acceleration_units, configuration_names};
 use crate::derive::constrained::constrained_dynamics as constrained;
+use crate::derive::constrained::constrained_dynamics_with_effects as constrained_with_effects;
 use crate::derive::constraint::Constraints;
 use crate::derive::contact::{ContactPoints, contact_points, is_planar};
-use crate::derive::impact::impact_map as impact;
+use crate::derive::impact::{impact_map as impact, impact_map_with_effects as impact_with_effects};
 use crate::derive::relabel::Relabelling;
 use crate::description::model::Phase;
 use crate::expression::Sym;
@@ -77,7 +78,10 @@ fn stacked<'g>(
 
 pub fn constrained_dynamics<'g>(c: &Context<'g, '_>, phase: &Phase) -> Result<Quantity<'g>, Diagnostic> {
     let constraints = Constraints::new(&c.folded, &c.description.feet, &phase.contacts)?;
-    let solution = constrained(&c.folded, &constraints);
+    let solution = match c.laws.is_empty() {
+        true => constrained(&c.folded, &constraints),
+        false => constrained_with_effects(&c.folded, &constraints, c.laws),
+    };
     let motion = (acceleration_units(c.folded.tree), solution.acceleration);
     Ok(stacked(c, motion, (&constraints, "", solution.forces)))
 }
@@ -85,7 +89,10 @@ pub fn constrained_dynamics<'g>(c: &Context<'g, '_>, phase: &Phase) -> Result<Qu
 pub fn impact_map<'g>(c: &Context<'g, '_>, phase: &Phase) -> Result<Quantity<'g>, Diagnostic> {
     let tree = c.folded.tree;
     let constraints = Constraints::new(&c.folded, &c.description.feet, &phase.impact)?;
-    let solution = impact(&c.folded, &constraints);
+    let solution = match c.laws.is_empty() {
+        true => impact(&c.folded, &constraints),
+        false => impact_with_effects(&c.folded, &constraints, c.laws),
+    };
     let units =
         (0..tree.nv).map(|r| if tree.row_is_linear(r) { "m/s" } else { "rad/s" }.to_owned()).collect();
     Ok(stacked(c, (units, solution.velocity), (&constraints, " s", solution.impulse)))
@@ -95,7 +102,12 @@ pub fn relabelled_configuration<'g>(c: &Context<'g, '_>) -> Result<Quantity<'g>,
     let tree = c.folded.tree;
     let q: Vec<Sym<'g>> = (0..tree.nq).map(|k| c.folded.input(Argument::Q, k)).collect();
     let (names, units) = configuration_names(tree);
-    Ok(Quantity::named(names, units, Relabelling::new(tree, c.description)?.configuration(&q)))
+    let mut relabelled = Relabelling::new(tree, c.description)?.configuration(&q);
+    // Positions come in as true ones; they go out as the other leg's encoders report them.
+    for (x, &offset) in relabelled.iter_mut().zip(&c.folded.offsets) {
+        *x = *x + offset;
+    }
+    Ok(Quantity::named(names, units, relabelled))
 }
 
 pub fn relabelled_velocity<'g>(c: &Context<'g, '_>) -> Result<Quantity<'g>, Diagnostic> {

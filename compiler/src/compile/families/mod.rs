@@ -5,10 +5,11 @@ pub mod drives;
 pub mod regressors;
 
 use super::quantity::Quantity;
+use crate::derive::effects::At;
 use crate::derive::frames::{frame_pose, jacobian as frame_jacobian, world_poses};
 use crate::derive::newton_euler::generalised_forces;
 use crate::derive::{
-    Motions, articulated, composite, coriolis, derivatives, frames, joint_axes, momentum as whole,
+    Motions, articulated, composite, coriolis, derivatives, effects, frames, joint_axes, momentum as whole,
 };
 use crate::expression::{Expr, Sym};
 use crate::program::{Operations, Order, lower};
@@ -61,45 +62,60 @@ fn fewest<'g>(candidates: Vec<Vec<Sym<'g>>>) -> Vec<Sym<'g>> {
 fn moving<'g>(c: &Context<'g, '_>, motions: Motions) -> Quantity<'g> {
     let in_bodies = generalised_forces(&c.folded, motions, false);
     let in_joints = joint_axes::generalised_forces(&c.folded, motions);
-    forces(c.folded.tree, fewest(vec![in_bodies, in_joints]))
+    let loads = fewest(vec![in_bodies, in_joints]);
+    let at = At::new(&c.folded, motions.velocity, motions.acceleration);
+    forces(c.folded.tree, c.laws.report(&c.folded, &at, &loads))
 }
 
 fn cheapest_mass_matrix<'g>(c: &Context<'g, '_>) -> Vec<Vec<Sym<'g>>> {
     let nv = c.folded.tree.nv;
     let flat = |d: Vec<Vec<Sym<'g>>>| d.into_iter().flatten().collect();
     let both = vec![flat(composite::mass_matrix(&c.folded)), flat(joint_axes::mass_matrix(&c.folded))];
-    fewest(both).chunks(nv.max(1)).map(<[Sym<'g>]>::to_vec).collect()
+    let mut d: Vec<Vec<Sym<'g>>> = fewest(both).chunks(nv.max(1)).map(<[Sym<'g>]>::to_vec).collect();
+    for (row, column, inertia) in c.laws.inertias(&c.folded) {
+        d[row][column] = d[row][column] + inertia;
+    }
+    d
 }
 
 pub fn inverse_dynamics<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     moving(c, Motions::ALL)
 }
 pub fn inverse_dynamics_with_forces<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    forces(c.folded.tree, generalised_forces(&c.folded, Motions::ALL, true))
+    let loads = generalised_forces(&c.folded, Motions::ALL, true);
+    let at = At::new(&c.folded, true, true);
+    forces(c.folded.tree, c.laws.report(&c.folded, &at, &loads))
 }
 pub fn bias<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     moving(c, Motions::NO_ACCELERATION)
 }
 pub fn gravity<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    forces(c.folded.tree, generalised_forces(&c.folded, Motions::AT_REST, false))
+    let loads = generalised_forces(&c.folded, Motions::AT_REST, false);
+    let at = At::new(&c.folded, false, false);
+    forces(c.folded.tree, c.laws.report(&c.folded, &at, &loads))
 }
 
 /// Accelerations under `tau` plus what the external forces contribute.
 fn accelerations<'g>(c: &Context<'g, '_>, external: bool) -> Quantity<'g> {
     let model = &c.folded;
-    let mut tau: Vec<Sym<'g>> = (0..model.tree.nv).map(|i| model.input(Argument::Tau, i)).collect();
-    if external {
-        // At rest and without gravity a robot under forces f needs the torques −Jᵀ f.
-        let still = Motions { velocity: false, acceleration: false, gravity: false };
-        for (x, h) in tau.iter_mut().zip(generalised_forces(model, still, true)) {
+    let tau: Vec<Sym<'g>> = (0..model.tree.nv).map(|i| model.input(Argument::Tau, i)).collect();
+    // At rest and without gravity a robot under forces f needs the torques −Jᵀ f.
+    let still = Motions { velocity: false, acceleration: false, gravity: false };
+    let needed = if external { generalised_forces(model, still, true) } else { Vec::new() };
+    let values = if c.laws.is_empty() {
+        let mut tau = tau;
+        for (x, h) in tau.iter_mut().zip(needed) {
             *x = *x - h;
         }
-    }
-    Quantity::named(
-        model.tree.row_names(),
-        acceleration_units(model.tree),
-        articulated::forward_dynamics(model, &tau),
-    )
+        articulated::forward_dynamics(model, &tau)
+    } else {
+        let mut given = vec![model.constant(0.0); model.tree.nv];
+        for (x, h) in given.iter_mut().zip(needed) {
+            *x = -h;
+        }
+        effects::forward_dynamics(model, c.laws, &tau, &given)
+    };
+    Quantity::named(model.tree.row_names(), acceleration_units(model.tree), values)
 }
 pub fn forward_dynamics<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     accelerations(c, false)
@@ -216,39 +232,46 @@ fn blocks<'g>(tree: &Tree, units: Vec<String>, blocks: &[(&str, Vec<Vec<Sym<'g>>
 pub fn coriolis_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     blocks(c.folded.tree, force_units(c.folded.tree), &[("", coriolis::coriolis_matrix(&c.folded))])
 }
+type Rows<'g> = Vec<Vec<Sym<'g>>>;
+
+/// By q and v; by a as well where that differs from the mass matrix.
+fn inverse_derivatives<'g>(c: &Context<'g, '_>) -> (Rows<'g>, Rows<'g>, Option<Rows<'g>>) {
+    if c.laws.is_empty() {
+        let (dq, dv) = derivatives::inverse_dynamics(&c.folded);
+        return (dq, dv, None);
+    }
+    let (dq, dv, da) = effects::inverse_dynamics_derivatives(&c.folded, c.laws);
+    (dq, dv, Some(da))
+}
+
+fn forward_derivatives<'g>(c: &Context<'g, '_>) -> (Rows<'g>, Rows<'g>, Rows<'g>) {
+    if c.laws.is_empty() {
+        return derivatives::forward_dynamics(&c.folded);
+    }
+    effects::forward_dynamics_derivatives(&c.folded, c.laws, &articulated::given_forces(&c.folded))
+}
+
 pub fn inverse_dynamics_dq<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    blocks(c.folded.tree, force_units(c.folded.tree), &[("", derivatives::inverse_dynamics(&c.folded).0)])
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("", inverse_derivatives(c).0)])
 }
 pub fn inverse_dynamics_dv<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    blocks(c.folded.tree, force_units(c.folded.tree), &[("", derivatives::inverse_dynamics(&c.folded).1)])
+    blocks(c.folded.tree, force_units(c.folded.tree), &[("", inverse_derivatives(c).1)])
 }
 pub fn inverse_dynamics_derivatives<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let (dq, dv) = derivatives::inverse_dynamics(&c.folded);
-    let da = composite::mass_matrix(&c.folded);
+    let (dq, dv, da) = inverse_derivatives(c);
+    let da = da.unwrap_or_else(|| composite::mass_matrix(&c.folded));
     blocks(c.folded.tree, force_units(c.folded.tree), &[("q/", dq), ("v/", dv), ("a/", da)])
 }
 pub fn forward_dynamics_dq<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    blocks(
-        c.folded.tree,
-        acceleration_units(c.folded.tree),
-        &[("", derivatives::forward_dynamics(&c.folded).0)],
-    )
+    blocks(c.folded.tree, acceleration_units(c.folded.tree), &[("", forward_derivatives(c).0)])
 }
 pub fn forward_dynamics_dv<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    blocks(
-        c.folded.tree,
-        acceleration_units(c.folded.tree),
-        &[("", derivatives::forward_dynamics(&c.folded).1)],
-    )
+    blocks(c.folded.tree, acceleration_units(c.folded.tree), &[("", forward_derivatives(c).1)])
 }
 pub fn forward_dynamics_dtau<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    blocks(
-        c.folded.tree,
-        acceleration_units(c.folded.tree),
-        &[("", derivatives::forward_dynamics(&c.folded).2)],
-    )
+    blocks(c.folded.tree, acceleration_units(c.folded.tree), &[("", forward_derivatives(c).2)])
 }
 pub fn forward_dynamics_derivatives<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let (dq, dv, dtau) = derivatives::forward_dynamics(&c.folded);
+    let (dq, dv, dtau) = forward_derivatives(c);
     blocks(c.folded.tree, acceleration_units(c.folded.tree), &[("q/", dq), ("v/", dv), ("tau/", dtau)])
 }

@@ -1,7 +1,9 @@
 //! `biped.toml`: what the URDF cannot say. Every key has a default; `robots/README.md` lists them all.
 mod base;
 mod drives;
+mod effects;
 mod feet;
+mod formula;
 mod phases;
 mod symmetry;
 mod table;
@@ -10,6 +12,7 @@ use super::geometry::Frame;
 use super::model::{Base, Drive, Foot, Generate, JointKind, Phase, RobotDescription, SymmetricPair};
 use super::source::{Messages, Place, short, suggest};
 use super::urdf::UrdfRobot;
+use bipedc_runtime::effect::Effect;
 pub(crate) use feet::side_of_name;
 pub(crate) use symmetry::mirror_sign;
 use table::Section;
@@ -88,6 +91,7 @@ struct Settings {
     actuated_joints: Vec<String>,
     drives: Vec<Drive>,
     phases: Vec<Phase>,
+    effects: Vec<Effect>,
     generate: Generate,
 }
 
@@ -134,6 +138,7 @@ pub(crate) fn describe(
         actuated_joints: settings.actuated_joints,
         drives: settings.drives,
         phases: settings.phases,
+        effects: settings.effects,
         generate: settings.generate,
     })
 }
@@ -144,13 +149,6 @@ fn default_name(urdf_name: &str) -> String {
 
 fn read_settings(top: &Section<'_, '_>, known: Known<'_>, messages: &mut Messages<'_>) -> Settings {
     top.check_keys(&KEYS, messages);
-    for effect in top.sections("effect", messages) {
-        messages.error(
-            effect.at,
-            "[[effect]] is not supported yet: friction, elasticity and the like cannot be added to a model",
-            "remove it; [drives] can state rotor inertia, friction and springs",
-        );
-    }
     // Only checked here: whoever reads the files needs it before this.
     let _ = top.string("urdf", messages);
     let name = top.string("name", messages).and_then(|(name, at)| check_name(name, at, messages));
@@ -163,8 +161,20 @@ fn read_settings(top: &Section<'_, '_>, known: Known<'_>, messages: &mut Message
     let actuated_joints = drives::read_actuation(top, known, &drives, messages);
     let planar = matches!(base, Base::Planar { .. });
     let phases = phases::read_phases(top, &feet, planar, symmetric_joints.is_empty(), messages);
+    let effects = effects::read_effects(top, known, &feet, messages);
     let generate = read_generate(top, messages);
-    Settings { name, gravity, feet, base, symmetric_joints, actuated_joints, drives, phases, generate }
+    Settings {
+        name,
+        gravity,
+        feet,
+        base,
+        symmetric_joints,
+        actuated_joints,
+        drives,
+        phases,
+        effects,
+        generate,
+    }
 }
 
 fn check_name(name: String, at: Place, messages: &mut Messages<'_>) -> Option<String> {

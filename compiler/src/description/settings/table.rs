@@ -52,6 +52,11 @@ impl<'t, 'i> Section<'t, 'i> {
         self.table.contains_key(key)
     }
 
+    /// Where a key stands (not its value).
+    pub(super) fn key_place(&self, key: &str) -> Place {
+        self.table.get_key_value(key).map(|(key, _)| key.span().start)
+    }
+
     pub(super) fn get(&self, key: &'t str) -> Option<Entry<'t, 'i>> {
         let value = self.table.get(key)?;
         Some(Entry { key, at: place(value), title: self.title.clone(), value: value.get_ref() })
@@ -123,6 +128,17 @@ impl<'t, 'i> Entry<'t, 'i> {
         }
     }
 
+    pub(super) fn is_table(&self) -> bool {
+        matches!(self.value, DeValue::Table(_))
+    }
+
+    /// Where the character with this index (from 0) of a text stands in the file.
+    pub(super) fn inside_text(&self, index: usize, messages: &Messages<'_>) -> Place {
+        let start = self.at?;
+        let raw = messages.source.text.get(start..)?;
+        Some(start + raw_offset(raw, index))
+    }
+
     pub(super) fn number(&self, messages: &mut Messages<'_>) -> Option<f64> {
         let value = match self.value {
             DeValue::Float(value) => value.as_str().parse::<f64>().ok(),
@@ -179,6 +195,37 @@ impl<'t, 'i> Entry<'t, 'i> {
         messages.error(self.at, message, format!("write {expected}"));
         None
     }
+}
+
+/// Bytes from the opening quote of a TOML text to its character with this index.
+fn raw_offset(raw: &str, index: usize) -> usize {
+    let multiline = raw.starts_with("\"\"\"") || raw.starts_with("'''");
+    let basic = raw.starts_with('"');
+    let mut rest = raw.get(if multiline { 3 } else { 1 }..).unwrap_or("");
+    if multiline {
+        // A line break just after the quotes does not count.
+        rest = rest.strip_prefix("\r\n").or_else(|| rest.strip_prefix('\n')).unwrap_or(rest);
+    }
+    let mut passed = 0;
+    while let Some(c) = rest.chars().next() {
+        let after = rest.get(c.len_utf8()..).unwrap_or("");
+        // A backslash at the end of a line swallows the blanks that follow.
+        let continued = basic && c == '\\' && after.starts_with(char::is_whitespace);
+        if passed == index && !continued {
+            break;
+        }
+        let length = match after.chars().next() {
+            _ if continued => rest.len() - after.trim_start().len(),
+            Some('x') if basic && c == '\\' => 4,
+            Some('u') if basic && c == '\\' => 6,
+            Some('U') if basic && c == '\\' => 10,
+            Some(escape) if basic && c == '\\' => 1 + escape.len_utf8(),
+            _ => c.len_utf8(),
+        };
+        rest = rest.get(length..).unwrap_or("");
+        passed += usize::from(!continued);
+    }
+    raw.len() - rest.len()
 }
 
 fn place(value: &Spanned<DeValue<'_>>) -> Place {

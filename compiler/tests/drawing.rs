@@ -1,0 +1,47 @@
+//! The drawing's joints against the derived positions of the links that they carry.
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::Wish;
+use bipedc_compiler::description::model::JointKind;
+use bipedc_compiler::drawing::drawing;
+use bipedc_compiler::program::ProgramModel;
+use bipedc_compiler::tree::BaseKind;
+use bipedc_runtime::{Argument, Model, State};
+use std::path::Path;
+
+#[test]
+fn joints_are_where_the_derived_positions_say() {
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots");
+    for name in ["biped_3d", "five_link", "seven_link", "three_link", "tulip", "tulip_v1_leg"] {
+        let robot = Robot::read(&robots.join(name)).unwrap();
+        let tree = robot.tree().unwrap();
+        let moving = robot.description.joints.iter().filter(|joint| joint.kind != JointKind::Fixed);
+        let children: Vec<String> = moving.map(|joint| joint.child.clone()).collect();
+        let wish = |child: &String| Wish { family: "position".to_owned(), subject: Some(child.clone()) };
+        let compiled = robot.compile_only(&children.iter().map(wish).collect::<Vec<_>>()).unwrap();
+        let model = ProgramModel::new(compiled);
+        let angles: Vec<f64> = (0..tree.joints.len()).map(|j| (1.7 * j as f64 + 0.4).sin()).collect();
+        let base = tree.nq - angles.len();
+        let mut q = vec![0.0; base];
+        if tree.base == BaseKind::Floating {
+            q[6] = 1.0;
+        }
+        q.extend(&angles);
+        let drawn = drawing(&robot.description, &tree, &angles);
+        assert_eq!(drawn.joints.len(), children.len(), "{name}");
+        for (function, joint) in drawn.joints.iter().enumerate() {
+            let mut position = [0.0; 3];
+            model.evaluate(function, &State::new().with(Argument::Q, &q), &mut position).unwrap();
+            for (a, b) in position.iter().zip(joint.position) {
+                assert!((a - b).abs() < 1e-12, "{name} {}: {position:?} {:?}", joint.name, joint.position);
+            }
+            let length = joint.axis.iter().map(|x| x * x).sum::<f64>();
+            assert!((length - 1.0).abs() < 1e-12);
+            assert!(joint.parent.is_none_or(|parent| parent < drawn.joints.len()));
+        }
+        let heaviest = drawn.bones.iter().map(|bone| bone.mass).fold(0.0, f64::max);
+        let links = robot.description.links.iter().filter_map(|link| link.inertial.as_ref());
+        assert!(heaviest > 0.0 && heaviest < links.map(|inertial| inertial.mass).sum(), "{name}");
+        let soles: Vec<_> = drawn.hulls.iter().filter(|hull| hull.name != "base").collect();
+        assert_eq!(soles.len(), robot.description.feet.len(), "{name}");
+    }
+}

@@ -1,0 +1,209 @@
+//! A headless Chromium, driven over the DevTools protocol through its pipe: no port, no web socket.
+//! <https://chromedevtools.github.io/devtools-protocol/>
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+/// One browser with one tab. Events pile up until they are asked for.
+pub struct Browser {
+    process: Child,
+    commands: ChildStdin,
+    answers: BufReader<ChildStdout>,
+    session: Option<String>,
+    number: u64,
+    pub events: Vec<Value>,
+}
+
+/// Names under which systems install it; `BIPEDC_BROWSER` goes first.
+fn executable() -> Option<String> {
+    let wished = std::env::var("BIPEDC_BROWSER").ok();
+    let known = ["chromium", "chromium-browser", "google-chrome", "chrome"].map(str::to_owned);
+    let starts = |name: &String| {
+        Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success())
+    };
+    wished.into_iter().chain(known).find(starts)
+}
+
+impl Browser {
+    /// `None` if none is installed.
+    pub fn start(profile: &std::path::Path) -> Option<Self> {
+        let name = executable()?;
+        // The protocol lives on descriptors 3 and 4: the shell puts our pipes there.
+        let mut process = Command::new("sh")
+            .args(["-c", r#"exec "$0" "$@" 3<&0 4>&1 </dev/null >/dev/null"#, &name])
+            .args(["--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--disable-gpu"])
+            .args(["--no-first-run", "--disable-background-networking", "--disable-component-update"])
+            .args(["--hide-scrollbars", "--disable-dev-shm-usage"])
+            .arg(format!("--user-data-dir={}", profile.display()))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .ok()?;
+        let commands = process.stdin.take()?;
+        let answers = BufReader::new(process.stdout.take()?);
+        let mut browser = Self { process, commands, answers, session: None, number: 0, events: Vec::new() };
+        let target = browser.call("Target.createTarget", json!({ "url": "about:blank" }));
+        let id = target["targetId"].clone();
+        let attached = browser.call("Target.attachToTarget", json!({ "targetId": id, "flatten": true }));
+        browser.session = attached["sessionId"].as_str().map(str::to_owned);
+        for domain in ["Page", "Runtime", "Log", "Network"] {
+            browser.call(&format!("{domain}.enable"), json!({}));
+        }
+        Some(browser)
+    }
+
+    /// Sends a command and waits for its answer.
+    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+        self.number += 1;
+        let mut message = json!({ "id": self.number, "method": method, "params": parameters });
+        if let Some(session) = &self.session {
+            message["sessionId"] = json!(session);
+        }
+        self.commands
+            .write_all(message.to_string().as_bytes())
+            .and_then(|()| self.commands.write_all(b"\0"))
+            .unwrap();
+        self.commands.flush().unwrap();
+        loop {
+            let mut answer = self.read();
+            if answer["id"] == json!(self.number) {
+                assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
+                return answer["result"].take();
+            }
+            self.events.push(answer);
+        }
+    }
+
+    fn read(&mut self) -> Value {
+        let mut bytes = Vec::new();
+        let count = self.answers.read_until(0, &mut bytes).unwrap();
+        assert!(count > 0, "the browser went away");
+        bytes.pop();
+        serde_json::from_slice(&bytes).unwrap()
+    }
+
+    /// The value of an expression in the page; promises are awaited, exceptions fail the test.
+    pub fn evaluate(&mut self, expression: &str) -> Value {
+        let parameters = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
+        let mut answer = self.call("Runtime.evaluate", parameters);
+        assert!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
+        answer["result"]["value"].take()
+    }
+
+    /// Sets window and theme, then opens an address and waits until it is loaded and drawn.
+    pub fn open(&mut self, address: &str, (width, height): (u32, u32), theme: &str) {
+        let phone = width < 500;
+        let factor = if phone { 2 } else { 1 };
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            json!({ "width": width, "height": height, "deviceScaleFactor": factor, "mobile": phone }),
+        );
+        let scheme = json!([{ "name": "prefers-color-scheme", "value": theme }]);
+        self.call("Emulation.setEmulatedMedia", json!({ "features": scheme }));
+        self.call("Page.navigate", json!({ "url": address }));
+        while !self.events.iter().any(|e| e["method"] == "Page.loadEventFired") {
+            let event = self.read();
+            self.events.push(event);
+        }
+        self.settle();
+    }
+
+    /// Waits for timers and two frames.
+    pub fn settle(&mut self) {
+        self.evaluate("new Promise(done => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 300))");
+    }
+
+    /// A key press on what has the focus.
+    pub fn press(&mut self, key: &str) {
+        let text = if key.chars().count() == 1 { key } else { "" };
+        for kind in ["keyDown", "keyUp"] {
+            let mut parameters = json!({ "type": kind, "key": key, "code": key });
+            if kind == "keyDown" && !text.is_empty() {
+                parameters["text"] = json!(text);
+            }
+            self.call("Input.dispatchKeyEvent", parameters);
+        }
+    }
+
+    /// A mouse button pressed at one place (CSS pixels of the window) and released at another.
+    pub fn drag(&mut self, from: (f64, f64), to: (f64, f64), shift: bool) {
+        let modifiers = if shift { 8 } else { 0 };
+        for (kind, (x, y)) in
+            [("mouseMoved", from), ("mousePressed", from), ("mouseMoved", to), ("mouseReleased", to)]
+        {
+            self.call(
+                "Input.dispatchMouseEvent",
+                json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1, "modifiers": modifiers }),
+            );
+        }
+    }
+
+    /// Fingers put down, moved and lifted; places in CSS pixels of the window.
+    pub fn touch(&mut self, from: &[(f64, f64)], to: &[(f64, f64)]) {
+        self.call("Emulation.setTouchEmulationEnabled", json!({ "enabled": true, "maxTouchPoints": 2 }));
+        let between = |part: f64| -> Vec<Value> {
+            let mix = |a: f64, b: f64| a + part * (b - a);
+            let places = from.iter().zip(to).enumerate();
+            places.map(|(id, (a, b))| json!({ "x": mix(a.0, b.0), "y": mix(a.1, b.1), "id": id })).collect()
+        };
+        self.call("Input.dispatchTouchEvent", json!({ "type": "touchStart", "touchPoints": between(0.0) }));
+        for step in 1..=10 {
+            let points = between(0.1 * f64::from(step));
+            self.call("Input.dispatchTouchEvent", json!({ "type": "touchMove", "touchPoints": points }));
+        }
+        self.call("Input.dispatchTouchEvent", json!({ "type": "touchEnd", "touchPoints": [] }));
+        self.settle();
+    }
+
+    /// The whole page as PNG.
+    pub fn screenshot(&mut self) -> Vec<u8> {
+        let size = self.call("Page.getLayoutMetrics", json!({}))["cssContentSize"].clone();
+        let clip = json!({ "x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1 });
+        let answer = self.call(
+            "Page.captureScreenshot",
+            json!({ "format": "png", "captureBeyondViewport": true, "clip": clip }),
+        );
+        decoded(&answer["data"])
+    }
+
+    /// The page as it is printed, A4.
+    pub fn print(&mut self) -> Vec<u8> {
+        let paper = json!({ "printBackground": false, "paperWidth": 8.27, "paperHeight": 11.69 });
+        decoded(&self.call("Page.printToPDF", paper)["data"])
+    }
+
+    /// Errors and warnings of the console so far, and exceptions.
+    pub fn complaints(&self) -> Vec<String> {
+        let bad = |e: &&Value| match e["method"].as_str().unwrap_or("") {
+            "Runtime.exceptionThrown" | "Log.entryAdded" => true,
+            "Runtime.consoleAPICalled" => {
+                matches!(e["params"]["type"].as_str(), Some("error" | "warning" | "assert"))
+            }
+            _ => false,
+        };
+        self.events.iter().filter(bad).map(Value::to_string).collect()
+    }
+
+    /// Addresses that were requested so far.
+    pub fn requests(&self) -> Vec<String> {
+        let sent = self.events.iter().filter(|e| e["method"] == "Network.requestWillBeSent");
+        sent.filter_map(|e| e["params"]["request"]["url"].as_str()).map(str::to_owned).collect()
+    }
+}
+
+fn decoded(data: &Value) -> Vec<u8> {
+    use base64::Engine;
+    base64::engine::general_purpose::STANDARD.decode(data.as_str().unwrap()).unwrap()
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        // Its answer does not matter: it ends, or is ended.
+        self.session = None;
+        let _ = self.commands.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
