@@ -37,9 +37,13 @@ fn same(left: f64, right: f64) -> bool {
 }
 
 /// One expression with every operation.
-fn every_operation<R: Real>(a: R, b: R, c: R) -> [R; 8] {
+fn every_operation<R: Real>(a: R, b: R, c: R) -> [R; 13] {
     let k = R::constant(0.63);
-    [a + b, a - b, a * b, a / b, -c, R::fused(a, b, -c), R::fused(-a, k, c), (a * a + b * b).sqrt()]
+    let sums = [a + b, a - b, a * b, a / b, -c, R::fused(a, b, -c), R::fused(-a, k, c)];
+    let [s0, s1, s2, s3, s4, s5, s6] = sums;
+    let functions = [(a * a + b * b).sqrt(), a.exp(), b.tanh(), c.abs(), a.sign(), a.larger(b)];
+    let [f0, f1, f2, f3, f4, f5] = functions;
+    [s0, s1, s2, s3, s4, s5, s6, f0, f1, f2, f3, f4, f5]
 }
 
 macro_rules! lanes_equal_scalars {

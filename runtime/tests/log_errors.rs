@@ -155,8 +155,6 @@ fn bad_numbers() {
         with_line(300, line),
         &["log.csv:300:15", "`left_knee/position`: expected a number, found `abc`"],
     );
-    assert_error(with_line(300, "1.192,0.1,0.2,,0.4"), &["log.csv:300:15", "the field is empty"]);
-    assert_error(with_line(300, "1.192,0.1,0.2,0.3,nan"), &["log.csv:300:19", "`left_knee/effort`", "NaN"]);
     assert_error(with_line(300, "1.192,0.1,0.2,-inf,4"), &["log.csv:300:15", "infinite"]);
     assert_error(with_line(300, "1.192,0.1,0.2,1e999,4"), &["log.csv:300:15", "infinite or too large"]);
     assert_error(with_line(300, "x,0.1,0.2,0.3,0.4"), &["log.csv:300:1", "`time`: expected a number"]);
@@ -166,6 +164,43 @@ fn bad_numbers() {
         &["log.csv:300", "the row has 10 fields, the header 5"],
     );
     assert_error(with_line(300, "1.192,0.1"), &["log.csv:300", "the row has 2 fields, the header 5"]);
+}
+
+/// Replaces fields of the lines `from..to` (numbers from 1).
+fn with_hole(from: usize, to: usize, line: impl Fn(usize) -> String) -> String {
+    let text = log(HEADER, 500);
+    let lines = text
+        .lines()
+        .enumerate()
+        .map(|(i, original)| if (from..to).contains(&(i + 1)) { line(i - 1) } else { original.to_owned() });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn missing_numbers_are_gaps_with_a_warning() {
+    let messages = |text: String| {
+        let comparison = run(text).unwrap();
+        (comparison.samples, comparison.warnings.iter().map(ToString::to_string).collect::<Vec<_>>())
+    };
+    // One lost sample of an effort is bridged: the row alone does not count.
+    let nan = |i: usize| format!("{:.3},0.1,0.2,{},nan", 0.004 * i as f64, 0.01 * (0.04 * i as f64).sin());
+    let (samples, warnings) = messages(with_hole(300, 301, nan));
+    assert_eq!(samples, 249);
+    let of_effort = |m: &String| m.contains("`left_knee/effort` is empty or NaN in 1 of 500 rows");
+    assert!(warnings.iter().any(|m| of_effort(m) && m.contains("log.csv:300")), "{warnings:?}");
+    // A stretch of an empty position is a gap.
+    let empty = |i: usize| format!("{:.3},0.1,0.2,,0.4", 0.004 * i as f64);
+    let (_, warnings) = messages(with_hole(400, 420, empty));
+    assert!(warnings.iter().any(|m| m.contains("gap of 0.0840 s")), "{warnings:?}");
+    assert!(warnings.iter().any(|m| m.contains("`left_knee/position` is empty or NaN in 20 of 500")));
+    // A column that was never recorded is named.
+    assert_error(
+        with_hole(2, 502, empty),
+        &["no row of the log is complete", "`left_knee/position`", "500 of 500"],
+    );
+    // Tables have no gaps.
+    let table = Table::read(support::reader("posture,a/position\n0,\n1,2\n").unwrap(), &["a/position"]);
+    assert!(table.unwrap_err().to_string().contains("the field is empty"));
 }
 
 #[test]

@@ -6,19 +6,20 @@ use crate::log::{Kind, Reader, names};
 
 /// Columns of one joint: indices into the selected columns (without the time).
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct JointColumns {
+pub(crate) struct JointColumns {
     pub position: Option<usize>,
     pub velocity: Option<usize>,
     pub effort: Option<usize>,
+    pub motor_position: Option<usize>,
 }
 
 /// Columns of the base, in the order of its `q`.
 #[derive(Debug, Clone)]
-pub(super) struct BaseColumns(pub Vec<usize>);
+pub(crate) struct BaseColumns(pub Vec<usize>);
 
 /// What is read from the log.
 #[derive(Debug, Default)]
-pub(super) struct Plan {
+pub(crate) struct Plan {
     pub selected: Vec<String>,
     pub joints: Vec<JointColumns>,
     pub base: Option<BaseColumns>,
@@ -56,6 +57,7 @@ impl Plan {
                 position: plan.add(reader, format!("{}/position", joint.name)),
                 velocity: None,
                 effort: plan.add(reader, format!("{}/effort", joint.name)),
+                motor_position: plan.add(reader, format!("{}/motor_position", joint.name)),
             };
             if options.velocity == VelocitySource::Logged && columns.position.is_some() {
                 columns.velocity = plan.add(reader, format!("{}/velocity", joint.name));

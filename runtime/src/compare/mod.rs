@@ -8,16 +8,18 @@
 //! log in several blocks differ from those of the whole log at once by less than 4e-12 of the signal's range
 //! ([`crate::signal::TRUNCATION`]); logs shorter than a block are one block.
 mod base;
-mod columns;
+pub(crate) mod columns;
 mod dynamics;
+mod experiment;
 mod influence;
 mod options;
 mod report;
 mod run;
 mod statistics;
-mod trajectory;
+pub(crate) mod trajectory;
 
 pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
+pub use experiment::{Reading, channels_of};
 pub use options::{BaseKind, CANDIDATES, Joint, Options, Subject, VelocitySource};
-pub use report::{Channel, Comparison, Cutoff, Missing};
+pub use report::{Channel, Comparison, Cutoff, KindError, Missing};
 pub use run::{compare, compare_file};

@@ -1,11 +1,13 @@
 //! The comparison itself: one pass over the log, all cut-offs at once.
-use super::columns::Plan;
+use super::columns::{JointColumns, Plan};
 use super::dynamics::{Batch, InverseDynamics};
+use super::experiment::by_kind;
 use super::influence::depends_on;
 use super::options::{Options, Subject};
 use super::report::{Channel, Comparison, Cutoff, Missing};
 use super::statistics::Sums;
 use super::trajectory::{Even, States, Unusable};
+use crate::diagnose::white_noise;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::log::{Block, Blocks, MOST_GAPS, Mapping, Reader, Sampling};
 use crate::signal::{Butterworth, FilterError};
@@ -27,6 +29,11 @@ impl Candidate {
     fn total(&self) -> Sums {
         self.sums.iter().fold(Sums::default(), |total, s| total.merged(s))
     }
+    fn geometric_mean(&self) -> f64 {
+        let used = self.sums.iter().filter(|s| s.samples > 0 && s.error_squares > 0.0);
+        let (sum, count) = used.fold((0.0, 0.0_f64), |(sum, n), s| (sum + s.rms().ln(), n + 1.0));
+        (sum / count.max(1.0)).exp()
+    }
 }
 
 /// Everything that stays the same from block to block.
@@ -38,6 +45,8 @@ struct Run<'a> {
     compared: Vec<bool>,
     step: f64,
     candidates: Vec<Candidate>,
+    /// Noise of the logged efforts by joint, from the first stretch.
+    noise: Vec<f64>,
     /// First and last time that counted, s.
     span: Option<(f64, f64)>,
 }
@@ -79,7 +88,7 @@ pub fn compare(
         candidates(&mut plan, subject, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
     let overlap = candidates.iter().map(|c| c.filter.overlap()).max().unwrap_or(0) + SPLINE_OVERLAP;
     let mut blocks = Blocks::new(sampling, overlap, options.trim_s);
-    let mut run = Run { file, subject, plan, compared, step, candidates, span: None };
+    let mut run = Run { file, subject, plan, compared, step, candidates, noise: Vec::new(), span: None };
     while let Some(block) = blocks.next_block()? {
         let range = within(&block, options);
         if !range.is_empty() {
@@ -200,6 +209,10 @@ impl Run<'_> {
         range: Range<usize>,
     ) -> Result<(), Diagnostics> {
         let even = Even::new(&self.plan, block, self.step);
+        if self.noise.is_empty() {
+            let effort = |joint: &JointColumns| joint.effort.map_or(0.0, |c| white_noise(&block.columns[c]));
+            self.noise = self.plan.joints.iter().map(effort).collect();
+        }
         let (first, last) = (block.time[range.start], block.time[range.end - 1]);
         self.span = Some((self.span.map_or(first, |s| s.0), last));
         for index in 0..self.candidates.len() {
@@ -261,10 +274,12 @@ impl Run<'_> {
         let Some((from_s, to_s)) = self.span else { return Err(one(self.nothing(blocks, options))) };
         let best = self.candidates.iter().min_by(|a, b| a.total().rms().total_cmp(&b.total().rms()));
         let Some(best) = best else { return Err(one(self.nothing(blocks, options))) };
-        let channels: Vec<_> =
-            self.subject.joints.iter().zip(&best.sums).filter(|(_, s)| s.samples > 0).collect();
-        let mut units: Vec<_> = channels.iter().map(|(j, _)| j.unit()).collect();
-        units.dedup();
+        let channels = self.subject.joints.iter().zip(&best.sums).zip(&self.noise);
+        let channels: Vec<Channel> = channels
+            .filter(|((_, sums), _)| sums.samples > 0)
+            .map(|((joint, sums), noise)| channel(&joint.name, joint.unit(), sums, *noise))
+            .collect();
+        let kinds = by_kind(&channels);
         let mut warnings = self.plan.warnings;
         warnings.extend(uneven(blocks, self.step, &self.file));
         warnings.extend(report.warnings.iter().cloned());
@@ -277,22 +292,28 @@ impl Run<'_> {
         }
         Ok(Comparison {
             rms: best.total().rms(),
-            unit: if let [unit] = units[..] { unit.to_owned() } else { "mixed".to_owned() },
+            unit: kinds.values().next().map_or_else(String::new, |kind| kind.unit.clone()),
+            kinds,
+            abscissa: "time",
             cutoff_hz: best.cutoff_hz,
             trim_s: options.trim_s,
             from_s,
             to_s,
-            samples: channels.first().map_or(0, |(_, s)| s.samples),
+            samples: channels.first().map_or(0, |c| c.samples),
             sampling_hz: 1.0 / self.step,
             segments: report.segments,
             missing: self.plan.missing,
             assumptions: self.plan.assumptions,
             warnings,
-            channels: channels.iter().map(|(joint, sums)| channel(&joint.name, joint.unit(), sums)).collect(),
+            channels,
             cutoffs: self
                 .candidates
                 .iter()
-                .map(|c| Cutoff { cutoff_hz: c.cutoff_hz, rms: c.total().rms() })
+                .map(|c| Cutoff {
+                    cutoff_hz: c.cutoff_hz,
+                    rms: c.total().rms(),
+                    geometric_mean: c.geometric_mean(),
+                })
                 .collect(),
         })
     }
@@ -315,7 +336,7 @@ impl Run<'_> {
     }
 }
 
-fn channel(name: &str, unit: &str, sums: &Sums) -> Channel {
+fn channel(name: &str, unit: &str, sums: &Sums, noise: f64) -> Channel {
     Channel {
         name: name.to_owned(),
         unit: unit.to_owned(),
@@ -323,6 +344,8 @@ fn channel(name: &str, unit: &str, sums: &Sums) -> Channel {
         max: sums.max_error,
         relative: sums.relative(),
         samples: sums.samples,
+        noise,
+        kind: "effort",
     }
 }
 

@@ -7,7 +7,7 @@ use crate::signal::{Butterworth, Grid, Spline, align_signs, resample};
 use std::ops::Range;
 
 /// The columns of a block on an even grid, before filtering: common to all cut-offs.
-pub(super) struct Even {
+pub(crate) struct Even {
     grid: Grid,
     /// One per selected column; empty for those that are not filtered (efforts).
     columns: Vec<Vec<f64>>,
@@ -16,7 +16,7 @@ pub(super) struct Even {
 
 /// States of consecutive samples, state after state.
 #[derive(Default)]
-pub(super) struct States {
+pub(crate) struct States {
     pub count: usize,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
@@ -24,7 +24,7 @@ pub(super) struct States {
 }
 
 /// Why a block gave no states.
-pub(super) enum Unusable {
+pub(crate) enum Unusable {
     /// Fewer samples than a spline needs.
     TooFew,
     /// The logged quaternion is zero at this time (s).

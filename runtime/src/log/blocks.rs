@@ -1,4 +1,5 @@
 //! A log in overlapping pieces, each of one stretch of time without gaps.
+use super::names::shorten;
 use super::reader::{Reader, Row};
 use super::table::no_rows;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -104,6 +105,8 @@ pub struct Blocks {
     start: f64,
     pending: Option<(Row, Vec<f64>)>,
     at_end: bool,
+    /// Whether missing numbers were reported.
+    noted: bool,
     report: SamplingReport,
 }
 
@@ -121,6 +124,7 @@ impl Blocks {
             start: 0.0,
             pending: None,
             at_end: false,
+            noted: false,
             report: SamplingReport::default(),
         }
     }
@@ -141,6 +145,7 @@ impl Blocks {
     pub fn next_block(&mut self) -> Result<Option<Block<'_>>, Diagnostics> {
         loop {
             if self.at_end && self.pending.is_none() {
+                self.note_incomplete();
                 return Ok(None);
             }
             let ended = self.fill()?;
@@ -253,6 +258,31 @@ impl Blocks {
             self.report.warnings.push(
                 Diagnostic::warning(message).in_file(self.sampling.reader.file()).at(row.line, 0).help(help),
             );
+        }
+    }
+
+    /// Says once, at the end of the log, where numbers were missing.
+    fn note_incomplete(&mut self) {
+        if std::mem::replace(&mut self.noted, true) {
+            return;
+        }
+        let reader = &self.sampling.reader;
+        let absent = reader.incomplete();
+        for column in absent.iter().take(MOST_GAPS) {
+            let message = format!(
+                "`{}` is empty or NaN in {} of {} rows, first in this line: these rows do not count",
+                shorten(&column.column),
+                column.rows,
+                reader.rows()
+            );
+            let help = "one or two lost samples are bridged by interpolation, longer stretches are gaps";
+            self.report
+                .warnings
+                .push(Diagnostic::warning(message).in_file(reader.file()).at(column.line, 0).help(help));
+        }
+        if absent.len() > MOST_GAPS {
+            let message = format!("{} columns have missing numbers; {MOST_GAPS} are listed", absent.len());
+            self.report.warnings.push(Diagnostic::warning(message).in_file(reader.file()));
         }
     }
 

@@ -20,7 +20,8 @@ pub fn joint_of(column: &str) -> Option<&str> {
 
 /// Whether the name has one of the forms of the format.
 pub fn is_known_form(column: &str) -> bool {
-    if matches!(column, "time" | "posture" | "impact" | "base/orientation/pitch")
+    if matches!(column, "time" | "posture" | "impact")
+        || matches!(column, "base/orientation/roll" | "base/orientation/pitch" | "base/orientation/yaw")
         || joint_of(column).is_some()
     {
         return true;

@@ -24,6 +24,19 @@ pub struct Reader {
     fields: Vec<Range<usize>>,
     last_time: f64,
     rows: usize,
+    /// Columns (indices into `header.columns`) in which numbers were missing.
+    incomplete: Vec<(usize, Absent)>,
+}
+
+/// Samples of a log's column that are empty or NaN. Their rows are passed over: a gap.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Absent {
+    /// Name of the column.
+    pub column: String,
+    /// Rows without a number.
+    pub rows: usize,
+    /// The first such line in the file, from 1.
+    pub line: usize,
 }
 
 /// A row was read into the caller's buffer.
@@ -73,6 +86,7 @@ impl Reader {
             fields: Vec::new(),
             last_time: f64::NAN,
             rows: 0,
+            incomplete: Vec::new(),
         };
         reader.select::<&str>(&[]);
         Ok(reader)
@@ -115,9 +129,12 @@ impl Reader {
 
     /// Reads the next row into `row` (length 1 + number of selected columns); `None` at the end of the file.
     ///
+    /// Rows of a log in which a selected column is empty or NaN are passed over and counted, see
+    /// [`Reader::incomplete`]; only a centre of pressure may be absent and then is NaN.
+    ///
     /// # Errors
-    /// Text, empty, NaN or infinite fields (a centre of pressure may be empty or NaN and then is NaN), more or
-    /// fewer fields than the header, time that stands still or runs back. Up to [`MOST_ERRORS`] are collected.
+    /// Text or infinite fields, empty or NaN ones in tables of postures or impacts and as times, more or fewer fields
+    /// than the header, time that stands still or runs back. Up to [`MOST_ERRORS`] are collected.
     pub fn next_row(&mut self, row: &mut Vec<f64>) -> Result<Option<Row>, Diagnostics> {
         let mut errors = Vec::new();
         let mut first_bad = 0;
@@ -131,7 +148,11 @@ impl Reader {
                 }
             };
             if found == 0 && errors.is_empty() {
-                return Ok(line.map(|line| Row { line }));
+                match line {
+                    Some((_, false)) => continue,
+                    Some((line, true)) => return Ok(Some(Row { line })),
+                    None => return Ok(None),
+                }
             }
             if found == 0 {
                 first_bad = self.lines.number();
@@ -149,14 +170,21 @@ impl Reader {
         self.rows
     }
 
-    /// One line: its number, or `None` at the end. Errors of single fields go to `errors`.
+    /// Columns with missing numbers in what was read so far, the worst first.
+    pub fn incomplete(&self) -> Vec<&Absent> {
+        let mut list: Vec<&Absent> = self.incomplete.iter().map(|(_, absent)| absent).collect();
+        list.sort_by_key(|absent| std::cmp::Reverse(absent.rows));
+        list
+    }
+
+    /// One line: its number and whether it is complete, or `None` at the end. Errors of single fields go to `errors`.
     fn read(
         &mut self,
         row: &mut Vec<f64>,
         errors: &mut Vec<Diagnostic>,
-    ) -> Result<Option<usize>, Diagnostic> {
+    ) -> Result<Option<(usize, bool)>, Diagnostic> {
         row.clear();
-        let Self { lines, header, selected, fields, file, .. } = self;
+        let Self { lines, header, selected, fields, file, incomplete, .. } = self;
         let Some((number, line)) = lines.next()? else { return Ok(None) };
         self.rows += 1;
         let mut report = |error: Diagnostic, offset: usize| {
@@ -165,15 +193,23 @@ impl Reader {
         if let Err(quote) = split(line, fields) {
             let error = Diagnostic::error("a quotation mark does not enclose a whole field");
             report(error.help("remove the quotation marks"), quote.offset);
-            return Ok(Some(number));
+            return Ok(Some((number, true)));
         }
         if fields.len() != header.fields {
             report(ragged(fields.len(), header.fields), 0);
-            return Ok(Some(number));
+            return Ok(Some((number, true)));
         }
-        for &index in &*selected {
+        let mut complete = true;
+        for (place, &index) in selected.iter().enumerate() {
             let column = &header.columns[index];
             let range = &fields[column.field];
+            // A log may have holes, but a sample without a time is nowhere.
+            if header.kind == Kind::Time && place > 0 && is_absent(&line[range.clone()], column) {
+                note_absent(incomplete, index, column, number);
+                row.push(f64::NAN);
+                complete = false;
+                continue;
+            }
             match parse(&line[range.clone()], column) {
                 Ok(value) => row.push(value),
                 Err(error) => report(error, range.start),
@@ -185,7 +221,20 @@ impl Reader {
             }
             self.last_time = row[0];
         }
-        Ok(Some(number))
+        Ok(Some((number, complete)))
+    }
+}
+
+/// Whether a column that must be there is empty or NaN.
+fn is_absent(text: &str, column: &Column) -> bool {
+    let nan = || text.trim_start_matches(['+', '-']).eq_ignore_ascii_case("nan");
+    (text.is_empty() || nan()) && !may_be_absent(&column.name)
+}
+
+fn note_absent(list: &mut Vec<(usize, Absent)>, index: usize, column: &Column, line: usize) {
+    match list.iter_mut().find(|(known, _)| *known == index) {
+        Some((_, absent)) => absent.rows += 1,
+        None => list.push((index, Absent { column: column.name.clone(), rows: 1, line })),
     }
 }
 
@@ -206,7 +255,7 @@ fn parse(text: &str, column: &Column) -> Result<f64, Diagnostic> {
         return if may_be_absent(&column.name) {
             Ok(f64::NAN)
         } else {
-            let help = "every row needs a number here: interpolate, or remove the row (a gap is allowed and reported)";
+            let help = "every row needs a number here: repair the recording, or remove the row";
             Err(Diagnostic::error(format!("`{name}`: the field is empty, expected a number")).help(help))
         };
     }
@@ -220,7 +269,7 @@ fn parse(text: &str, column: &Column) -> Result<f64, Diagnostic> {
     }
     let what = if raw.is_nan() { "NaN (not a number)" } else { "infinite or too large" };
     Err(Diagnostic::error(format!("`{name}`: the value is {what}: `{}`", shorten(text)))
-        .help("remove the row (a gap is allowed and reported) or repair the recording"))
+        .help("remove the row or repair the recording"))
 }
 
 fn ragged(found: usize, expected: usize) -> Diagnostic {

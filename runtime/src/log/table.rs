@@ -1,5 +1,6 @@
 //! A small table as a whole: postures, impacts, short logs.
 use super::header::Kind;
+use super::names::shorten;
 use super::reader::Reader;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 
@@ -61,6 +62,17 @@ impl Table {
 
 /// A header without rows.
 pub(super) fn no_rows(reader: &Reader) -> Diagnostic {
+    if let Some(absent) = reader.incomplete().first() {
+        let name = shorten(&absent.column);
+        return Diagnostic::error(format!(
+            "no row of the log is complete: `{name}` is empty or NaN in {} of {} rows",
+            absent.rows,
+            reader.rows()
+        ))
+        .in_file(reader.file())
+        .at(absent.line, 0)
+        .help("leave the column out if it was never recorded");
+    }
     Diagnostic::error("the file has a header but no rows")
         .in_file(reader.file())
         .help("was the recording stopped before its first sample, or the file cut off?")

@@ -1,0 +1,299 @@
+//! Fits of effects and inertial corrections together, and their errors on other data.
+use super::bank::{RowBank, Spread};
+use super::form::{Form, Search};
+use nalgebra::{DMatrix, DVector};
+
+/// What one coefficient multiplies.
+#[derive(Debug, Clone)]
+pub(super) enum Term {
+    /// A column by its id.
+    Data(usize),
+    /// A direction of inertial parameters, as multiples of the spread.
+    Inertial(Vec<f64>),
+}
+
+/// A form with its terms.
+pub(super) struct Candidate {
+    pub form: Form,
+    pub terms: Vec<Term>,
+    /// Rows that it touches.
+    pub rows: Vec<usize>,
+}
+
+impl Candidate {
+    pub fn new(form: Form, ids: &[usize], rows: Vec<usize>, spread: &Spread) -> Self {
+        let terms = match &form.search {
+            Search::Probes(_) => ids.iter().map(|&id| Term::Data(id)).collect(),
+            Search::Inertial(directions) => {
+                directions.iter().map(|d| Term::Inertial(spread.coordinates(d))).collect()
+            }
+        };
+        Self { form, terms, rows }
+    }
+}
+
+/// Sums of products over some blocks of all rows.
+pub(super) struct Sums {
+    pub rows: Vec<RowSum>,
+}
+
+/// One row of [`Sums`].
+pub(super) struct RowSum {
+    bodies: Vec<usize>,
+    ids: Vec<usize>,
+    gram: DMatrix<f64>,
+    /// Samples.
+    pub count: usize,
+}
+
+impl RowSum {
+    fn residual(&self) -> usize {
+        self.gram.nrows() - 1
+    }
+    /// Sum of squares of the residual.
+    pub fn squares(&self) -> f64 {
+        self.gram[(self.residual(), self.residual())]
+    }
+    /// The products of everything with a term that is `local` here.
+    fn product(&self, term: &Term, local: &DVector<f64>) -> DVector<f64> {
+        match term {
+            // One column of the sums.
+            Term::Data(_) => {
+                let place = local.iter().position(|x| *x != 0.0).unwrap_or(0);
+                self.gram.column(place).into_owned()
+            }
+            Term::Inertial(_) => {
+                let inertial = 10 * self.bodies.len();
+                self.gram.columns(0, inertial) * local.rows(0, inertial)
+            }
+        }
+    }
+
+    /// A term in the coordinates of this row; `None` if it does not touch it.
+    fn local(&self, term: &Term) -> Option<DVector<f64>> {
+        let mut out = DVector::zeros(self.gram.nrows());
+        match term {
+            Term::Data(id) => {
+                let place = self.ids.iter().position(|i| i == id)?;
+                out[10 * self.bodies.len() + place] = 1.0;
+            }
+            Term::Inertial(direction) => {
+                for (place, body) in self.bodies.iter().enumerate() {
+                    for k in 0..10 {
+                        out[10 * place + k] = direction[10 * body + k];
+                    }
+                }
+            }
+        }
+        Some(out)
+    }
+}
+
+impl Sums {
+    pub fn of(banks: &[RowBank], blocks: &[usize]) -> Self {
+        let rows = banks.iter().map(|bank| RowSum {
+            bodies: bank.bodies.clone(),
+            ids: bank.ids.clone(),
+            gram: bank.sum(blocks),
+            count: bank.count(blocks),
+        });
+        Self { rows: rows.collect() }
+    }
+}
+
+/// The normal equations of the inertial corrections alone, for given weights, factored once for all fits.
+///
+/// They are the larger part of every fit and the same in all: each fit adds the few rows of its terms.
+pub(super) struct Corrections {
+    /// One over the roots of the diagonal, prior included.
+    scale: DVector<f64>,
+    /// Cholesky factor of the scaled matrix with the prior.
+    lower: DMatrix<f64>,
+    /// The scaled right side, through the factor once.
+    right: DVector<f64>,
+}
+
+impl Corrections {
+    pub fn new(train: &Sums, weights: &[f64], count: usize) -> Self {
+        let mut matrix = DMatrix::zeros(count, count);
+        let mut right = DVector::zeros(count);
+        for (row, w) in train.rows.iter().zip(weights) {
+            for (a, body_a) in row.bodies.iter().enumerate() {
+                for i in 0..10 {
+                    right[10 * body_a + i] += w * row.gram[(10 * a + i, row.residual())];
+                    for (b, body_b) in row.bodies.iter().enumerate() {
+                        for k in 0..10 {
+                            matrix[(10 * body_a + i, 10 * body_b + k)] +=
+                                w * row.gram[(10 * a + i, 10 * b + k)];
+                        }
+                    }
+                }
+            }
+        }
+        Self::factored(matrix, right)
+    }
+
+    /// The unit matrix as prior makes the matrix positive definite; numbers that are none make a factor of such.
+    fn factored(mut matrix: DMatrix<f64>, right: DVector<f64>) -> Self {
+        let count = right.len();
+        for i in 0..count {
+            matrix[(i, i)] += 1.0;
+        }
+        let scale = DVector::from_fn(count, |i, _| matrix[(i, i)].sqrt().recip());
+        let scaled = DMatrix::from_fn(count, count, |r, c| matrix[(r, c)] * scale[r] * scale[c]);
+        let lower =
+            scaled.cholesky().map_or_else(|| DMatrix::from_element(count, count, f64::NAN), |c| c.unpack());
+        let mut right = right.component_mul(&scale);
+        lower.solve_lower_triangular_mut(&mut right);
+        Self { scale, lower, right }
+    }
+}
+
+/// The result of a fit.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    /// Inertial corrections as multiples of the spread; empty if there are none.
+    pub corrections: Vec<f64>,
+    /// One coefficient per term.
+    pub coefficients: Vec<f64>,
+    /// Half the log of the posterior odds of the corrections: their sum of squares.
+    pub prior: f64,
+}
+
+/// Least squares of the terms, with the inertial corrections if there are any.
+///
+/// `None` if the data cannot tell the terms apart.
+pub(super) fn fit(
+    train: &Sums,
+    weights: &[f64],
+    corrections: Option<&Corrections>,
+    terms: &[&Term],
+) -> Option<Fit> {
+    let p = corrections.map_or(0, |c| c.right.len());
+    let k = terms.len();
+    // Products among the terms, with the inertial columns, and with the residual.
+    let (mut own, mut cross, mut right) = (DMatrix::zeros(k, k), DMatrix::zeros(p, k), DVector::zeros(k));
+    for (row, w) in train.rows.iter().zip(weights) {
+        let locals: Vec<Option<DVector<f64>>> = terms.iter().map(|t| row.local(t)).collect();
+        for (k, local) in locals.iter().enumerate() {
+            let Some(local) = local else { continue };
+            let product = row.product(terms[k], local) * *w;
+            right[k] += product[row.residual()];
+            for (l, other) in locals.iter().enumerate() {
+                if let Some(other) = other {
+                    own[(k, l)] += product.dot(other);
+                }
+            }
+            if p > 0 {
+                for (place, body) in row.bodies.iter().enumerate() {
+                    for i in 0..10 {
+                        cross[(10 * body + i, k)] += product[10 * place + i];
+                    }
+                }
+            }
+        }
+    }
+    let (corrections, coefficients) = solve(corrections, own, cross, &right)?;
+    let prior = corrections.iter().map(|x| x * x).sum();
+    Some(Fit { corrections, coefficients, prior })
+}
+
+/// Scaled Cholesky, the corrections' part of which is known; terms of which less than a millionth is their own are
+/// refused. Gives corrections and coefficients.
+fn solve(
+    corrections: Option<&Corrections>,
+    mut own: DMatrix<f64>,
+    mut cross: DMatrix<f64>,
+    right: &DVector<f64>,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let k = right.len();
+    // Columns that change nothing, such as a shift out of the plane of a planar robot, get the coefficient 0.
+    let largest = (0..k).map(|i| own[(i, i)]).fold(0.0, f64::max);
+    let mut right = right.clone();
+    for i in 0..k {
+        if own[(i, i)] <= 1e-16 * largest {
+            own.row_mut(i).fill(0.0);
+            own.column_mut(i).fill(0.0);
+            cross.column_mut(i).fill(0.0);
+            (own[(i, i)], right[i]) = (largest, 0.0);
+        }
+    }
+    let scale = DVector::from_fn(k, |i, _| own[(i, i)].sqrt().recip());
+    if scale.iter().any(|s| !s.is_finite()) {
+        return None;
+    }
+    for c in 0..k {
+        for r in 0..k {
+            own[(r, c)] *= scale[r] * scale[c];
+        }
+    }
+    let mut right = right.component_mul(&scale);
+    if let Some(known) = corrections {
+        for c in 0..k {
+            for r in 0..cross.nrows() {
+                cross[(r, c)] *= known.scale[r] * scale[c];
+            }
+        }
+        known.lower.solve_lower_triangular_mut(&mut cross);
+        own.gemm_tr(-1.0, &cross, &cross, 1.0);
+        right.gemv_tr(-1.0, &cross, &known.right, 1.0);
+    }
+    let cholesky = own.cholesky()?;
+    if (0..k).any(|i| cholesky.l_dirty()[(i, i)] < 1e-4) {
+        return None;
+    }
+    let x = cholesky.solve(&right);
+    let inertial = match corrections {
+        None => Vec::new(),
+        Some(known) => {
+            let mut left = known.right.clone();
+            left.gemv(-1.0, &cross, &x, 1.0);
+            known.lower.tr_solve_lower_triangular_mut(&mut left);
+            left.component_mul(&known.scale).iter().copied().collect()
+        }
+    };
+    inertial
+        .iter()
+        .all(|x| x.is_finite())
+        .then(|| (inertial, x.component_mul(&scale).iter().copied().collect()))
+}
+
+/// Sums of squared errors of a fit, by row.
+pub(super) fn errors(sums: &Sums, fit: &Fit, terms: &[&Term]) -> Vec<f64> {
+    sums.rows.iter().map(|row| error(row, fit, terms)).collect()
+}
+
+fn error(row: &RowSum, fit: &Fit, terms: &[&Term]) -> f64 {
+    let last = row.residual();
+    let mut u = DVector::zeros(last + 1);
+    u[last] = -1.0;
+    if !fit.corrections.is_empty() {
+        for (place, body) in row.bodies.iter().enumerate() {
+            for k in 0..10 {
+                u[10 * place + k] += fit.corrections[10 * body + k];
+            }
+        }
+    }
+    for (term, coefficient) in terms.iter().zip(&fit.coefficients) {
+        match term {
+            Term::Data(id) => {
+                if let Some(place) = row.ids.iter().position(|i| i == id) {
+                    u[10 * row.bodies.len() + place] += coefficient;
+                }
+            }
+            Term::Inertial(_) => {
+                if let Some(local) = row.local(term) {
+                    u.axpy(*coefficient, &local, 1.0);
+                }
+            }
+        }
+    }
+    // Only the places in use: most columns of the library are idle.
+    let used: Vec<usize> = (0..=last).filter(|&i| u[i] != 0.0).collect();
+    let mut sum = 0.0;
+    for &c in &used {
+        let column = row.gram.column(c);
+        sum += u[c] * used.iter().map(|&r| u[r] * column[r]).sum::<f64>();
+    }
+    sum.max(0.0)
+}

@@ -1,0 +1,356 @@
+//! Which candidates stand: forward search, pruning, and the best small set at every joint.
+use super::setting::{Setting, Trial, parallel};
+use crate::diagnose::Channel;
+use std::collections::BTreeMap;
+
+/// Part of a row's held-out squared error that an effect must remove.
+pub(super) const LEAST: f64 = 0.02;
+/// The same between motor and link: stops and gears always give way a little.
+const LEAST_TRANSMISSION: f64 = 0.15;
+
+/// Part of a row's held-out squared error that an effect must remove.
+pub(super) fn least(channel: Channel) -> f64 {
+    if channel == Channel::Transmission { LEAST_TRANSMISSION } else { LEAST }
+}
+/// Most effects that are looked for.
+const MOST: usize = 12;
+/// Candidates of a joint that are combined.
+const POOL: usize = 12;
+
+/// What the search found.
+pub(super) struct Outcome {
+    pub active: Vec<usize>,
+    pub trial: Trial,
+    pub corrected: bool,
+    /// Why candidates did not stand, by index: the last reason.
+    pub reasons: BTreeMap<usize, String>,
+}
+
+/// Runs the search with and without inertial corrections, and takes what costs less: a single cause is preferred to
+/// corrections of many links, and these to many causes. `entered` is told how many effects stand.
+pub(super) fn search(setting: &mut Setting<'_>, most: usize, entered: &dyn Fn(usize)) -> Option<Outcome> {
+    let plain = run(setting, most, false, entered)?;
+    if !setting.has_corrections() {
+        return Some(plain);
+    }
+    let forms: Vec<_> = plain.active.iter().map(|&c| (c, setting.remembered(c))).collect();
+    let corrected = run(setting, most, true, entered)?;
+    let earned = corrections_earn(setting, &corrected.active, &corrected.trial);
+    if earned && corrected.trial.cost < plain.trial.cost {
+        return Some(corrected);
+    }
+    // The nonlinear candidates as they were when the simpler answer was found.
+    forms.into_iter().for_each(|(c, form)| setting.recall(c, form));
+    Some(plain)
+}
+
+fn run(setting: &mut Setting<'_>, most: usize, corrected: bool, entered: &dyn Fn(usize)) -> Option<Outcome> {
+    setting.linearise(&[], corrected);
+    let mut active: Vec<usize> = setting.standing.clone();
+    let standing = active.len();
+    let mut trial = setting.trial(&active, corrected)?;
+    let mut reasons = BTreeMap::new();
+    let mut banned: Vec<usize> = Vec::new();
+    while active.len() - standing < most.min(MOST) && banned.len() < 4 * MOST {
+        let before = (active.clone(), trial.clone());
+        let found = best(setting, &active, &trial, corrected, &banned, &mut reasons);
+        let Some((candidate, better)) = found else { break };
+        active.push(candidate);
+        trial = better;
+        (active, trial) = refine(setting, active, trial, candidate, corrected);
+        active = prune(setting, active, trial, corrected).0;
+        setting.linearise(&active, corrected);
+        trial = setting.trial(&active, corrected)?;
+        // What is impossible once its nonlinear part is in was never possible.
+        if let Some((_, why)) = setting.impossible(&active, &trial) {
+            reasons.insert(candidate, why);
+            banned.push(candidate);
+            (active, trial) = before;
+            setting.linearise(&active, corrected);
+        }
+        entered(active.len() - standing);
+    }
+    (active, trial) = exchange(setting, active, trial, corrected);
+    (active, trial) = prune(setting, active, trial, corrected);
+    Some(Outcome { active, trial, corrected, reasons })
+}
+
+/// The candidate whose entry lowers the cost most, if any may enter.
+fn best(
+    setting: &Setting<'_>,
+    active: &[usize],
+    base: &Trial,
+    corrected: bool,
+    banned: &[usize],
+    reasons: &mut BTreeMap<usize, String>,
+) -> Option<(usize, Trial)> {
+    let rough = setting.trial(active, false)?;
+    let tried = parallel(setting.candidates.len(), |c| consider(setting, active, base, &rough, corrected, c));
+    let mut best: Option<(usize, Trial)> = None;
+    for (c, result) in tried.into_iter().enumerate().filter(|(c, _)| !banned.contains(c)) {
+        match result {
+            Err(reason) => {
+                reasons.insert(c, reason);
+            }
+            Ok(trial) => {
+                reasons.insert(c, "another candidate lowers the held-out error more".to_owned());
+                if best.as_ref().is_none_or(|(_, b)| trial.cost < b.cost) {
+                    best = Some((c, trial));
+                }
+            }
+        }
+    }
+    best
+}
+
+/// Whether a candidate may enter: the reason if not.
+fn consider(
+    setting: &Setting<'_>,
+    active: &[usize],
+    base: &Trial,
+    rough: &Trial,
+    corrected: bool,
+    c: usize,
+) -> Result<Trial, String> {
+    let candidate = &setting.candidates[c];
+    let same = |a: &usize| {
+        let other = &setting.candidates[*a].form;
+        other.kind == candidate.form.kind && other.location == candidate.form.location
+    };
+    if setting.banned.contains(&c) {
+        return Err("its exact estimate is impossible".to_owned());
+    }
+    if active.iter().any(same) {
+        return Err("it stands already".to_owned());
+    }
+    if let Some(&other) = active.iter().find(|&&a| shares(setting, a, c)) {
+        return Err(format!("{} stands there and has the same part", setting.candidates[other].form.kind));
+    }
+    let mut with = active.to_vec();
+    with.push(c);
+    let inseparable = || "this data cannot tell it from what stands already".to_owned();
+    let trial = setting.trial(&with, corrected).ok_or_else(inseparable)?;
+    let plain = setting.trial(&with, false).ok_or_else(inseparable)?;
+    if let Some((who, why)) = setting.impossible(&with, &trial) {
+        let of = if who == c { String::new() } else { "with it another effect is impossible: ".to_owned() };
+        return Err(format!("{of}{why}"));
+    }
+    if !steady(setting, &with, &trial, &plain) {
+        return Err("its size hangs on how masses are corrected".to_owned());
+    }
+    let alone = largest_fall(setting, &candidate.rows, rough, &plain);
+    if alone < LEAST {
+        return Err("it explains something only if masses move with it".to_owned());
+    }
+    let fall = largest_fall(setting, &candidate.rows, base, &trial).max(alone);
+    if fall < LEAST {
+        return Err(format!(
+            "it lowers no row's held-out squared error by more than {:.1} %",
+            100.0 * fall.max(0.0)
+        ));
+    }
+    if trial.cost >= base.cost {
+        let (price, worth) = (setting.price(&[c]), base.cost - trial.cost + setting.price(&[c]));
+        return Err(format!("the evidence for it, {worth:.0}, does not pay for its parameters, {price:.0}"));
+    }
+    Ok(trial)
+}
+
+/// Whether two effects at one place differ only in what neither is about: the moment of reversal, a constant.
+fn shares(setting: &Setting<'_>, a: usize, b: usize) -> bool {
+    const GROUPS: [[&str; 2]; 5] = [
+        ["asymmetric_coulomb_friction", "torque_bias"],
+        ["asymmetric_coulomb_friction", "coulomb_friction"],
+        ["asymmetric_coulomb_friction", "stribeck_friction"],
+        ["stribeck_friction", "coulomb_friction"],
+        ["parallel_spring", "torque_bias"],
+    ];
+    let (a, b) = (&setting.candidates[a].form, &setting.candidates[b].form);
+    let pair = |x: &str, y: &str| GROUPS.iter().any(|[p, q]| (*p, *q) == (x, y) || (*q, *p) == (x, y));
+    a.location == b.location && pair(a.kind, b.kind)
+}
+
+/// Whether the newcomer's size is much the same with and without inertial corrections. Effects on links compete with
+/// the corrections: theirs need not be.
+fn steady(setting: &Setting<'_>, with: &[usize], corrected: &Trial, plain: &Trial) -> bool {
+    let last = with.len() - 1;
+    if setting.candidates[with[last]].form.location.link.is_some() {
+        return true;
+    }
+    let (a, b) = (setting.coefficients(with, corrected, last), setting.coefficients(with, plain, last));
+    let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
+    let size = norm(&mut a.iter().copied()).max(norm(&mut b.iter().copied()));
+    norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) <= 0.5 * size
+}
+
+/// Largest relative fall of the held-out error over some rows, scaled so that [`LEAST`] is what it takes.
+fn largest_fall(setting: &Setting<'_>, rows: &[usize], before: &Trial, after: &Trial) -> f64 {
+    let fall = |&r: &usize| {
+        let relative = (before.errors[r] - after.errors[r]) / before.errors[r].max(f64::MIN_POSITIVE);
+        relative * LEAST / least(setting.train.rows()[r].channel)
+    };
+    rows.iter().map(fall).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Drops effects that no longer pay.
+fn prune(
+    setting: &Setting<'_>,
+    mut active: Vec<usize>,
+    mut trial: Trial,
+    corrected: bool,
+) -> (Vec<usize>, Trial) {
+    loop {
+        let without = (setting.standing.len()..active.len()).filter_map(|k| {
+            let mut fewer = active.clone();
+            let gone = fewer.remove(k);
+            let t = setting.trial(&fewer, corrected)?;
+            let rows = &setting.candidates[gone].rows;
+            let rough = setting.trial(&fewer, false)?;
+            let full = setting.trial(&active, false)?;
+            let fall =
+                largest_fall(setting, rows, &t, &trial).max(largest_fall(setting, rows, &rough, &full));
+            let idle = t.cost <= trial.cost || fall < 0.5 * LEAST;
+            (idle && setting.impossible(&fewer, &t).is_none()).then_some((fewer, t))
+        });
+        match without.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost)) {
+            Some((fewer, t)) => (active, trial) = (fewer, t),
+            None => return (active, trial),
+        }
+    }
+}
+
+/// The best set of up to three effects at the place of the newcomer, everything elsewhere kept.
+fn refine(
+    setting: &Setting<'_>,
+    active: Vec<usize>,
+    trial: Trial,
+    newcomer: usize,
+    corrected: bool,
+) -> (Vec<usize>, Trial) {
+    let Some(joint) = setting.candidates[newcomer].form.location.joint.clone() else {
+        return (active, trial);
+    };
+    let here =
+        |c: usize| setting.candidates[c].form.location.joint.as_ref() == Some(&joint) && !setting.stands(c);
+    let elsewhere: Vec<usize> = active.iter().copied().filter(|&c| !here(c)).collect();
+    let pool = pool(setting, &elsewhere, &active, &here, corrected);
+    let mut sets: Vec<Vec<usize>> = Vec::new();
+    for i in 0..pool.len() {
+        sets.push(vec![pool[i]]);
+        for j in 0..i {
+            sets.push(vec![pool[i], pool[j]]);
+            for k in 0..j {
+                sets.push(vec![pool[i], pool[j], pool[k]]);
+            }
+        }
+    }
+    let distinct = |set: &[usize]| {
+        let form = |c: usize| &setting.candidates[c].form;
+        set.iter().enumerate().all(|(n, &a)| {
+            set[..n].iter().all(|&b| !shares(setting, a, b))
+                && set[..n]
+                    .iter()
+                    .all(|&b| form(a).kind != form(b).kind || form(a).location != form(b).location)
+        })
+    };
+    sets.retain(|set| distinct(set));
+    let tried = parallel(sets.len(), |i| {
+        let all: Vec<usize> = elsewhere.iter().chain(&sets[i]).copied().collect();
+        let t = setting.trial(&all, corrected)?;
+        setting.impossible(&all, &t).is_none().then_some((all, t))
+    });
+    tried
+        .into_iter()
+        .flatten()
+        .fold((active, trial), |best, other| if other.1.cost < best.1.cost { other } else { best })
+}
+
+/// The candidates at a place that do best alone, one per kind and place, and those that stand there.
+fn pool(
+    setting: &Setting<'_>,
+    elsewhere: &[usize],
+    active: &[usize],
+    here: &(dyn Fn(usize) -> bool + Sync),
+    corrected: bool,
+) -> Vec<usize> {
+    let local: Vec<usize> =
+        (0..setting.candidates.len()).filter(|&c| here(c) && !setting.banned.contains(&c)).collect();
+    let costs = parallel(local.len(), |i| {
+        let all: Vec<usize> = elsewhere.iter().copied().chain([local[i]]).collect();
+        setting.trial(&all, corrected).map_or(f64::INFINITY, |t| t.cost)
+    });
+    let mut ranked: Vec<(usize, f64)> = local.into_iter().zip(costs).collect();
+    ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut pool: Vec<usize> = active.iter().copied().filter(|&c| here(c)).collect();
+    let mut couplings = 0;
+    for (c, _) in ranked {
+        let form = &setting.candidates[c].form;
+        let known = pool.iter().any(|&p| {
+            let other = &setting.candidates[p].form;
+            other.kind == form.kind && other.location == form.location
+        });
+        let is_coupling = form.location.other_joint.is_some();
+        if known || (is_coupling && couplings >= 2) {
+            continue;
+        }
+        couplings += usize::from(is_coupling);
+        pool.push(c);
+        if pool.len() >= POOL + 2 {
+            break;
+        }
+    }
+    pool
+}
+
+/// Exchanges effects one at a time for others that do better, until none does.
+fn exchange(
+    setting: &Setting<'_>,
+    mut active: Vec<usize>,
+    mut trial: Trial,
+    corrected: bool,
+) -> (Vec<usize>, Trial) {
+    for _ in 0..3 {
+        let before = trial.cost;
+        for k in setting.standing.len()..active.len() {
+            let mut fewer = active.clone();
+            let gone = fewer.remove(k);
+            let (Some(base), Some(rough)) = (setting.trial(&fewer, corrected), setting.trial(&fewer, false))
+            else {
+                continue;
+            };
+            let rows = &setting.candidates[gone].rows;
+            let tried = parallel(setting.candidates.len(), |c| {
+                if !setting.candidates[c].rows.iter().any(|r| rows.contains(r)) {
+                    return None;
+                }
+                let t = consider(setting, &fewer, &base, &rough, corrected, c).ok()?;
+                let mut other = fewer.clone();
+                other.push(c);
+                Some((other, t))
+            });
+            for (other, t) in tried.into_iter().flatten() {
+                if t.cost < trial.cost {
+                    (active, trial) = (other, t);
+                }
+            }
+        }
+        if trial.cost >= before - 1e-9 {
+            break;
+        }
+    }
+    (active, trial)
+}
+
+/// Whether inertial corrections lower the held-out error by more than chance.
+fn corrections_earn(setting: &Setting<'_>, active: &[usize], corrected: &Trial) -> bool {
+    let Some(plain) = setting.trial(active, false) else { return true };
+    let (with, without) = (setting.block_errors(corrected, active), setting.block_errors(&plain, active));
+    (0..corrected.errors.len()).any(|row| {
+        let falls: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a[row] - b[row]).collect();
+        let mean = falls.iter().sum::<f64>() / falls.len() as f64;
+        let variance =
+            falls.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / (falls.len() - 1).max(1) as f64;
+        let total = mean * falls.len() as f64;
+        total > LEAST * plain.errors[row] && mean > 2.5 * (variance / falls.len() as f64).sqrt()
+    })
+}

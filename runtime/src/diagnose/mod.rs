@@ -1,0 +1,44 @@
+//! Which physical effect is missing: candidates are tried against the residual of an [`Experiment`], ranked by
+//! their error on held-out data, and reported as a [`Diagnosis`].
+//!
+//! # Signs and frames of what is measured at the ground
+//! - A residual is measured minus predicted, so rows of a moving base are the foot wrenches mapped to the base (`Jᵀ w`)
+//!   minus the unactuated rows of inverse dynamics: forces in the log's world axes (N), moments about the origin of
+//!   the root in its own axes (N m).
+//! - `gravity_tilt`: the true orientation of the base is `R` times the logged one, `R = R_y(pitch) R_x(roll)`; gravity
+//!   in the log's world axes is `Rᵀ g`.
+//! - `ground_slope`: the ground's axes in the world are `R`. It turns the robot where the sole tells how the base is
+//!   oriented (postures without `base/…` columns), where it acts exactly as a tilt does. Where the base's orientation
+//!   is logged, it changes none of these rows.
+//! - `encoder_offset`: true position = logged − offset.
+//! - `force_sensor_gain`, `_bias`: true = reported / gain, true = reported − bias. A logged torque has the gain, but no
+//!   bias; a logged centre of pressure is a measurement of its own and has neither.
+//! - Ground reaction acts *on* the foot.
+pub mod anatomy;
+pub(crate) mod breakdown;
+mod calls;
+pub mod contact_log;
+mod engine;
+mod experiment;
+mod feet;
+pub mod gate;
+pub mod impacts;
+mod motion;
+pub mod postures;
+mod result;
+mod robot;
+mod signature;
+pub mod support;
+mod world;
+
+pub use anatomy::Anatomy;
+pub use breakdown::{AT_NOISE, Breakdown, Part, WINDOWS, Window, breakdowns};
+pub use calls::AnyModel;
+pub use engine::{Options, diagnose, errors, estimate};
+pub use experiment::{Channel, Experiment, Inertial, Row};
+pub use feet::{Corner, Foot};
+pub(crate) use motion::recording::white_noise;
+pub use motion::{MotionExperiment, Recording};
+pub use result::{Diagnosis, Fall, Found, Rejected, Source, Step, Unexplained};
+pub use robot::Robot;
+pub use signature::Feature;

@@ -1,0 +1,219 @@
+//! A log in memory: states of the robot at its samples, and what was measured there.
+use crate::compare::columns::Plan;
+use crate::compare::trajectory::{Even, Unusable};
+use crate::compare::{Missing, Options, Subject};
+use crate::diagnose::Source;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
+use crate::signal::Butterworth;
+use std::ops::Range;
+use std::path::Path;
+
+/// Samples that the spline needs beyond the filter's overlap.
+const SPLINE_OVERLAP: usize = 40;
+
+/// The motion of a log, filtered and differentiated, with its measurements.
+#[derive(Debug, Clone, Default)]
+pub struct Recording {
+    /// Where it came from.
+    pub source: Source,
+    /// Times of the samples, s.
+    pub time: Vec<f64>,
+    /// Stretches without gaps, as ranges of samples.
+    pub segments: Vec<Range<usize>>,
+    /// Configurations, `samples × nq`.
+    pub q: Vec<f64>,
+    /// Velocities, `samples × nv`.
+    pub v: Vec<f64>,
+    /// Accelerations, `samples × nv`.
+    pub a: Vec<f64>,
+    /// Logged efforts by joint, not filtered; N m.
+    pub effort: Vec<Option<Vec<f64>>>,
+    /// Logged motor angle (divided by the gear ratio) minus joint angle, not filtered; rad.
+    pub transmission: Vec<Option<Vec<f64>>>,
+    /// Median sampling step, s.
+    pub step: f64,
+    /// Cut-off of the filter, Hz.
+    pub cutoff_hz: f64,
+    /// Standard deviation of the noise of each joint's effort; 0 without an effort.
+    pub noise: Vec<f64>,
+    /// What could not be used and why.
+    pub missing: Vec<Missing>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// What is odd about the log.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Recording {
+    /// Reads a log; positions are filtered at `options.cutoff_hz` (10 Hz if that is not given).
+    ///
+    /// # Errors
+    /// Those of the reader; a log too short for the filter.
+    pub fn read(
+        path: &Path,
+        mapping: &Mapping,
+        subject: &Subject,
+        options: &Options,
+    ) -> Result<Self, Diagnostics> {
+        let mut reader = Reader::open(path, mapping)?;
+        let mut plan = Plan::new(subject, &mut reader, options)?;
+        let sampling = Sampling::probe(reader)?;
+        let step = sampling.step();
+        let cutoff_hz = options.cutoff_hz.unwrap_or(10.0).min(0.45 / step);
+        let filter = Butterworth::new(cutoff_hz, 1.0 / step).map_err(|_| {
+            let message =
+                format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
+            Diagnostics(vec![Diagnostic::error(message).in_file(path).help("choose another cut-off")])
+        })?;
+        let mut recording = Self {
+            step,
+            cutoff_hz,
+            effort: plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect(),
+            transmission: plan
+                .joints
+                .iter()
+                .map(|c| c.motor_position.and(c.position).map(|_| Vec::new()))
+                .collect(),
+            missing: std::mem::take(&mut plan.missing),
+            assumptions: std::mem::take(&mut plan.assumptions),
+            warnings: std::mem::take(&mut plan.warnings),
+            ..Self::default()
+        };
+        let mut blocks = Blocks::new(sampling, filter.overlap() + SPLINE_OVERLAP, options.trim_s);
+        while let Some(block) = blocks.next_block()? {
+            let range = within(&block, options);
+            if !range.is_empty() {
+                recording.add(&plan, subject, &filter, &block, range).map_err(|e| unusable(e, path))?;
+            }
+        }
+        recording.warnings.extend(blocks.report().warnings.iter().cloned());
+        if recording.time.len() < 50 {
+            let message = format!("only {} samples of the log can be used", recording.time.len());
+            let help = "at least a few seconds of motion are needed";
+            return Err(Diagnostics(vec![Diagnostic::error(message).in_file(path).help(help)]));
+        }
+        recording.source = Source::of(path, recording.time.len()).map_err(|e| Diagnostics(vec![e]))?;
+        recording.noise = recording.effort.iter().map(|e| e.as_deref().map_or(0.0, white_noise)).collect();
+        Ok(recording)
+    }
+
+    fn add(
+        &mut self,
+        plan: &Plan,
+        subject: &Subject,
+        filter: &Butterworth,
+        block: &Block<'_>,
+        range: Range<usize>,
+    ) -> Result<(), Unusable> {
+        let even = Even::new(plan, block, self.step);
+        let states = even.states(plan, subject, filter, block.time, range.clone())?;
+        let first = self.time.len();
+        let continues = self.time.last().is_some_and(|last| block.time[range.start] - last < 1.5 * self.step);
+        self.time.extend_from_slice(&block.time[range.clone()]);
+        match self.segments.last_mut() {
+            Some(last) if continues => last.end = self.time.len(),
+            _ => self.segments.push(first..self.time.len()),
+        }
+        self.q.extend_from_slice(&states.q);
+        self.v.extend_from_slice(&states.v);
+        self.a.extend_from_slice(&states.a);
+        for (joint, columns) in plan.joints.iter().enumerate() {
+            if let (Some(values), Some(column)) = (&mut self.effort[joint], columns.effort) {
+                values.extend_from_slice(&block.columns[column][range.clone()]);
+            }
+            if let (Some(values), Some(motor), Some(position)) =
+                (&mut self.transmission[joint], columns.motor_position, columns.position)
+            {
+                let pairs =
+                    block.columns[motor][range.clone()].iter().zip(&block.columns[position][range.clone()]);
+                values.extend(pairs.map(|(motor, position)| motor - position));
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps every `stride`-th sample, so that at most `most` remain. Derivatives were taken before.
+    pub fn thin(&mut self, most: usize) {
+        let count = self.time.len();
+        let stride = count.div_ceil(most.max(1));
+        if stride <= 1 {
+            return;
+        }
+        let mut kept: Vec<usize> = Vec::with_capacity(most);
+        let mut segments = Vec::new();
+        for segment in &self.segments {
+            let first = kept.len();
+            kept.extend(segment.clone().step_by(stride));
+            segments.push(first..kept.len());
+        }
+        let (nq, nv) = (self.q.len() / count, self.v.len() / count);
+        let pick = |values: &[f64], width: usize| -> Vec<f64> {
+            kept.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
+        };
+        self.q = pick(&self.q, nq);
+        self.v = pick(&self.v, nv);
+        self.a = pick(&self.a, nv);
+        for values in self.effort.iter_mut().chain(&mut self.transmission).flatten() {
+            *values = pick(values, 1);
+        }
+        self.time = pick(&self.time, 1);
+        self.segments = segments;
+        self.step *= stride as f64;
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.time.len()
+    }
+}
+
+fn within(block: &Block<'_>, options: &Options) -> Range<usize> {
+    let from = options.from_s.map_or(0, |from| block.time.partition_point(|t| *t < from));
+    let to = options.to_s.map_or(usize::MAX, |to| block.time.partition_point(|t| *t <= to));
+    let (begin, end) = (block.core.start.max(from), block.core.end.min(to));
+    begin..end.max(begin)
+}
+
+pub(crate) fn unusable(reason: Unusable, path: &Path) -> Diagnostics {
+    let error = match reason {
+        Unusable::TooFew => Diagnostic::error("a stretch of the log has fewer than 8 samples")
+            .help("leave out more at the ends, or record longer"),
+        Unusable::ZeroQuaternion(time) => {
+            Diagnostic::error(format!("base/orientation is no rotation at {time} s: its quaternion is zero"))
+                .help("a unit quaternion x, y, z, w is expected")
+        }
+    };
+    Diagnostics(vec![error.in_file(path)])
+}
+
+/// Differences of a window in which noise is judged.
+const WINDOW: usize = 64;
+
+/// Standard deviation of white noise on a smooth signal, from its third differences.
+///
+/// Third differences of white noise have 20 times its variance and those of a motion below a tenth of the sampling
+/// rate next to nothing. Medians forgive jumps, such as those of friction; of all windows the quieter ones count, so
+/// that rattling or a controller at its limit does not pass for noise.
+pub(crate) fn white_noise(signal: &[f64]) -> f64 {
+    let mut differences: Vec<f64> =
+        signal.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
+    let typical = if medians.is_empty() { median(&mut differences) } else { quantile(&mut medians, 0.3) };
+    // The median of |x| of a normal x is 0.6745 standard deviations.
+    let quiet = typical / 0.6745 / 20f64.sqrt();
+    // Standing still within an encoder's step is no noise level.
+    if quiet > 0.0 { quiet } else { median(&mut differences) / 0.6745 / 20f64.sqrt() }
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    quantile(values, 0.5)
+}
+
+fn quantile(values: &mut [f64], part: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let index = ((values.len() - 1) as f64 * part) as usize;
+    *values.select_nth_unstable_by(index, f64::total_cmp).1
+}

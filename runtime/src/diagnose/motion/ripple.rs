@@ -1,0 +1,95 @@
+//! Where a residual repeats with the joint's angle: seeds for torque ripple.
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Most samples that are used.
+const SAMPLES: usize = 3000;
+/// Most periods per turn that are looked for.
+const FINEST: f64 = 600.0;
+/// How many seeds are given.
+const SEEDS: usize = 3;
+
+/// Periods per turn of the strongest lines, the strongest first.
+///
+/// What other effects of the joint could explain (constant, angle, velocity, its sign, acceleration, load) is taken
+/// out first.
+pub(super) fn seeds(residual: &[f64], position: &[f64], others: &[&[f64]]) -> Vec<f64> {
+    let picked: Vec<usize> = (0..residual.len()).step_by(residual.len().div_ceil(SAMPLES).max(1)).collect();
+    let q: Vec<f64> = picked.iter().map(|&i| position[i]).collect();
+    let (low, high) = q.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+    let range = high - low;
+    if range.is_nan() || range < 1e-3 {
+        return Vec::new();
+    }
+    let rest = detrended(residual, &picked, others);
+    // Lines closer than one period over the range are one line; slower ones are no ripple here.
+    let step = TAU / range / 3.0;
+    let first = 1.2 * TAU / range;
+    let count = ((FINEST - first) / step).max(0.0) as usize;
+    let power = |n: f64| {
+        let (mut s, mut c) = (0.0, 0.0);
+        for (r, q) in rest.iter().zip(&q) {
+            let (sin, cos) = (n * q).sin_cos();
+            s += r * sin;
+            c += r * cos;
+        }
+        s * s + c * c
+    };
+    let spectrum: Vec<f64> = (0..count).map(|k| power(first + k as f64 * step)).collect();
+    let mut peaks: Vec<usize> = (1..count.saturating_sub(1))
+        .filter(|&k| spectrum[k] >= spectrum[k - 1] && spectrum[k] > spectrum[k + 1])
+        .collect();
+    peaks.sort_by(|a, b| spectrum[*b].total_cmp(&spectrum[*a]));
+    peaks.into_iter().take(SEEDS).map(|k| sharpened(first + k as f64 * step, step, &power)).collect()
+}
+
+/// The maximum near a grid point, by halving.
+fn sharpened(mut n: f64, mut step: f64, power: &dyn Fn(f64) -> f64) -> f64 {
+    for _ in 0..6 {
+        step *= 0.5;
+        let tried = [n - step, n, n + step];
+        n = tried.into_iter().max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or(n);
+    }
+    n
+}
+
+fn detrended(residual: &[f64], picked: &[usize], others: &[&[f64]]) -> Vec<f64> {
+    let y = DVector::from_iterator(picked.len(), picked.iter().map(|&i| residual[i]));
+    let x =
+        DMatrix::from_fn(
+            picked.len(),
+            others.len() + 1,
+            |r, c| {
+                if c == 0 { 1.0 } else { others[c - 1][picked[r]] }
+            },
+        );
+    let mut gram = x.tr_mul(&x);
+    for i in 0..gram.nrows() {
+        gram[(i, i)] *= 1.0 + 1e-9;
+        gram[(i, i)] += 1e-300;
+    }
+    match gram.cholesky() {
+        Some(cholesky) => {
+            let fitted = &x * cholesky.solve(&x.tr_mul(&y));
+            (y - fitted).iter().copied().collect()
+        }
+        None => y.iter().copied().collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::seeds;
+
+    #[test]
+    fn a_hidden_line_is_found() {
+        let time: Vec<f64> = (0..4000).map(|i| f64::from(i) * 0.004).collect();
+        let q: Vec<f64> = time.iter().map(|t| 0.5 * (1.3 * t).sin() + 0.2 * (3.7 * t).cos()).collect();
+        let v: Vec<f64> = time.iter().map(|t| 0.65 * (1.3 * t).cos() - 0.74 * (3.7 * t).sin()).collect();
+        let residual: Vec<f64> =
+            q.iter().zip(&v).map(|(q, v)| 0.1 * (28.0 * q + 0.4).sin() + 0.7 * v.signum()).collect();
+        let sign: Vec<f64> = v.iter().map(|v| v.signum()).collect();
+        let found = seeds(&residual, &q, &[&q, &v, &sign]);
+        assert!((found[0] - 28.0).abs() < 0.3, "{found:?}");
+    }
+}
