@@ -1,0 +1,81 @@
+//! Numbers for people.
+
+/// About `digits` significant digits, without an exponent where that is readable; `–` if not finite.
+pub(super) fn significant(value: f64, digits: i32) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    if !(-5..=6).contains(&magnitude) {
+        return signed(format!("{value:.*e}", (digits - 1).max(0) as usize));
+    }
+    signed(format!("{value:.*}", (digits - 1 - magnitude).max(0) as usize))
+}
+
+/// Three significant digits and the unit; the unit `1` is not shown.
+pub(super) fn with_unit(value: f64, unit: &str) -> String {
+    joined(significant(value, 3), unit)
+}
+
+/// A number as text and its unit.
+pub(super) fn joined(number: String, unit: &str) -> String {
+    if unit.is_empty() || unit == "1" {
+        return number;
+    }
+    // Never a line end between a number and its unit.
+    format!("{number}\u{a0}{}", unit.replace(' ', "\u{a0}"))
+}
+
+/// A value and its interval with as many digits as the interval's width deserves.
+pub(super) fn with_interval(value: f64, interval: Option<[f64; 2]>) -> (String, Option<[String; 2]>) {
+    let Some([low, high]) = interval else { return (significant(value, 3), None) };
+    let width = (high - low).abs() / 2.0;
+    if !(width.is_finite() && width > 0.0) {
+        return (significant(value, 4), Some([low, high].map(|x| significant(x, 4))));
+    }
+    // Two digits of the half-width, at most six after the point.
+    let decimals = (1 - width.log10().floor() as i32).clamp(0, 6) as usize;
+    if width < 1e-6 {
+        return (significant(value, 4), Some([low, high].map(|x| significant(x, 4))));
+    }
+    let text = |x: f64| if x.is_finite() { signed(format!("{x:.decimals$}")) } else { "–".to_owned() };
+    (text(value), Some([text(low), text(high)]))
+}
+
+/// A fraction as per cent; `–` if not finite.
+pub(super) fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    if !percent.is_finite() {
+        "–".to_owned()
+    } else if percent != 0.0 && percent.abs() < 9.95 {
+        format!("{}\u{a0}%", signed(format!("{percent:.1}")))
+    } else {
+        format!("{}\u{a0}%", signed(format!("{percent:.0}")))
+    }
+}
+
+/// A real minus sign.
+fn signed(text: String) -> String {
+    text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_those_that_matter() {
+        assert_eq!(significant(0.05234, 3), "0.0523");
+        assert_eq!(significant(-1234.6, 3), "−1235");
+        assert_eq!(significant(0.00000012, 3), "1.20e−7");
+        assert_eq!(significant(f64::NAN, 3), "–");
+        assert_eq!(with_unit(0.0, "1"), "0");
+        assert_eq!(with_interval(0.40216, Some([0.3971, 0.4072])).0, "0.4022");
+        assert_eq!(with_interval(12.345, Some([11.0, 13.5])).1, Some(["11.0".to_owned(), "13.5".to_owned()]));
+        assert_eq!(percent(0.1753), "18\u{a0}%");
+        assert_eq!(percent(0.0132), "1.3\u{a0}%");
+    }
+}

@@ -1,0 +1,180 @@
+//! The page as a whole.
+use super::data::{Report, Row};
+use super::number::{percent, with_unit};
+use super::payload;
+use super::svg;
+use super::{causes, sections};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+const PLOT_LIBRARY: &str = include_str!("assets/vendor/uplot/uPlot.iife.min.js");
+const PLOT_LICENCE: &str = include_str!("assets/vendor/uplot/LICENSE");
+const PLOT_STYLE: &str = include_str!("assets/vendor/uplot/uPlot.min.css");
+const FIGURE_STYLE: &str = include_str!("assets/figure.css");
+const STYLE: &str = include_str!("assets/page.css");
+const PLOTS: &str = include_str!("assets/plots.js");
+const TOUCH: &str = include_str!("assets/touch.js");
+const PAGE: &str = include_str!("assets/page.js");
+/// Nothing may be loaded from anywhere.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'";
+
+/// The page as one HTML document, below [`super::LARGEST_PAGE`] bytes.
+pub fn render(report: &Report) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta http-equiv="Content-Security-Policy" content=(POLICY);
+                meta name="color-scheme" content="light dark";
+                title { (report.title) }
+                style { (PreEscaped(PLOT_STYLE)) (PreEscaped(FIGURE_STYLE)) (PreEscaped(STYLE)) }
+            }
+            body {
+                (header(report))
+                main {
+                    (sections::summary(report))
+                    (places(report))
+                    (joint(report))
+                    @if let Some(diagnosis) = &report.diagnosis { (causes::section(diagnosis)) }
+                    (sections::staircase(report))
+                    (sections::basis(report))
+                }
+                footer { "Made by bipedc. Plots by uPlot (MIT)." }
+                script id="numbers" type="application/json" { (PreEscaped(payload::json(report))) }
+                script { "/*!\n" (PreEscaped(PLOT_LICENCE)) "*/\n" (PreEscaped(PLOT_LIBRARY)) }
+                script { (PreEscaped(PLOTS)) (PreEscaped(TOUCH)) (PreEscaped(PAGE)) }
+            }
+        }
+    };
+    page.into_string()
+}
+
+fn header(report: &Report) -> Markup {
+    html! {
+        header {
+            div {
+                p.robot { (report.robot) }
+                h1 { (report.title) }
+            }
+            button #theme type="button" hidden { "Theme: automatic" }
+        }
+    }
+}
+
+/// Where the model fails: the robot and the table of rows, which choose the row that is plotted.
+fn places(report: &Report) -> Markup {
+    if report.rows.is_empty() {
+        return html! {};
+    }
+    let amended = report.rows.iter().any(|row| row.rms_after.is_some());
+    let robot = svg::robot(report);
+    html! {
+        section.places aria-labelledby="where" {
+            h2 #where { "Where the model fails" }
+            p.hint { "Choose a row with a click or with the arrow keys." @if robot.is_some() { " Discs carry the numbers of the table." } }
+            @if let Some((drawing, (width, height))) = robot {
+                figure.robot {
+                    @if amended {
+                        div.switch role="group" aria-label="Colours show" {
+                            button type="button" data-show="before" aria-pressed="true" { "nominal model" }
+                            button type="button" data-show="after" aria-pressed="false" { "with effects" }
+                        }
+                    }
+                    svg #robot viewBox=(format!("0 0 {width} {height}")) role="group"
+                        aria-label=(format!("{} with its joints, coloured by the share of their torque that is unexplained", report.robot)) { (drawing) }
+                    figcaption { "Unexplained share of the measured torque: " span.keys { (svg::legend()) } }
+                }
+            }
+            div.table {
+                table #rows data-first=(worst(&report.rows)) {
+                    caption { "Unexplained: what neither model nor noise accounts for, as a share of the measured signal" }
+                    thead { (heads(amended)) }
+                    tbody { @for (index, row) in report.rows.iter().enumerate() { (line(index, row)) } }
+                }
+            }
+        }
+    }
+}
+
+fn heads(amended: bool) -> Markup {
+    let both = if amended { " nominal → with effects" } else { "" };
+    html! {
+        tr {
+            th scope="col" { "no." }
+            th scope="col" { "row" }
+            th scope="col" { "unexplained" small { (both) } }
+            th.number scope="col" { "error (RMS)" small { (both) } }
+            th.number.noise-column scope="col" { "noise" }
+        }
+    }
+}
+
+/// A row of the table: its name is the button.
+fn line(index: usize, row: &Row) -> Markup {
+    let bar = |share: f64| {
+        let width = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+        let style = format!("--share:{width:.3}");
+        html! { span class=(format!("bar u{}", svg::degree(share))) style=(style) aria-hidden="true" {} (percent(share)) }
+    };
+    let arrow = |before: String, after: Option<String>| {
+        after.map_or_else(|| before.clone(), |after| format!("{before} → {after}"))
+    };
+    let error = match row.rms_after {
+        Some(after) => arrow(with_unit(row.rms_before, ""), Some(with_unit(after, &row.unit))),
+        None => with_unit(row.rms_before, &row.unit),
+    };
+    let noise = if row.noise > 0.0 { with_unit(row.noise, &row.unit) } else { "unknown".to_owned() };
+    let shares = arrow(percent(row.unexplained_before), row.unexplained_after.map(percent));
+    html! {
+        tr data-words=(format!("Unexplained {shares}, error {error}, noise {noise}.")) {
+            td.no { (index + 1) }
+            th scope="row" { button type="button" data-row=(index) aria-pressed="false" { (row.name) } }
+            td.share {
+                (bar(row.unexplained_before))
+                @if let Some(share) = row.unexplained_after { " → " (percent(share)) }
+            }
+            td.number.error { (error) }
+            td.number.noise-column { (noise) }
+        }
+    }
+}
+
+/// The row that is shown first: the one with the largest unexplained share.
+fn worst(rows: &[Row]) -> usize {
+    let finite = rows.iter().enumerate().filter(|(_, row)| row.unexplained_before.is_finite());
+    finite
+        .max_by(|a, b| a.1.unexplained_before.total_cmp(&b.1.unexplained_before))
+        .map_or(0, |(index, _)| index)
+}
+
+/// The plots of the chosen row; the script fills them.
+fn joint(report: &Report) -> Markup {
+    if report.rows.iter().all(|row| row.series.is_empty()) {
+        return html! {};
+    }
+    let tool = |action: &str, sign: &str, words: &str| {
+        html! { button type="button" data-plot=(action) aria-label=(words) title=(words) { (sign) } }
+    };
+    html! {
+        section #plots aria-labelledby="chosen" {
+            h2 { span #chosen aria-live="polite" { "Over time" } }
+            p #chosen-numbers {}
+            p #chosen-note {}
+            div.tools role="toolbar" aria-label="Time window" {
+                (tool("out", "−", "show more time")) (tool("in", "+", "show less time"))
+                (tool("left", "←", "earlier")) (tool("right", "→", "later"))
+                (tool("reset", "whole log", "show the whole log"))
+                span.hint { "drag to zoom, Shift and drag to move, double click for the whole log; keys ← → + − 0" }
+            }
+            div #time-plots {}
+            div.table #parts {}
+            h3 { "What the residual goes with" }
+            p.marks { span.mark-before aria-hidden="true" { "▪" } " measured − nominal"
+                @if report.rows.iter().any(|row| row.rms_after.is_some()) { span.mark-after aria-hidden="true" { "✚" } " explained by the effects" }
+                span.hint { "samples of the time window above" @if report.rows.iter().any(|row| row.noise > 0.0) { "; grey: twice the noise" } } }
+            div #scatter-plots {}
+            noscript { p { "The plots need JavaScript; the numbers stand in the tables." } }
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Words, history, and what all of it rests on.
+use super::causes::lines;
+use super::data::Report;
+use super::number::with_unit;
+use super::svg;
+use maud::{Markup, html};
+
+/// The answer in plain words, and the figures that matter most.
+pub(super) fn summary(report: &Report) -> Markup {
+    let words = match &report.diagnosis {
+        Some(diagnosis) if report.summary.is_empty() => diagnosis.summary.as_str(),
+        _ => report.summary.as_str(),
+    };
+    let normal = words.replace("\r\n", "\n");
+    let paragraphs = normal.split("\n\n").map(str::trim).filter(|p| !p.is_empty());
+    html! {
+        section.summary aria-label="Summary" {
+            @for paragraph in paragraphs { p { (paragraph) } }
+            @if let Some(diagnosis) = &report.diagnosis { @if let Some(fall) = svg::headline(diagnosis) {
+                dl.figures {
+                    div { dt { "held-out error, nominal" } dd { (with_unit(fall.before, &fall.unit)) } }
+                    div { dt { "with effects" } dd { (with_unit(fall.after, &fall.unit)) } }
+                    @if fall.noise > 0.0 { div { dt { "noise of the measurement" } dd { (with_unit(fall.noise, &fall.unit)) } } }
+                }
+            } }
+            (lines("Warnings", "warnings", &warnings(report)))
+        }
+    }
+}
+
+fn warnings(report: &Report) -> Vec<String> {
+    let found = report.diagnosis.iter().flat_map(|d| &d.warnings);
+    distinct(report.warnings.iter().chain(found))
+}
+
+/// In order, each once.
+fn distinct<'a>(texts: impl Iterator<Item = &'a String>) -> Vec<String> {
+    let mut out: Vec<String> = Vec::new();
+    for text in texts {
+        if !out.contains(text) {
+            out.push(text.clone());
+        }
+    }
+    out
+}
+
+/// The history as picture and table.
+pub(super) fn staircase(report: &Report) -> Markup {
+    let steps = svg::steps(report);
+    let Some((picture, (width, height))) = svg::staircase(&steps) else { return html! {} };
+    let dated = steps.iter().any(|s| !s.date.is_empty());
+    let trained = steps.iter().any(|s| s.training.is_some());
+    let pair = |fall: &Option<crate::diagnose::Fall>| {
+        fall.as_ref().map_or_else(
+            || "–".to_owned(),
+            |f| format!("{} → {}", with_unit(f.before, ""), with_unit(f.after, &f.unit)),
+        )
+    };
+    html! {
+        section aria-labelledby="stairs" {
+            h2 #stairs { "How the error fell" }
+            div.scroll tabindex="0" role="region" aria-label="Staircase of the error" {
+                svg.staircase viewBox=(format!("0 0 {width} {height}")) width=(width) height=(height) role="img"
+                    aria-label="The error after each step; the same numbers stand in the table below" { (picture) }
+            }
+            div.table { table {
+                caption { "Root mean square error before and after each step" }
+                thead { tr {
+                    th scope="col" { "step" }
+                    @if dated { th scope="col" { "date" } }
+                    th.number scope="col" { "held-out data" }
+                    @if trained { th.number scope="col" { "training data" } }
+                } }
+                tbody { @for step in &steps { tr {
+                    th scope="row" { (step.label) }
+                    @if dated { td.date { (step.date) } }
+                    td.number { (pair(&step.held_out)) }
+                    @if trained { td.number { (pair(&step.training)) } }
+                } } }
+            } }
+        }
+    }
+}
+
+/// Preprocessing, data, assumptions.
+pub(super) fn basis(report: &Report) -> Markup {
+    let assumptions =
+        distinct(report.assumptions.iter().chain(report.diagnosis.iter().flat_map(|d| &d.assumptions)));
+    let mut facts: Vec<(String, String)> =
+        report.facts.iter().map(|f| (f.name.clone(), f.value.clone())).collect();
+    if let Some(diagnosis) = &report.diagnosis {
+        let source =
+            |s: &crate::diagnose::Source| format!("{}, {} samples, FNV-1a {}", s.file, s.samples, s.hash);
+        facts.push(("estimated from".to_owned(), source(&diagnosis.training)));
+        let judge = diagnosis.validation.as_ref().map_or_else(|| "blocks of the same log".to_owned(), source);
+        facts.push(("judged on".to_owned(), judge));
+        if diagnosis.cutoff_hz > 0.0 && !report.facts.iter().any(|f| f.name == "cut-off") {
+            facts.push(("cut-off".to_owned(), with_unit(diagnosis.cutoff_hz, "Hz")));
+        }
+    }
+    if assumptions.is_empty() && facts.is_empty() {
+        return html! {};
+    }
+    html! {
+        section aria-labelledby="basis" {
+            h2 #basis { "What this rests on" }
+            @if !facts.is_empty() {
+                dl.facts { @for (name, value) in &facts { div { dt { (name) } dd { (value) } } } }
+            }
+            (lines("Assumed", "assumptions", &assumptions))
+        }
+    }
+}
