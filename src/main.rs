@@ -1,9 +1,14 @@
 //! The `bipedc` command: parses arguments, calls the libraries, prints.
+mod amendment;
 mod arguments;
 mod commands;
 mod crate_paths;
+mod diagnosing;
+mod explaining;
 mod failure;
+mod measurements;
 mod output;
+mod reporting;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -16,6 +21,9 @@ Examples:
   bipedc inspect robots/tulip                        all functions with their operation counts
   bipedc evaluate robots/tulip mass_matrix --states states.json
   bipedc compare robots/tulip log.csv.gz             predicted against logged torques
+  bipedc effects coulomb_friction                    what the model may lack, how it looks and what to confuse it with
+  bipedc amend robots/tulip --effect coulomb_friction --joint left_knee_pitch --set torque=0.43
+  bipedc history robots/tulip                        what was added to the description, and how the error fell
 
 A ROBOT is a folder with `robot.urdf` and `biped.toml`, or one of these files. Units are SI.
 Exit codes: 0 done, 1 an error in the input (said on the error stream), 2 wrong usage.";

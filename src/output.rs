@@ -35,6 +35,12 @@ fn forgive(result: io::Result<()>) -> io::Result<()> {
     }
 }
 
+/// Says something on the error stream that is no result.
+pub fn remark(text: &str) {
+    // Nobody is left to tell when the error stream itself is gone.
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
 /// Prints errors and warnings to the error stream, in colour on a terminal.
 pub fn diagnostics(list: &[Diagnostic]) {
     let mut err = io::stderr().lock();
@@ -113,6 +119,20 @@ pub fn progress<T>(what: &str, work: impl FnOnce() -> T) -> T {
     let bar = ProgressBar::new_spinner().with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(100));
     let result = work();
+    bar.finish_and_clear();
+    result
+}
+
+/// A bar on the error stream for work that tells which fraction of it is done; invisible unless that is a terminal.
+pub fn bar<T>(what: &str, work: impl FnOnce(&dyn Fn(f64)) -> T) -> T {
+    if !io::stderr().is_terminal() {
+        return work(&|_| ());
+    }
+    let bar = ProgressBar::new(1000).with_message(what.to_owned());
+    if let Ok(style) = indicatif::ProgressStyle::with_template("{msg} [{bar:40}] {percent} % {elapsed}") {
+        bar.set_style(style);
+    }
+    let result = work(&|part| bar.set_position((1000.0 * part) as u64));
     bar.finish_and_clear();
     result
 }

@@ -1,15 +1,22 @@
-//! `bipedc compare`: predicted against logged torques.
+//! `bipedc compare`: what the model predicts against what was measured, and where they differ.
+mod places;
+
 use crate::arguments::RobotArguments;
 use crate::failure::{Failure, Outcome};
+use crate::measurements::{Content, Measured, content, subject};
 use crate::output;
+use crate::reporting::{self, Outputs};
+use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramTorques;
-use bipedc_compiler::tree::{BaseKind, Tree};
-use bipedc_runtime::compare::{self, Joint, Options, Subject, VelocitySource, compare_file};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::compare::{Comparison, Options, Reading, VelocitySource, channels_of, compare_file};
+use bipedc_runtime::diagnose::{Breakdown, breakdowns};
+use bipedc_runtime::effect::{Effect, Law};
 use bipedc_runtime::log::Mapping;
+use bipedc_runtime::report::Report;
 use clap::Args;
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
@@ -17,18 +24,31 @@ Examples:
   bipedc compare robots/tulip tests/data/examples/null/validation.csv.gz
   bipedc compare robots/tulip log.csv --from 2 --to 8 --cutoff 25
   bipedc compare robots/tulip log.csv --mapping columns.toml --json
+  bipedc compare robots/tulip log.csv --where --report report.html
+  bipedc compare robots/tulip tests/data/examples/postures/train.csv.gz --foot right_foot
 
 A log is CSV (or gzip CSV) with a column `time` (s), `<joint>/position` (rad) and `<joint>/effort` (N m).
 Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with
-the smallest error among 10, 16, 25, 40, 60 and 90 Hz is taken.";
+the smallest error among 10, 16, 25, 40, 60 and 90 Hz is taken.
+Logs with the motion of the base and forces at the feet are compared in the rows that no actuator drives, and in the
+joints' efforts under these forces if they are logged; everything passes the same filter (10 Hz unless --cutoff says
+otherwise). Tables of postures (centre of pressure) and of impacts (velocities just after) are compared row by row.
+The effects of the description are part of the prediction.
 
-/// Compare the model's torques with a log
+JSON: {\"channels\": [{\"name\", \"kind\", \"unit\", \"rms\", \"max\", \"noise\", \"relative\", \"samples\"}], \"kinds\": {kind:
+{\"unit\", \"rms\"}}, \"rms\", \"unit\", \"abscissa\", \"cutoff_hz\", \"cutoffs\", \"trim_s\", \"from_s\", \"to_s\", \"samples\",
+\"sampling_hz\", \"segments\", \"missing\", \"assumptions\", \"warnings\"}; with --where also \"where\": [{\"name\", \"kind\",
+\"unit\", \"rms\", \"max\", \"noise\", \"beyond_noise\" (fraction of the squared error), \"samples\", \"motion\", \"direction\",
+\"phases\": [{\"name\", \"samples\", \"rms\"}], \"windows\": [{\"from\", \"to\", \"samples\", \"rms\"}], \"signature\": [{\"name\",
+\"correlation\", \"share\", \"slope\"}], \"words\": [sentence]}].";
+
+/// Compare the model's prediction with measurements
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Compare {
     #[command(flatten)]
     robot: RobotArguments,
-    /// The log
+    /// The log, or a table of postures or impacts
     #[arg(value_name = "LOG.csv")]
     log: PathBuf,
     /// Samples before this time of the log's clock (s) do not count
@@ -49,6 +69,15 @@ pub struct Compare {
     /// TOML file with other column names, factors and signs
     #[arg(long, value_name = "FILE.toml")]
     mapping: Option<PathBuf>,
+    /// Also say where the model fails: when moving, reversing or standing, in which direction, when, on which feet,
+    /// and what the residual goes with
+    #[arg(long = "where")]
+    places: bool,
+    /// Stance foot of postures, striking foot of impacts; default: the right one
+    #[arg(long, value_name = "FOOT")]
+    foot: Option<String>,
+    #[command(flatten)]
+    outputs: Outputs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -59,28 +88,83 @@ impl Compare {
     pub fn of_log(robot: RobotArguments, log: PathBuf) -> Self {
         let trim = Options::default().trim_s;
         let (from, to, cutoff, mapping) = (None, None, Vec::new(), None);
-        Self { robot, log, from, to, cutoff, trim, logged_velocity: false, mapping, json: false }
+        Self {
+            robot,
+            log,
+            from,
+            to,
+            cutoff,
+            trim,
+            logged_velocity: false,
+            mapping,
+            places: false,
+            foot: None,
+            outputs: Outputs::NONE,
+            json: false,
+        }
     }
 
     /// Reads, compares, prints.
     pub fn run(self) -> Outcome {
         let robot = self.robot.read()?;
         let mapping = self.mapping()?;
-        let subject = subject(&robot.tree()?)?;
-        let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
-        let compiled = output::progress("deriving", || robot.compile_only(&[wish]))?;
-        let mut torques = ProgramTorques::new(&compiled)?;
-        let options = self.options();
-        let comparison = output::progress("reading and comparing", || {
-            compare_file(&mut torques, &subject, &self.log, &mapping, &options)
-        })?;
+        let (comparison, loaded_at) = match content(&subject(&robot.tree()?)?, &self.log, &mapping)? {
+            Content::Efforts => {
+                let comparison = compare_efforts(&robot, &self.log, &mapping, &self.options())?;
+                let cutoff = comparison.cutoff_hz;
+                (Some(comparison), Some(cutoff))
+            }
+            _ => (None, None),
+        };
+        let detailed = self.places || self.outputs.wanted();
+        let (comparison, places) = match comparison {
+            Some(comparison) if !detailed => (comparison, None),
+            comparison => {
+                let options = Options { cutoff_hz: loaded_at.or(self.options().cutoff_hz), ..self.options() };
+                self.look_closer(&robot, &mapping, &options, comparison)?
+            }
+        };
         output::diagnostics(&comparison.warnings);
         if self.json {
-            output::print_json(&comparison)?;
+            output::print_json(&Json { comparison: &comparison, places: places.as_deref() })?;
         } else {
-            output::print(&comparison.to_string())?;
+            let more = places.map(|places| places::text(&places)).unwrap_or_default();
+            output::print(&format!("{comparison}{more}"))?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Loads the file as an experiment: for what only that knows, and for files that are no logs of efforts.
+    fn look_closer(
+        &self,
+        robot: &Robot,
+        mapping: &Mapping,
+        options: &Options,
+        comparison: Option<Comparison>,
+    ) -> Result<(Comparison, Option<Vec<Breakdown>>), Failure> {
+        let mut measured = output::progress("deriving", || Measured::new(robot))?;
+        measured.with_joints = true;
+        let cutoff = measured.cutoff(&self.log, mapping, options)?;
+        let cutoff_hz = (cutoff > 0.0).then_some(cutoff);
+        let options = Options { cutoff_hz, ..options.clone() };
+        let foot = self.foot.as_deref();
+        let loaded = output::progress("reading", || measured.load(&self.log, mapping, &options, foot))?;
+        let comparison = comparison.unwrap_or_else(|| {
+            let reading = Reading {
+                abscissa: loaded.content.abscissa(),
+                cutoff_hz: loaded.cutoff_hz,
+                trim_s: if loaded.content == Content::Contacts { options.trim_s } else { 0.0 },
+                missing: Vec::new(),
+                assumptions: loaded.assumptions.clone(),
+                warnings: loaded.warnings.clone(),
+            };
+            Comparison::of_experiment(&*loaded.experiment, reading)
+        });
+        if self.outputs.wanted() {
+            let report = reporting::of_measurements(robot, &measured, &loaded, None)?;
+            self.outputs.write(&Report { history: reporting::steps_of(&self.robot.path), ..report })?;
+        }
+        Ok((comparison, self.places.then(|| breakdowns(&*loaded.experiment))))
     }
 
     fn mapping(&self) -> Result<Mapping, Failure> {
@@ -102,18 +186,46 @@ impl Compare {
     }
 }
 
-/// What the comparison has to know of the robot.
-fn subject(tree: &Tree) -> Result<Subject, Diagnostic> {
-    let base = match tree.base {
-        BaseKind::Floating => compare::BaseKind::Floating,
-        BaseKind::Planar => compare::BaseKind::Planar,
-        BaseKind::Fixed => compare::BaseKind::Fixed,
-        BaseKind::Pivot => {
-            return Err(Diagnostic::error("a log does not tell the angle of a pivot")
-                .help("choose another base with --base floating|planar|fixed"));
-        }
+/// Logged efforts against the compiled model with the effects of its description.
+///
+/// Effects that no function of one state contains (delays, saturated drives) are applied to the whole log instead.
+fn compare_efforts(
+    robot: &Robot,
+    log: &Path,
+    mapping: &Mapping,
+    options: &Options,
+) -> Result<Comparison, Failure> {
+    let subject = subject(&robot.tree()?)?;
+    let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+    let compiled = output::progress("deriving", || robot.compile_only(&[wish]))?;
+    let mut torques = ProgramTorques::new(&compiled)?;
+    let mut comparison = output::progress("reading and comparing", || {
+        compare_file(&mut torques, &subject, log, mapping, options)
+    })?;
+    let outside = |effect: &Effect| {
+        matches!(effect.definition().map(|kind| kind.law), Some(Law::Delay | Law::TrueTorque(_)))
     };
-    let joints = tree.joints.iter();
-    let joints = joints.map(|joint| Joint { name: joint.name.clone(), prismatic: joint.prismatic }).collect();
-    Ok(Subject { joints, base })
+    if !robot.description.effects.iter().any(outside) {
+        return Ok(comparison);
+    }
+    let measured = output::progress("deriving", || Measured::new(robot))?;
+    let mut all = Vec::new();
+    for cutoff in comparison.cutoffs.iter().map(|c| c.cutoff_hz) {
+        let options = Options { cutoff_hz: Some(cutoff), ..options.clone() };
+        let experiment = output::progress("reading and comparing", || {
+            measured.efforts(log, mapping, &options, usize::MAX)
+        })?;
+        all.push((cutoff, channels_of(&experiment)));
+    }
+    comparison.judged_again(all);
+    Ok(comparison)
+}
+
+/// A comparison and, if asked, where it fails.
+#[derive(Serialize)]
+struct Json<'a> {
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+    #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
+    places: Option<&'a [Breakdown]>,
 }

@@ -83,14 +83,15 @@ struct Counts {
     divisions: usize,
     square_roots: usize,
     sin_cos: usize,
+    functions: usize,
     total: usize,
 }
 
 impl From<Operations> for Counts {
     fn from(o: Operations) -> Self {
         let total = o.total();
-        let Operations { additions, multiplications, fused, divisions, square_roots, sin_cos } = o;
-        Self { additions, multiplications, fused, divisions, square_roots, sin_cos, total }
+        let Operations { additions, multiplications, fused, divisions, square_roots, sin_cos, functions } = o;
+        Self { additions, multiplications, fused, divisions, square_roots, sin_cos, functions, total }
     }
 }
 
@@ -115,12 +116,18 @@ fn all(robot: &Robot, as_json: bool) -> Outcome {
         output::print_json(&json!({"robot": compiled.name, "functions": functions}))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let head =
-        ["function", "arguments", "unit", "shape", "add", "mul", "fused", "div", "sqrt", "sin_cos", "total"];
+    let mut head =
+        vec!["function", "arguments", "unit", "shape", "add", "mul", "fused", "div", "sqrt", "sin_cos"];
+    // Only the laws of effects need them.
+    let others = compiled.functions.iter().any(|f| f.operations.functions > 0);
+    head.extend(others.then_some("functions"));
+    head.push("total");
     let row = |f: &Function| {
         let o = f.operations;
-        let counts =
-            [o.additions, o.multiplications, o.fused, o.divisions, o.square_roots, o.sin_cos, o.total()];
+        let mut counts =
+            vec![o.additions, o.multiplications, o.fused, o.divisions, o.square_roots, o.sin_cos];
+        counts.extend(others.then_some(o.functions));
+        counts.push(o.total());
         let shape = format!("{} × {}", f.rows.len(), f.columns.len());
         let names: Vec<&str> = f.program.arguments().map(|argument| argument.name()).collect();
         let texts = [f.name.clone(), names.join(", "), units(f), shape];

@@ -1,9 +1,13 @@
 //! One file per command.
+mod amend;
 mod base_parameters;
 mod check;
 mod compare;
+mod diagnose;
+mod effects;
 mod evaluate;
 mod generate;
+mod history;
 mod init;
 mod inspect;
 
@@ -19,6 +23,10 @@ pub enum Command {
     Inspect(inspect::Inspect),
     Evaluate(evaluate::Evaluate),
     Compare(compare::Compare),
+    Diagnose(diagnose::Diagnose),
+    Effects(effects::Effects),
+    Amend(amend::Amend),
+    History(history::History),
 }
 
 impl Command {
@@ -31,6 +39,10 @@ impl Command {
             Self::Inspect(command) => command.run(),
             Self::Evaluate(command) => command.run(),
             Self::Compare(command) => command.run(),
+            Self::Diagnose(command) => command.run(),
+            Self::Effects(command) => command.run(),
+            Self::Amend(command) => command.run(),
+            Self::History(command) => command.run(),
         }
     }
 }

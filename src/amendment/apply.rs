@@ -1,0 +1,212 @@
+//! Writing a proposal into a description.
+use super::files::{Lock, Replacement, read_text};
+use super::history::{Action, Change, History, Standing, Step, Version, pack};
+use super::text::{self, Written};
+use super::{Proposal, Proposed, Wish, description_path, is_same, now, words};
+use bipedc_compiler::description::SourceFiles;
+use bipedc_compiler::description::model::RobotDescription;
+use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics, Severity};
+use bipedc_runtime::effect::Effect;
+use std::path::{Path, PathBuf};
+
+/// What was done.
+#[derive(Debug)]
+pub struct Amended {
+    /// As noted in the history.
+    pub step: Step,
+    /// The description.
+    pub description: PathBuf,
+    /// Its text before.
+    pub before: String,
+    /// And after.
+    pub after: String,
+    /// What became known on the way, in words.
+    pub remarks: Vec<String>,
+    /// What is odd about the new effects.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Amends a description and notes the step in its history; with `dry_run` nothing is written.
+///
+/// # Errors
+/// A description that does not read, before or after; effects that are not there; files that cannot be written. Then
+/// nothing was changed.
+pub fn amend(path: &Path, proposal: &Proposal, dry_run: bool) -> Result<Amended, Diagnostics> {
+    let description = description_path(path).map_err(one)?;
+    let _lock = Lock::of_folder(&description).map_err(one)?;
+    let sources = SourceFiles::load(&description)?;
+    let (robot, old_warnings) = sources.parse()?;
+    let mut history = History::open(&description).map_err(one)?;
+    let (date, before) = (now(), sources.toml_text.clone());
+    let remarks = settle(&mut history, &before, &date);
+
+    let mut step = new_step(proposal, history.steps.len() + 1, date, &before);
+    let mut after = before.clone();
+    for proposed in &proposal.effects {
+        let (text, change) =
+            put(&after, proposed, &step, &robot).map_err(|e| one(e.in_file(&description)))?;
+        (after, step.changes) = (text, pushed(std::mem::take(&mut step.changes), change));
+    }
+    let (amended, warnings) = read_amended(&sources, &after)?;
+    verify(&robot, amended, &mut step.changes).map_err(|e| one(e.in_file(&description)))?;
+    step.after = Version::of(&after);
+
+    history.steps.push(step.clone());
+    if !dry_run {
+        write(&description, &before, &after, &history).map_err(one)?;
+    }
+    let is_new = |warning: &Diagnostic| old_warnings.iter().all(|old| old.message != warning.message);
+    let warnings = warnings.into_iter().filter(is_new).map(unplaced).collect();
+    Ok(Amended { step, description, before, after, remarks, warnings })
+}
+
+fn one(error: Diagnostic) -> Diagnostics {
+    Diagnostics(vec![error])
+}
+
+fn pushed(mut list: Vec<Change>, change: Change) -> Vec<Change> {
+    list.push(change);
+    list
+}
+
+/// Brings the history up to what the description is; says what was found.
+fn settle(history: &mut History, text: &str, date: &str) -> Vec<String> {
+    let Some(last) = history.last().map(|step| step.step) else { return Vec::new() };
+    match history.standing(text) {
+        Standing::Agree => Vec::new(),
+        Standing::LastStepMissing => {
+            history.take_back(date);
+            vec![format!(
+                "step {last} is not in the description (interrupted, or restored by other means): marked as taken back"
+            )]
+        }
+        Standing::Edited => vec![format!("the description was edited by hand since step {last}: noted")],
+    }
+}
+
+fn new_step(proposal: &Proposal, number: usize, date: String, before: &str) -> Step {
+    Step {
+        step: number,
+        date,
+        tool: format!("bipedc {}", env!("CARGO_PKG_VERSION")),
+        origin: proposal.origin.clone(),
+        changes: Vec::new(),
+        training: proposal.training.clone(),
+        validation: proposal.validation.clone(),
+        errors: proposal.errors.clone(),
+        note: proposal.note.clone(),
+        before: Version::of(before),
+        after: Version::of(before),
+        previous_text: pack(before),
+        undone: None,
+    }
+}
+
+/// The text with one effect put, added or removed.
+fn put(
+    text: &str,
+    proposed: &Proposed,
+    step: &Step,
+    robot: &RobotDescription,
+) -> Result<(String, Change), Diagnostic> {
+    let previous = robot.effects.iter().find(|effect| is_same(effect, &proposed.effect)).cloned();
+    let mut effect = proposed.effect.clone();
+    if let Some(previous) = previous.as_ref().filter(|_| effect.own.is_empty()) {
+        effect.own.clone_from(&previous.own);
+    }
+    let is_twin = |change: &Change| is_same(&change.effect, &effect);
+    let action = match proposed.wish {
+        Wish::Remove => Action::Removed,
+        // Of two alike in one proposal (two ripples, say) the second comes beside the first.
+        Wish::Put if !step.changes.iter().any(is_twin) && text::count(text, &effect)? > 0 => Action::Replaced,
+        Wish::Put | Wish::Add => Action::Added,
+    };
+    let comment = words::above(&effect, proposed, step);
+    let written = Written { effect: &effect, ci95: &proposed.ci95, comment: &comment };
+    let text = match action {
+        Action::Added => text::add(text, &written)?,
+        Action::Replaced => text::replace(text, &written)?,
+        Action::Removed => text::remove(text, &effect)?,
+    };
+    if let Some(previous) = previous.as_ref().filter(|_| action == Action::Removed) {
+        effect.clone_from(previous);
+    }
+    let previous = previous.filter(|_| action == Action::Replaced);
+    let (ci95, error) = (proposed.ci95.clone(), proposed.error.clone());
+    Ok((text, Change { action, effect, ci95, previous, error }))
+}
+
+/// Reads the amended text as the description's reader does. Places are left out of messages: they are those of a
+/// text that nobody sees.
+fn read_amended(
+    sources: &SourceFiles,
+    text: &str,
+) -> Result<(RobotDescription, Vec<Diagnostic>), Diagnostics> {
+    let amended = SourceFiles { toml_text: text.to_owned(), ..sources.clone() };
+    amended.parse().map_err(|errors| {
+        let errors = errors.0.into_iter().filter(|error| error.severity == Severity::Error);
+        Diagnostics(errors.map(unplaced).collect())
+    })
+}
+
+fn unplaced(diagnostic: Diagnostic) -> Diagnostic {
+    Diagnostic { file: None, position: None, ..diagnostic }
+}
+
+/// The amended description must hold the effects of the changes, and everything else as before. The changes get the
+/// effects as they were read: with the settings that a replaced one kept.
+fn verify(
+    before: &RobotDescription,
+    after: RobotDescription,
+    changes: &mut [Change],
+) -> Result<(), Diagnostic> {
+    let wrong = |what: String| {
+        Diagnostic::error(format!("{what}; nothing was written"))
+            .help("edit the description by hand, and report this: it should not happen")
+    };
+    for change in changes.iter_mut().filter(|change| change.action != Action::Removed) {
+        let found = after.effects.iter().rev().find(|effect| holds(effect, &change.effect));
+        let found = found.ok_or_else(|| {
+            wrong(format!("the amended description does not hold {}", words::title(&change.effect)))
+        })?;
+        change.effect = found.clone();
+    }
+    let count = |action: Action| changes.iter().filter(|change| change.action == action).count();
+    let expected =
+        before.effects.len() + count(Action::Added) - count(Action::Removed).min(before.effects.len());
+    if after.effects.len() != expected {
+        return Err(wrong(format!("{} effects instead of {expected}", after.effects.len())));
+    }
+    if after.without_effects() != before.clone().without_effects() {
+        return Err(wrong("the change would alter more than effects".to_owned()));
+    }
+    Ok(())
+}
+
+/// Whether an effect that was read is the one that was written, to the last bit; it may have more settings.
+fn holds(read: &Effect, written: &Effect) -> bool {
+    is_same(read, written)
+        && read.location == written.location
+        && read.torque == written.torque
+        && written.parameters.iter().all(|(name, value)| read.parameters.get(name) == Some(value))
+}
+
+/// History first: see [`super::history`].
+fn write(description: &Path, before: &str, after: &str, history: &History) -> Result<(), Diagnostic> {
+    let history_path = History::path(description);
+    let history = Replacement::prepare(&history_path, &history.to_text()?)?;
+    let amended = Replacement::prepare(description, after)?;
+    if read_text(description)?.as_deref() != Some(before) {
+        return Err(Diagnostic::error(
+            "the description changed while it was being amended: nothing was written",
+        )
+        .in_file(description)
+        .help("save or close it in your editor, then amend again"));
+    }
+    history.commit()?;
+    amended.commit().map_err(|error| {
+        let help =
+            "the history notes a step that the description does not have; the next amend puts that right";
+        error.help(help)
+    })
+}

@@ -1,0 +1,167 @@
+//! From a diagnosis to a proposal.
+use super::history::{ChannelError, Fall};
+use super::{Proposal, Proposed, Wish, is_same};
+use bipedc_runtime::diagnose::{Diagnosis, Fall as Measured, Found};
+use bipedc_runtime::diagnostic::Diagnostic;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Kinds of channels, the one that a diagnosis is about first.
+const CHANNELS: [&str; 3] = ["post_impact_velocity", "cop", "effort"];
+
+/// What to take of a diagnosis.
+#[derive(Debug, Clone, Default)]
+pub struct Selection {
+    /// Numbers from 1, `KIND` or `KIND:PLACE`; empty: all effects.
+    pub only: Vec<String>,
+    /// Also its corrections of masses and inertias.
+    pub corrections: bool,
+    /// Add even where an effect of the kind stands.
+    pub add: bool,
+}
+
+/// Reads `diagnosis.json`.
+///
+/// # Errors
+/// No such file, or not the JSON of a diagnosis: with its place.
+pub fn read(path: &Path) -> Result<Diagnosis, Diagnostic> {
+    let Some(text) = super::files::read_text(path)? else {
+        return Err(Diagnostic::error("there is no such file")
+            .in_file(path)
+            .help("bipedc diagnose ROBOT LOG.csv --json > diagnosis.json writes one"));
+    };
+    let value: serde_json::Value = serde_json::from_str(&text).map_err(|e| not_one(path, &e))?;
+    if value.get("effects").is_none() {
+        return Err(Diagnostic::error("the file is no diagnosis: it has no `effects`")
+            .in_file(path)
+            .help("give the output of bipedc diagnose --json"));
+    }
+    serde_json::from_str(&text).map_err(|e| not_one(path, &e))
+}
+
+fn not_one(path: &Path, error: &serde_json::Error) -> Diagnostic {
+    Diagnostic::error(format!("the file is no diagnosis: {error}"))
+        .in_file(path)
+        .at(error.line(), error.column())
+        .help("give the output of bipedc diagnose --json")
+}
+
+/// The effects that were asked for, in the order in which they entered, with their errors as far as the diagnosis
+/// knows them: the error with some effects is known if they were the first to enter.
+///
+/// # Errors
+/// A selection that the diagnosis does not have.
+pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Result<Proposal, Diagnostic> {
+    let mut chosen = choose(diagnosis, &selection.only)?;
+    let entered = |found: &Found| diagnosis.steps.iter().position(|s| is_same(&s.effect, &found.effect));
+    chosen.sort_by_key(|found| entered(found).unwrap_or(usize::MAX));
+    let wish = if selection.add { Wish::Add } else { Wish::Put };
+    let main = main_channel(diagnosis);
+    let mut effects: Vec<Proposed> = Vec::new();
+    for (index, found) in chosen.iter().enumerate() {
+        let step = diagnosis.steps.get(index).filter(|step| is_same(&step.effect, &found.effect));
+        // After the first that is out of order the errors are those of another model.
+        let known = effects.iter().all(|before| before.error.is_some());
+        let error = step.filter(|_| known).zip(main).map(|(step, (channel, rms))| ChannelError {
+            channel: channel.to_owned(),
+            unit: rms.unit.clone(),
+            held_out: Some(Fall { before: step.before, after: step.after }),
+            training: None,
+            noise: rms.noise,
+        });
+        effects.push(proposed(found, error, wish));
+    }
+    let (errors, note) = errors(diagnosis, &effects, selection.corrections);
+    if selection.corrections {
+        effects.extend(diagnosis.inertial_corrections.iter().map(|found| proposed(found, None, wish)));
+    }
+    let training = (!diagnosis.training.file.is_empty()).then(|| diagnosis.training.clone());
+    let validation = diagnosis.validation.clone();
+    Ok(Proposal { effects, origin: origin.to_owned(), training, validation, errors, note })
+}
+
+fn proposed(found: &Found, error: Option<ChannelError>, wish: Wish) -> Proposed {
+    Proposed { effect: found.effect.clone(), ci95: found.ci95.clone(), error, wish }
+}
+
+fn choose<'d>(diagnosis: &'d Diagnosis, only: &[String]) -> Result<Vec<&'d Found>, Diagnostic> {
+    let mut chosen = vec![only.is_empty(); diagnosis.effects.len()];
+    for wanted in only {
+        let matches = |index: usize, found: &Found| match wanted.parse::<usize>() {
+            Ok(number) => number == index + 1,
+            Err(_) => wanted == &found.effect.kind || wanted == &name(found),
+        };
+        let hits: Vec<usize> =
+            (0..chosen.len()).filter(|&index| matches(index, &diagnosis.effects[index])).collect();
+        if hits.is_empty() {
+            let list = diagnosis.effects.iter().zip(1..).map(|(found, n)| format!("{n} {}", name(found)));
+            let list: Vec<String> = list.collect();
+            let list = if list.is_empty() { "it has none".to_owned() } else { list.join(", ") };
+            return Err(Diagnostic::error(format!("the diagnosis has no effect `{wanted}`"))
+                .help(format!("its effects are: {list}")));
+        }
+        hits.into_iter().for_each(|index| chosen[index] = true);
+    }
+    Ok(diagnosis.effects.iter().zip(chosen).filter_map(|(found, taken)| taken.then_some(found)).collect())
+}
+
+/// `KIND:PLACE`
+fn name(found: &Found) -> String {
+    format!("{}:{}", found.effect.kind, found.effect.location)
+}
+
+/// The channel that `rms_before` is about.
+fn main_channel(diagnosis: &Diagnosis) -> Option<(&str, &Measured)> {
+    let by_name = |name: &&str| diagnosis.rms.get_key_value(*name);
+    let found = CHANNELS.iter().filter_map(by_name).find(|(_, rms)| rms.before == diagnosis.rms_before);
+    let found = found.or_else(|| CHANNELS.iter().find_map(by_name)).or_else(|| diagnosis.rms.iter().next());
+    found.map(|(name, rms)| (name.as_str(), rms))
+}
+
+/// Errors of the chosen effects together.
+fn errors(
+    diagnosis: &Diagnosis,
+    chosen: &[Proposed],
+    corrections: bool,
+) -> (Vec<ChannelError>, Option<String>) {
+    let complete = chosen.len() == diagnosis.effects.len();
+    if complete {
+        let without = !diagnosis.inertial_corrections.is_empty() && !corrections;
+        let note = without.then(|| {
+            "the errors include inertial corrections that were not taken (--with-corrections takes them)"
+                .to_owned()
+        });
+        return (all_channels(diagnosis), note);
+    }
+    let falls: Option<Vec<&ChannelError>> = chosen.iter().map(|proposed| proposed.error.as_ref()).collect();
+    let ends = falls.as_ref().and_then(|falls| Some((falls.first()?.held_out?, falls.last()?)));
+    match ends {
+        Some((first, last)) => {
+            let held_out = last.held_out.map(|fall| Fall { before: first.before, after: fall.after });
+            (vec![ChannelError { held_out, ..(*last).clone() }], None)
+        }
+        None => {
+            let note = "the error with these effects alone is not known: bipedc compare measures it";
+            (Vec::new(), Some(note.to_owned()))
+        }
+    }
+}
+
+fn all_channels(diagnosis: &Diagnosis) -> Vec<ChannelError> {
+    let main = main_channel(diagnosis).map(|(name, _)| name);
+    let fall = |rms: &Measured| Fall { before: rms.before, after: rms.after };
+    let of = |map: &BTreeMap<String, Measured>, name: &str| map.get(name).map(fall);
+    let mut list: Vec<ChannelError> = diagnosis
+        .rms
+        .iter()
+        .map(|(name, rms)| ChannelError {
+            channel: name.clone(),
+            unit: rms.unit.clone(),
+            held_out: Some(fall(rms)),
+            training: of(&diagnosis.rms_training, name),
+            noise: rms.noise,
+        })
+        .collect();
+    list.sort_by_key(|error| Some(error.channel.as_str()) != main);
+    list
+}

@@ -1,0 +1,126 @@
+//! How numbers, units and effects are said, in comments and on the terminal.
+use super::Proposed;
+use super::history::{ChannelError, Fall, Step};
+use bipedc_runtime::effect::Effect;
+use std::fmt::Write;
+
+/// How comments that amend writes begin.
+pub const COMMENT: &str = "bipedc amend, ";
+
+/// Shortest text that reads back as the same number, and is a number of TOML.
+pub fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+/// Rounded for people: four digits.
+pub fn rounded(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let size = value.abs().log10().floor();
+    if !(-4.0..6.0).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let decimals = (3.0 - size).clamp(0.0, 8.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A number with its unit.
+pub fn quantity(value: f64, unit: &str) -> String {
+    let number = rounded(value);
+    if unit == "1" { number } else { format!("{number} {unit}") }
+}
+
+/// The unit as a comment says it.
+pub fn unit_words(unit: &str) -> &str {
+    if unit == "1" { "no unit" } else { unit }
+}
+
+/// The comment behind a parameter: unit, and how sure it is.
+pub fn behind(effect: &Effect, name: &str, ci95: Option<&[f64; 2]>) -> String {
+    // One line, whatever the author of a formula wrote.
+    let mut text = format!("  # {}", one_line(unit_words(effect.unit(name))));
+    if let Some([low, high]) = ci95 {
+        let _ = write!(text, ", 95 %: {} to {}", rounded(*low), rounded(*high));
+    }
+    text
+}
+
+/// Such as `Coulomb friction at left_knee_pitch`, or `cable (formula) at …`.
+pub fn title(effect: &Effect) -> String {
+    match &effect.name {
+        Some(name) => format!("{} (formula) at {}", one_line(name), one_line(&effect.location.to_string())),
+        None => one_line(&effect.to_string()),
+    }
+}
+
+/// Parameters with units: `torque 0.43 N m, smoothing 0.02 rad/s`.
+pub fn parameters(effect: &Effect) -> String {
+    let one = |(name, value): (&String, &f64)| format!("{name} {}", quantity(*value, effect.unit(name)));
+    effect.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// `0.52 → 0.06 N m`.
+pub fn fall(fall: &Fall, unit: &str) -> String {
+    format!("{} → {}", rounded(fall.before), quantity(fall.after, unit))
+}
+
+/// `held-out effort 0.52 → 0.06 N m, on the training data 0.5 → 0.05 N m`.
+pub fn error(error: &ChannelError) -> String {
+    let mut parts = Vec::new();
+    if let Some(held_out) = &error.held_out {
+        parts.push(format!("held-out {} {}", error.channel, fall(held_out, &error.unit)));
+    }
+    if let Some(training) = &error.training {
+        parts.push(format!("on the training data {}", fall(training, &error.unit)));
+    }
+    parts.join(", ")
+}
+
+/// The comment above a table: what, when, from which data, error before → after.
+pub fn above(effect: &Effect, proposed: &Proposed, step: &Step) -> String {
+    let mut text = format!("{COMMENT}{}: {}, {}", day(&step.date), title(effect), step.origin);
+    if let Some(training) = &step.training {
+        let _ = write!(text, ", from {} ({} samples)", training.file, training.samples);
+    }
+    if let Some(validation) = &step.validation {
+        let _ = write!(text, ", judged on {} ({} samples)", validation.file, validation.samples);
+    }
+    if let Some(errors) = proposed.error.as_ref().or(step.main_error()) {
+        let _ = write!(text, "; {}", error(errors));
+    }
+    one_line(&text)
+}
+
+/// The day of a date.
+pub fn day(date: &str) -> &str {
+    date.get(..10).unwrap_or(date)
+}
+
+/// Fit for one line of a comment or a table.
+pub fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_exactly() {
+        for value in [0.43, -1e-9, 5.0, 1e300, 0.1 + 0.2, f64::MIN_POSITIVE, 123456.789] {
+            let document: toml_edit::DocumentMut = format!("x = {}", number(value)).parse().unwrap();
+            assert_eq!(document["x"].as_float(), Some(value), "{}", number(value));
+        }
+    }
+
+    #[test]
+    fn rounding_keeps_four_digits() {
+        let cases =
+            [(0.431_278, "0.4313"), (12.0, "12"), (0.0, "0"), (-1234.56, "-1235"), (1e-7, "1.000e-7")];
+        for (value, text) in cases {
+            assert_eq!(rounded(value), text);
+        }
+    }
+}

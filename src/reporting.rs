@@ -1,0 +1,136 @@
+//! Reports: what the commands fill them with, and where they go.
+use crate::amendment::history::History;
+use crate::failure::Failure;
+use crate::measurements::{Content, Loaded, Measured};
+use crate::output;
+use bipedc_compiler::Robot;
+use bipedc_compiler::drawing::drawing;
+use bipedc_runtime::diagnose::{Diagnosis, Experiment, Fall};
+use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::report::{Abscissa, Drawing, Fact, HistoryStep, Report, rows_of, write, write_svg};
+use clap::Args;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Where a report goes.
+#[derive(Args)]
+pub struct Outputs {
+    /// Write a page to look at: the robot, plots, causes; opens in any browser, needs no network
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
+    /// Write the page's pictures into this folder, for papers
+    #[arg(long, value_name = "DIR")]
+    svg: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// Neither page nor pictures.
+    pub const NONE: Self = Self { report: None, svg: None };
+
+    /// Whether anything is to be written.
+    pub fn wanted(&self) -> bool {
+        self.report.is_some() || self.svg.is_some()
+    }
+
+    /// Writes page and pictures; says so on the error stream.
+    ///
+    /// # Errors
+    /// What the file system refuses.
+    pub fn write(&self, report: &Report) -> Result<(), Failure> {
+        if let Some(page) = &self.report {
+            write(report, page)?;
+            output::remark(&format!("wrote {}", page.display()));
+        }
+        if let Some(folder) = &self.svg {
+            let pictures = write_svg(report, folder)?;
+            output::remark(&format!("wrote {} pictures into {}", pictures.len(), folder.display()));
+        }
+        Ok(())
+    }
+}
+
+/// Measurements against the model, with a diagnosis if there is one. `loaded` are those that judged.
+///
+/// # Errors
+/// A robot without a tree.
+pub fn of_measurements(
+    robot: &Robot,
+    measured: &Measured,
+    loaded: &Loaded<'_>,
+    diagnosis: Option<&Diagnosis>,
+) -> Result<Report, Diagnostic> {
+    let name = robot.description.name.clone();
+    let file = Path::new(&loaded.source.file).file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let what = if diagnosis.is_some() { "diagnosis, judged on" } else { "compared with" };
+    let rows = rows_of(&*loaded.experiment, diagnosis);
+    let notes: Vec<&str> = rows.iter().map(|row| row.note.as_str()).filter(|note| !note.is_empty()).collect();
+    let abscissa = loaded.content.abscissa();
+    let unit = if abscissa == "time" { "s" } else { "" };
+    Ok(Report {
+        title: format!("{name}: {what} {file}"),
+        // A diagnosis has words of its own.
+        summary: if diagnosis.is_some() { String::new() } else { notes.join(".\n\n") + "." },
+        drawing: Some(shape(robot, measured, &*loaded.experiment)?),
+        robot: name,
+        abscissa: Abscissa { name: abscissa.to_owned(), unit: unit.to_owned() },
+        rows,
+        diagnosis: diagnosis.cloned(),
+        warnings: loaded.warnings.iter().map(|w| w.message.clone()).collect(),
+        assumptions: loaded.assumptions.clone(),
+        facts: facts(loaded),
+        ..Report::default()
+    })
+}
+
+/// Where the data come from, and what was done with them.
+fn facts(loaded: &Loaded<'_>) -> Vec<Fact> {
+    let source = &loaded.source;
+    let mut facts = vec![
+        Fact::new("file", format!("{}, FNV-1a {}", source.file, source.hash)),
+        Fact::new("samples", source.samples.to_string()),
+    ];
+    if loaded.cutoff_hz > 0.0 {
+        let filtered = match loaded.content {
+            Content::Contacts => "zero-phase 4th-order Butterworth; motion, forces and efforts alike",
+            _ => "zero-phase 4th-order Butterworth; efforts are not filtered",
+        };
+        facts.push(Fact::new("filter", filtered));
+        facts.push(Fact::new("cut-off", format!("{} Hz", loaded.cutoff_hz)));
+    }
+    facts
+}
+
+/// The robot in the mean posture of the measurements.
+fn shape(robot: &Robot, measured: &Measured, experiment: &dyn Experiment) -> Result<Drawing, Diagnostic> {
+    // Rows of joints have the positions of all other joints and their own; rows of the base have all.
+    let mut means: BTreeMap<String, f64> = BTreeMap::new();
+    for (index, row) in experiment.rows().iter().enumerate().take(2) {
+        for (name, values) in experiment.signals(index) {
+            let joint = match (name.strip_suffix("/position"), &row.joint) {
+                (Some(joint), _) => joint.to_owned(),
+                (None, Some(joint)) if name == "position" => joint.clone(),
+                _ => continue,
+            };
+            means.insert(joint, values.iter().sum::<f64>() / values.len().max(1) as f64);
+        }
+    }
+    let joints = measured.subject.joints.iter();
+    let posture: Vec<f64> = joints.map(|joint| means.get(&joint.name).copied().unwrap_or(0.0)).collect();
+    Ok(drawing(&robot.description, &robot.tree()?, &posture))
+}
+
+/// The standing steps of a description's history.
+pub fn steps(history: &History) -> Vec<HistoryStep> {
+    let step = |stair: crate::amendment::history::Stair| {
+        let fall = Fall { unit: stair.unit, before: stair.before, after: stair.after, noise: stair.noise };
+        let (held_out, training) = if stair.held_out { (Some(fall), None) } else { (None, Some(fall)) };
+        HistoryStep { label: stair.label, date: stair.date, training, held_out }
+    };
+    history.stairs().into_iter().map(step).collect()
+}
+
+/// The same for a robot's folder or `biped.toml`; none where nothing was ever amended or the history is damaged:
+/// that is for `bipedc history` to say.
+pub fn steps_of(path: &Path) -> Vec<HistoryStep> {
+    crate::amendment::open(path).map(|(_, _, history)| steps(&history)).unwrap_or_default()
+}
