@@ -57,3 +57,42 @@ fn bad_logs_are_refused() {
     bipedc(&["compare", "robots/three_link", text(&file)]).fails_with(&["log.csv:3"]);
     bipedc(&["compare", "robots/tulip", LOG, "--mapping", "nowhere.toml"]).fails_with(&["nowhere.toml"]);
 }
+
+#[test]
+fn reports_are_written() {
+    let folder = scratch("compare_report");
+    let (page, pictures) = (folder.join("out.html"), folder.join("svg"));
+    bipedc(&["compare", "robots/tulip", LOG, "--report", text(&page), "--svg", text(&pictures)]).ok();
+    let html = std::fs::read_to_string(&page).unwrap();
+    assert!(html.starts_with("<!DOCTYPE html>") && html.len() < 5_000_000, "{} bytes", html.len());
+    // The robot, and each of the twelve joints over time and against four signals.
+    assert_eq!(std::fs::read_dir(&pictures).unwrap().count(), 1 + 12 * 5);
+    bipedc(&["compare", "robots/tulip", LOG, "--report", "/proc/nowhere/out.html"]).fails_with(&["nowhere"]);
+}
+
+/// Tables and logs with foot forces; a clean log has no structure.
+#[test]
+fn everything_measured_is_compared() {
+    let compare = |name: &str| {
+        let file = format!("tests/data/examples/{name}/validation.csv.gz");
+        bipedc(&["compare", "robots/tulip", &file, "--where", "--json"]).ok().json()
+    };
+    let rms = |value: &Value, kind: &str| value["kinds"][kind]["rms"].as_f64().unwrap();
+    let postures = compare("postures");
+    assert_eq!((&postures["abscissa"], &postures["unit"]), (&Value::from("posture"), &Value::from("m")));
+    assert!((postures["rms"].as_f64().unwrap() / 0.0075647 - 1.0).abs() < 0.01);
+    let swaying = compare("swaying");
+    assert!((rms(&swaying, "base_force") / 5.29581 - 1.0).abs() < 0.02);
+    assert!((rms(&swaying, "base_moment") / 0.54569 - 1.0).abs() < 0.02);
+    // The payload is on the torso, so the legs' joints are predicted down to the noise of the feet's sensors.
+    assert!(rms(&swaying, "effort") < 0.09, "{}", rms(&swaying, "effort"));
+    let rows = swaying["where"].as_array().unwrap();
+    let phases = rows[0]["phases"].as_array().unwrap();
+    assert!(phases.iter().any(|phase| phase["name"] == "double support"));
+    assert_eq!(rows.iter().filter(|row| row["kind"] == "effort").count(), 10);
+    let null = compare("null");
+    for row in null["where"].as_array().unwrap() {
+        assert_eq!(row["signature"].as_array().unwrap().len(), 0, "{row}");
+        assert!(row["noise"].as_f64().unwrap() > 0.0);
+    }
+}

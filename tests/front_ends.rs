@@ -122,3 +122,36 @@ fn a_failed_build_script_writes_nothing() {
     assert!(error.contains("did you mean `mass_matrix`?") && error.contains("`foo`"), "{error}");
     assert!(!out.exists());
 }
+
+#[test]
+fn with_effects_the_front_ends_agree_too() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = root.join("tests/data/effects/five_link");
+    let robot = Robot::read(&folder).unwrap_or_else(|e| panic!("{e}"));
+    let compiled = robot.compile().unwrap_or_else(|e| panic!("{e}"));
+    let items = printed(emit::items(&compiled, &Options::new("FiveLink")));
+    assert!(items.contains("R :: tanh") && items.contains("R :: exp") && items.contains("R :: larger"));
+    let input = quote! {
+        #[biped(description = "tests/data/effects/five_link")]
+        struct FiveLink;
+    };
+    let derived: File = syn::parse2(attribute::expand(input, root)).unwrap();
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("front_ends_effects");
+    let written = build::write(&folder, &Request::default(), &out).unwrap_or_else(|e| panic!("{e}"));
+    let built = parsed(&std::fs::read_to_string(&written.file).unwrap());
+    for file in [derived, built] {
+        let module = file.items.into_iter().find_map(|item| match item {
+            Item::Mod(module) => module.content,
+            _ => None,
+        });
+        let kept =
+            module.unwrap().1.into_iter().filter(|item| !matches!(item, Item::Struct(_) | Item::Use(_)));
+        let kept: Vec<Item> = kept.filter(|item| !matches!(item, Item::Const(c) if c.ident == "_")).collect();
+        let wanted = parsed(&prettyplease::unparse(
+            &syn::parse2(emit::items(&compiled, &Options::new("FiveLink"))).unwrap(),
+        ));
+        let wanted: Vec<Item> =
+            wanted.items.into_iter().filter(|item| !matches!(item, Item::Use(_))).collect();
+        assert!(printed(quote!(#(#kept)*)) == printed(quote!(#(#wanted)*)));
+    }
+}

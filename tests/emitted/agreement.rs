@@ -1,5 +1,5 @@
 //! Emitted code and the evaluator agree to the last bit.
-use super::models::{SplitThreeLink, SplitTulip, ThreeLink, Tulip};
+use super::models::{FiveLinkWithEffects, SplitThreeLink, SplitTulip, ThreeLink, Tulip, TulipWithEffects};
 use super::states::{Arguments, Random, functions};
 use bipedc_compiler::Robot;
 use bipedc_compiler::program::ProgramModel;
@@ -48,6 +48,12 @@ fn three_link_has_the_same_bits() {
 #[test]
 fn tulip_has_the_same_bits() {
     compare(&Tulip, "tulip", 20);
+}
+
+#[test]
+fn effects_have_the_same_bits() {
+    compare(&FiveLinkWithEffects, "../tests/data/effects/five_link", 100);
+    compare(&TulipWithEffects, "../tests/data/effects/tulip", 20);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! Emitted code never allocates.
-use super::models::{ThreeLink, Tulip};
+use super::models::{FiveLinkWithEffects, ThreeLink, Tulip};
 use super::states::{Arguments, Random, functions};
 use bipedc_runtime::{Model, Real};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -51,4 +51,5 @@ fn emitted_functions_do_not_allocate() {
     exercise::<f64>(&ThreeLink);
     exercise::<f32>(&ThreeLink);
     exercise::<f64>(&Tulip);
+    exercise::<f64>(&FiveLinkWithEffects);
 }

@@ -5,6 +5,7 @@
 
 mod agreement;
 mod allocation;
+mod effects;
 mod models;
 mod scalars;
 mod states;

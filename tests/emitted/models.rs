@@ -24,3 +24,13 @@ pub struct SplitThreeLink;
     functions = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "inverse_dynamics_regressor"]
 )]
 pub struct SplitTulip;
+
+/// An effect of every kind that stands in a formula.
+#[derive(Biped)]
+#[biped(description = "tests/data/effects/five_link")]
+pub struct FiveLinkWithEffects;
+
+/// Effects in joints, bodies and sensors.
+#[derive(Biped)]
+#[biped(description = "tests/data/effects/tulip")]
+pub struct TulipWithEffects;

@@ -32,6 +32,13 @@ impl<R: Real> Arguments<R> {
         Self(all.into_iter().map(|list| list.into_iter().map(R::constant).collect()).collect())
     }
 
+    /// With other values of one argument.
+    pub fn with(&self, argument: Argument, values: Vec<R>) -> Self {
+        let mut all = self.0.clone();
+        all[argument as usize] = values;
+        Self(all)
+    }
+
     /// As the model takes them.
     pub fn state(&self) -> State<'_, R> {
         Argument::ALL

@@ -49,6 +49,25 @@ impl<T: Real> Real for Dual<T> {
         let root = self.0.sqrt();
         Self(root, self.1 / (root + root))
     }
+    fn exp(self) -> Self {
+        let exp = self.0.exp();
+        Self(exp, self.1 * exp)
+    }
+    fn tanh(self) -> Self {
+        let tanh = self.0.tanh();
+        Self(tanh, self.1 * (T::constant(1.0) - tanh * tanh))
+    }
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1 * self.0.sign())
+    }
+    fn sign(self) -> Self {
+        Self(self.0.sign(), T::constant(0.0))
+    }
+    fn larger(self, other: Self) -> Self {
+        // Half of each where both are equal.
+        let first = (T::constant(1.0) + (self.0 - other.0).sign()) * T::constant(0.5);
+        Self(self.0.larger(other.0), other.1 + first * (self.1 - other.1))
+    }
     fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
         let pairs = angles.map(|x| {
             let ([s], [c]) = T::sin_cos_all([x.0]);

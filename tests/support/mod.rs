@@ -2,6 +2,7 @@
 #![allow(dead_code, missing_docs)]
 pub mod dual;
 pub mod lagrange;
+pub mod measured;
 pub mod oracle;
 
 use bipedc_compiler::Robot;

@@ -9,6 +9,14 @@ use core::hint::black_box;
 #[biped(description = "../../robots/three_link", base = "floating")]
 pub struct ThreeLink;
 
+/// Friction, springs and formulas: the functions that no rigid body needs.
+#[derive(Biped)]
+#[biped(
+    description = "../data/effects/five_link",
+    functions = ["inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives"]
+)]
+pub struct FiveLinkWithEffects;
+
 use three_link::{NQ, NV};
 
 /// Longer than any argument or result of this robot.
@@ -38,21 +46,26 @@ pub fn round_trip<R: Real + PartialOrd>() -> R {
     largest
 }
 
-/// Calls all functions by their index; whether none was refused.
+/// Calls all functions of both robots; whether none was refused.
 pub fn every_function() -> bool {
+    every_function_of(&ThreeLink, 10) & every_function_of(&FiveLinkWithEffects, 2)
+}
+
+/// Calls all functions by their index; whether none was refused and there were more than so many.
+fn every_function_of(model: &impl Model<f64>, count: usize) -> bool {
     let numbers = black_box([0.5f64; ROOM]);
     let mut output = [0.0; ROOM];
     let mut state = State::new();
     for argument in Argument::ALL {
-        let length = Model::<f64>::argument_length(&ThreeLink, argument);
+        let length = model.argument_length(argument);
         state = state.with(argument, numbers.get(..length).unwrap_or(&[]));
     }
     let (mut index, mut right) = (0, true);
-    while let Some(signature) = Model::<f64>::signature(&ThreeLink, index) {
+    while let Some(signature) = model.signature(index) {
         let place = output.get_mut(..signature.rows * signature.columns).unwrap_or(&mut []);
-        right &= ThreeLink.evaluate(index, &state, place).is_ok();
+        right &= model.evaluate(index, &state, place).is_ok();
         black_box(&mut output);
         index += 1;
     }
-    right & (index > 10)
+    right & (index > count)
 }

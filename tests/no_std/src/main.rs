@@ -39,6 +39,16 @@ fn squares<R: Real, const N: usize>(angles: [R; N]) -> R {
     sum + (s * s + c * c).sqrt() - R::constant(1.0)
 }
 
+/// exp and tanh from tiny to beyond their range: e · e⁻¹, tanh² + 1 / cosh², limits; 5 in all.
+fn exponentials<R: Real>(x: R) -> R {
+    let x = black_box(x);
+    let (grown, shrunk, one) = (x.exp(), (-x).exp(), R::constant(1.0));
+    let t = x.tanh();
+    let cosh = (grown + shrunk) / R::constant(2.0);
+    let limits = (x * R::constant(-1e4)).exp() + (x * R::constant(1e4)).tanh();
+    grown * shrunk + t * t + one / (cosh * cosh) + limits + (-x).abs().sign() + (-x).larger(one)
+}
+
 fn good(value: f64, expected: f64, tolerance: f64) -> bool {
     let difference = value - expected;
     difference <= tolerance && -difference <= tolerance
@@ -58,6 +68,10 @@ pub extern "C" fn main() -> i32 {
         & good(f64::from(short), 5.0, 1e-5)
         & four.iter().chain(&eight).all(|sum| good(*sum, 2.0, 1e-14))
         & floats.iter().all(|sum| good(f64::from(*sum), 2.0, 1e-6))
+        & good(exponentials(0.7), 5.0, 1e-14)
+        & good(f64::from(exponentials(0.7f32)), 5.0, 1e-5)
+        & exponentials(F64x4::constant(2.5)).to_array().iter().all(|sum| good(*sum, 5.0, 1e-14))
+        & exponentials(F32x8::constant(2.5)).to_array().iter().all(|sum| good(f64::from(*sum), 5.0, 1e-5))
         & good(generated::round_trip::<f64>(), 0.0, 1e-12)
         & good(f64::from(generated::round_trip::<f32>()), 0.0, 1e-3)
         & generated::every_function();

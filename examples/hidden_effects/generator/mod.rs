@@ -1,0 +1,82 @@
+//! Makes logs of robots that differ from their URDF in a known way.
+//!
+//! The rigid-body equations are those of the compiled model; everything else (friction, drives, springs, sensors,
+//! impacts) is written by hand here and shares no formula with the diagnosis. The same plan gives the same bytes.
+mod cases;
+mod contact;
+mod draw;
+mod drive;
+mod hanging;
+mod impacts;
+mod inertia;
+mod legs;
+pub mod model;
+mod motion;
+pub mod oracle;
+mod outside;
+mod postures;
+mod random;
+mod sensors;
+mod sway;
+mod sway_sensors;
+mod table;
+mod truth;
+
+pub use cases::all;
+pub use table::write_text;
+pub use truth::{Experiment, Group, Plan, Scales, Truth};
+
+use std::fmt;
+use std::path::Path;
+
+/// Why a case could not be made or judged.
+#[derive(Debug, Clone)]
+pub struct Failure(pub String);
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// A failure with this message.
+pub fn failure(message: impl Into<String>) -> Failure {
+    Failure(message.into())
+}
+
+/// Writes `train.csv`, `validation.csv` and `truth.json` of a case into a folder.
+///
+/// `robots` is the folder with the robots' descriptions.
+///
+/// # Errors
+/// Robots, joints and links that do not exist; files that cannot be written.
+pub fn generate(plan: &Plan, robots: &Path, folder: &Path) -> Result<Truth, Failure> {
+    std::fs::create_dir_all(folder).map_err(|e| failure(format!("{}: {e}", folder.display())))?;
+    let robot = robots.join(plan.robot);
+    let made = match plan.experiment {
+        Experiment::Hanging => hanging::generate(plan, &robot)?,
+        Experiment::Swaying => sway::generate(plan, &robot)?,
+        Experiment::Postures => postures::generate(plan, &robot)?,
+        Experiment::Impacts => impacts::generate(plan, &robot)?,
+    };
+    if !(made.truth.nominal.is_finite() && made.truth.oracle.is_finite()) {
+        return Err(failure(format!("{}: the simulation is unstable", plan.name)));
+    }
+    made.train.write(&folder.join("train.csv"))?;
+    made.validation.write(&folder.join("validation.csv"))?;
+    let text = serde_json::to_string_pretty(&made.truth).map_err(|e| failure(e.to_string()))?;
+    table::write_text(&folder.join("truth.json"), &(text + "\n"))?;
+    Ok(made.truth)
+}
+
+/// A case before it is written.
+pub struct Made {
+    /// For finding and fitting.
+    pub train: table::Table,
+    /// For judging: another motion.
+    pub validation: table::Table,
+    /// What was hidden.
+    pub truth: Truth,
+}

@@ -1,0 +1,61 @@
+//! Measurement files.
+use super::{Failure, failure};
+use std::fmt::Write;
+use std::path::Path;
+
+/// Columns of numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    columns: Vec<(String, usize, Vec<f64>)>,
+}
+
+impl Table {
+    /// Adds a column that is written with so many decimals.
+    pub fn push(&mut self, name: impl Into<String>, decimals: usize, values: Vec<f64>) {
+        self.columns.push((name.into(), decimals, values));
+    }
+
+    /// The values of a column as they are written.
+    #[cfg(test)]
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        self.columns.iter().find(|column| column.0 == name).map(|column| column.2.as_slice())
+    }
+
+    /// Comma-separated with a header; NaN is an empty cell.
+    pub fn text(&self) -> String {
+        let names: Vec<&str> = self.columns.iter().map(|column| column.0.as_str()).collect();
+        let mut text = names.join(",") + "\n";
+        let rows = self.columns.first().map_or(0, |column| column.2.len());
+        for row in 0..rows {
+            for (i, (_, decimals, values)) in self.columns.iter().enumerate() {
+                if i > 0 {
+                    text.push(',');
+                }
+                if values[row].is_finite() {
+                    // Adding zero turns −0 into 0. Writing to a string cannot fail.
+                    let _ = write!(text, "{:.decimals$}", values[row] + 0.0);
+                }
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        write_text(path, &self.text())
+    }
+}
+
+/// Writes a file by way of a temporary one.
+///
+/// # Errors
+/// It cannot be written.
+pub fn write_text(path: &Path, text: &str) -> Result<(), Failure> {
+    let temporary = path.with_extension("partial");
+    let written = std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, path));
+    written.map_err(|e| failure(format!("{}: {e}", path.display())))
+}

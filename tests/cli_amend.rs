@@ -1,0 +1,516 @@
+//! `bipedc amend`, `bipedc history` and `bipedc effects`, what they print, write and refuse.
+#[path = "support/cli.rs"]
+#[allow(dead_code)]
+mod cli;
+
+use cli::{Run, bipedc, scratch, text};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+const JOINT: &str = "left_knee_pitch";
+
+/// A copy of a robot that may be amended.
+fn robot(name: &str) -> PathBuf {
+    let folder = scratch(name);
+    for file in ["robot.urdf", "biped.toml"] {
+        std::fs::copy(Path::new("robots/tulip").join(file), folder.join(file)).unwrap();
+    }
+    folder
+}
+
+fn read(folder: &Path, file: &str) -> String {
+    std::fs::read_to_string(folder.join(file)).unwrap()
+}
+
+fn friction(folder: &Path, torque: &str, more: &[&str]) -> Run {
+    let set = format!("torque={torque}");
+    let mut arguments =
+        vec!["amend", text(folder), "--effect", "coulomb_friction", "--joint", JOINT, "--set", &set];
+    arguments.extend(more);
+    bipedc(&arguments)
+}
+
+/// Names of the files in a folder.
+fn files(folder: &Path) -> Vec<String> {
+    let names = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        names.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_effect_is_added_and_taken_back_byte_for_byte() {
+    let folder = robot("amend_undo");
+    let before = read(&folder, "biped.toml");
+    let run = friction(&folder, "0.43", &[]).ok();
+    assert!(run.out.contains("added Coulomb friction at left_knee_pitch") && run.out.contains("0.43 N m"));
+    let after = read(&folder, "biped.toml");
+    let added = after.strip_prefix(&before).expect("comments and order stay");
+    assert!(added.contains("torque = 0.43  # N m\n") && added.starts_with("\n# bipedc amend, "), "{added}");
+    bipedc(&["check", text(&folder)]).ok();
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    assert_eq!(read(&folder, "biped.toml"), before);
+    assert_eq!(files(&folder), ["biped.toml", "history.json", "robot.urdf"]);
+    bipedc(&["amend", text(&folder), "--undo"]).fails_with(&["nothing to take back", "all 1 steps"]);
+    let history = bipedc(&["history", text(&folder)]).ok();
+    assert!(history.out.contains("(taken back)"), "{}", history.out);
+}
+
+#[test]
+fn undo_without_any_step_says_so() {
+    let folder = robot("amend_nothing");
+    bipedc(&["amend", text(&folder), "--undo"]).fails_with(&["nothing to take back", "never amended"]);
+    let run = bipedc(&["history", text(&folder)]).ok();
+    assert!(run.out.contains("was never amended"), "{}", run.out);
+    assert_eq!(files(&folder), ["biped.toml", "robot.urdf"]);
+}
+
+#[test]
+fn every_step_is_taken_back_in_turn() {
+    let folder = robot("amend_turns");
+    let mut texts = vec![read(&folder, "biped.toml")];
+    friction(&folder, "0.43", &[]).ok();
+    texts.push(read(&folder, "biped.toml"));
+    let set = "mass=1.2,x=0.05,y=0,z=0.3";
+    bipedc(&["amend", text(&folder), "--effect", "payload", "--link", "torso", "--set", set]).ok();
+    texts.push(read(&folder, "biped.toml"));
+    let run = friction(&folder, "0.5", &["--set", "smoothing=0.05"]).ok();
+    assert!(run.out.contains("replaced") && run.out.contains("0.43 → 0.5 N m"), "{}", run.out);
+    texts.push(read(&folder, "biped.toml"));
+    assert_eq!(texts[3].matches("[[effect]]").count(), 2);
+    let remove = ["amend", text(&folder), "--effect", "payload", "--link", "torso", "--remove"];
+    bipedc(&remove).ok();
+    assert_eq!(read(&folder, "biped.toml").matches("[[effect]]").count(), 1);
+    bipedc(&remove).fails_with(&["the description has no Payload at torso"]);
+    while let Some(expected) = texts.pop() {
+        bipedc(&["amend", text(&folder), "--undo"]).ok();
+        assert_eq!(read(&folder, "biped.toml"), expected);
+        if texts.is_empty() {
+            break;
+        }
+    }
+    assert_eq!(read(&folder, "biped.toml"), std::fs::read_to_string("robots/tulip/biped.toml").unwrap());
+}
+
+#[test]
+fn line_ends_of_windows_are_kept() {
+    let folder = robot("amend_crlf");
+    let windows = read(&folder, "biped.toml").replace('\n', "\r\n");
+    std::fs::write(folder.join("biped.toml"), &windows).unwrap();
+    friction(&folder, "0.43", &[]).ok();
+    let after = read(&folder, "biped.toml");
+    assert!(after.starts_with(&windows));
+    assert_eq!(after.matches('\n').count(), after.matches("\r\n").count());
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    assert_eq!(read(&folder, "biped.toml"), windows);
+}
+
+#[test]
+fn a_file_edited_by_hand_is_not_overwritten() {
+    let folder = robot("amend_edited");
+    let before = read(&folder, "biped.toml");
+    friction(&folder, "0.43", &[]).ok();
+    let edited = read(&folder, "biped.toml") + "# precious\n";
+    std::fs::write(folder.join("biped.toml"), &edited).unwrap();
+    let words = ["edited since step 1", "# precious", "--force"];
+    bipedc(&["amend", text(&folder), "--undo"]).fails_with(&words);
+    assert_eq!(read(&folder, "biped.toml"), edited);
+    let history = bipedc(&["history", text(&folder)]).ok();
+    assert!(history.out.contains("edited by hand since step 1"), "{}", history.out);
+    let run = bipedc(&["amend", text(&folder), "--undo", "--force"]).ok();
+    assert!(run.out.contains("biped.edited.toml"), "{}", run.out);
+    assert_eq!(read(&folder, "biped.toml"), before);
+    assert_eq!(read(&folder, "biped.edited.toml"), edited);
+}
+
+#[test]
+fn amending_goes_on_after_an_edit_by_hand() {
+    let folder = robot("amend_after_edit");
+    friction(&folder, "0.43", &[]).ok();
+    let edited = read(&folder, "biped.toml") + "# precious\n";
+    std::fs::write(folder.join("biped.toml"), &edited).unwrap();
+    let run = friction(&folder, "0.5", &[]).ok();
+    assert!(run.out.contains("edited by hand since step 1"), "{}", run.out);
+    let history = bipedc(&["history", text(&folder)]).ok();
+    assert!(history.out.contains("between steps 1 and 2"), "{}", history.out);
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    assert_eq!(read(&folder, "biped.toml"), edited);
+    bipedc(&["amend", text(&folder), "--undo"]).fails_with(&["edited since step 1"]);
+}
+
+/// What lies on the disk when a process dies between its two renames: a step in the history that the description
+/// does not have yet (amending) or no longer (taking back), and perhaps a temporary.
+#[test]
+fn an_interruption_is_seen_and_put_right() {
+    let folder = robot("amend_interrupted");
+    let before = read(&folder, "biped.toml");
+    friction(&folder, "0.43", &[]).ok();
+    std::fs::write(folder.join("biped.toml"), &before).unwrap();
+    std::fs::write(folder.join("biped.toml.amend.tmp"), "half of a").unwrap();
+    let history = bipedc(&["history", text(&folder)]).ok();
+    assert!(history.out.contains("step 1 is not in the description"), "{}", history.out);
+    assert_eq!(bipedc(&["history", text(&folder), "--json"]).ok().json()["state"], "last_step_missing");
+
+    let run = friction(&folder, "0.5", &[]).ok();
+    assert!(
+        run.out.contains("step 1 is not in the description") && run.out.contains("step 2"),
+        "{}",
+        run.out
+    );
+    let steps = bipedc(&["history", text(&folder), "--json"]).ok().json()["steps"].clone();
+    assert!(steps[0]["undone"].is_string() && steps[1]["undone"].is_null(), "{steps}");
+
+    std::fs::write(folder.join("biped.toml"), &before).unwrap();
+    let run = bipedc(&["amend", text(&folder), "--undo"]).ok();
+    assert!(run.out.contains("is as before step 2"), "{}", run.out);
+    assert_eq!(bipedc(&["history", text(&folder), "--json"]).ok().json()["state"], "agrees");
+    assert_eq!(read(&folder, "biped.toml"), before);
+    assert_eq!(files(&folder), ["biped.toml", "history.json", "robot.urdf"]);
+}
+
+/// Killed at any moment, amending and taking back leave a description that reads and a history that knows it.
+#[cfg(unix)]
+#[test]
+fn killing_it_at_any_moment_does_no_harm() {
+    let folder = robot("amend_killed");
+    let before = read(&folder, "biped.toml");
+    for round in 0..40_u64 {
+        let set = format!("torque=0.{}", round + 1);
+        let amend = ["amend", text(&folder), "--effect", "coulomb_friction", "--joint", JOINT, "--set", &set];
+        let undo = ["amend", text(&folder), "--undo"];
+        let mut child = cli::command(if round % 3 == 2 { &undo } else { &amend })
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_micros(250 * round));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let state = bipedc(&["history", text(&folder), "--json"]).ok().json()["state"].clone();
+        assert!(state == "agrees" || state == "last_step_missing", "round {round}: {state}");
+        bipedc(&["check", text(&folder)]).ok();
+    }
+    while bipedc(&["amend", text(&folder), "--undo"]).code == Some(0) {}
+    assert_eq!(read(&folder, "biped.toml"), before);
+}
+
+/// A byte order mark, no line end at the end of the file, and an effect that was written by hand.
+#[test]
+fn unusual_files_are_amended_exactly() {
+    let folder = robot("amend_unusual_files");
+    let plain = read(&folder, "biped.toml");
+    let by_hand =
+        "\n  [[effect]] # mine\n  joint='left_knee_pitch'\n  torque = 1 # guessed\n  kind='coulomb_friction'";
+    for mark in ["", "\u{feff}"] {
+        let text_of = format!("{mark}{plain}{by_hand}");
+        std::fs::write(folder.join("biped.toml"), &text_of).unwrap();
+        friction(&folder, "0.25", &[]).ok();
+        let after = read(&folder, "biped.toml");
+        let (head, tail) = after.split_at(text_of.find("  [[effect]]").unwrap());
+        assert_eq!(head, &text_of[..head.len()]);
+        let (comment, tail) = tail.split_once('\n').unwrap();
+        assert!(comment.starts_with("# bipedc amend, "), "{comment}");
+        assert_eq!(tail, text_of[head.len()..].replace("torque = 1", "torque = 0.25"));
+        bipedc(&["amend", text(&folder), "--undo"]).ok();
+        assert_eq!(read(&folder, "biped.toml"), text_of);
+    }
+}
+
+#[test]
+fn wrong_effects_are_refused_and_nothing_is_written() {
+    let folder = robot("amend_wrong");
+    let before = read(&folder, "biped.toml");
+    let refused = |arguments: &[&str], words: &[&str]| {
+        let all: Vec<&str> = ["amend", text(&folder)].iter().chain(arguments).copied().collect();
+        bipedc(&all).fails_with(words);
+        assert_eq!(files(&folder), ["biped.toml", "robot.urdf"], "{arguments:?}");
+        assert_eq!(read(&folder, "biped.toml"), before, "{arguments:?}");
+    };
+    let coulomb = ["--effect", "coulomb_friction"];
+    let at =
+        |joint: &'static str, set: &'static str| [&coulomb[..], &["--joint", joint, "--set", set]].concat();
+    refused(&["--effect", "coulom_friction", "--joint", JOINT], &["did you mean `coulomb_friction`?"]);
+    refused(&at("left_knee_pich", "torque=1"), &["did you mean `left_knee_pitch`?"]);
+    refused(&at(JOINT, "torqe=1"), &["torqe", "did you mean `torque`?"]);
+    refused(&at(JOINT, "torque=-1"), &["-1 is not possible", "0 N m or more"]);
+    refused(&at(JOINT, "torque=nan"), &["expected a finite number", "`nan`"]);
+    refused(&at(JOINT, "torque"), &["no NAME=VALUE", "--set torque=0.43"]);
+    refused(&at(JOINT, "smoothing=0.1"), &["has no `torque`"]);
+    refused(&[&coulomb[..], &["--joint", JOINT]].concat(), &["parameters are needed", "--set torque="]);
+    refused(&[&coulomb[..], &["--set", "torque=1"]].concat(), &["has no `joint`"]);
+    refused(&[&coulomb[..], &["--joint", JOINT, "log.csv"]].concat(), &["cannot read the file", "log.csv"]);
+    refused(&["--formula", "k * sin(", "--joint", JOINT, "--param", "k=1"], &["torque"]);
+    refused(&["--formula", "k * x", "--joint", JOINT, "--param", "k=1"], &["`x` is neither"]);
+    refused(&["--formula", "k", "--joint", JOINT, "--param", "k=3,max=2"], &["3 is out of its bounds"]);
+    refused(&["--from", "nowhere.json"], &["nowhere.json", "bipedc diagnose"]);
+    refused(&["--from", "robots/tulip/biped.toml"], &["is no diagnosis", "biped.toml"]);
+}
+
+#[test]
+fn unusual_values_are_warned_of() {
+    let folder = robot("amend_unusual");
+    let run = friction(&folder, "430", &[]).ok();
+    assert!(run.err.contains("warning") && run.err.contains("430 is unusual"), "{}", run.err);
+    let run = friction(&folder, "0.5", &["--add"]);
+    run.fails_with(&["stands there twice"]);
+    assert_eq!(read(&folder, "biped.toml").matches("[[effect]]").count(), 1);
+}
+
+#[test]
+fn a_formula_goes_into_the_description() {
+    let folder = robot("amend_formula");
+    let formula = ["--formula", "k * sin(3 * position)", "--name", "cable", "--joint", JOINT];
+    let param = ["--param", "k=0.1,unit=N m,min=0,max=2"];
+    bipedc(&[&["amend", text(&folder)], &formula[..], &param[..]].concat()).ok();
+    let toml = read(&folder, "biped.toml");
+    let line = "parameters.k = { value = 0.1, unit = \"N m\", min = 0.0, max = 2.0 }";
+    assert!(toml.contains(line) && toml.contains("torque = \"k * sin(3 * position)\""), "{toml}");
+    bipedc(&[&["amend", text(&folder)], &formula[..], &["--param", "k=0.2,unit=N m"]].concat()).ok();
+    let toml = read(&folder, "biped.toml");
+    assert!(toml.contains("{ value = 0.2, unit = \"N m\" }") && !toml.contains("0.1,"), "{toml}");
+    bipedc(&["check", text(&folder)]).ok();
+}
+
+#[test]
+fn a_urdf_alone_must_get_a_description_first() {
+    let folder = robot("amend_bare");
+    std::fs::remove_file(folder.join("biped.toml")).unwrap();
+    friction(&folder, "1", &[]).fails_with(&["no description", "bipedc init", "robot.urdf"]);
+    friction(&folder.join("robot.urdf"), "1", &[]).fails_with(&["no description", "bipedc init"]);
+    assert_eq!(files(&folder), ["robot.urdf"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn read_only_files_and_folders_are_left_alone() {
+    use std::fs::{Permissions, set_permissions};
+    use std::os::unix::fs::PermissionsExt;
+    let folder = robot("amend_read_only");
+    let before = read(&folder, "biped.toml");
+    for path in [folder.join("biped.toml"), folder.clone()] {
+        let writable = std::fs::metadata(&path).unwrap().permissions();
+        set_permissions(&path, Permissions::from_mode(writable.mode() & !0o222)).unwrap();
+        let run = friction(&folder, "1", &[]);
+        set_permissions(&path, writable).unwrap();
+        run.fails_with(&["read-only", "nothing was changed"]);
+        assert_eq!(read(&folder, "biped.toml"), before);
+        assert_eq!(files(&folder), ["biped.toml", "robot.urdf"]);
+    }
+}
+
+#[test]
+fn a_history_that_cannot_be_written_leaves_the_description() {
+    let folder = robot("amend_history_blocked");
+    let before = read(&folder, "biped.toml");
+    std::fs::create_dir(folder.join("history.json")).unwrap();
+    friction(&folder, "1", &[]).fails_with(&["history.json"]);
+    assert_eq!(read(&folder, "biped.toml"), before);
+    std::fs::remove_dir(folder.join("history.json")).unwrap();
+    for (broken, words) in [("{", "damaged"), ("{\"format\": 9, \"steps\": []}", "has form 9")] {
+        std::fs::write(folder.join("history.json"), broken).unwrap();
+        friction(&folder, "1", &[]).fails_with(&["history.json", words]);
+        bipedc(&["history", text(&folder)]).fails_with(&["history.json", words]);
+    }
+    assert_eq!(read(&folder, "biped.toml"), before);
+    assert_eq!(files(&folder), ["biped.toml", "history.json", "robot.urdf"]);
+}
+
+#[test]
+fn a_damaged_kept_text_is_noticed() {
+    let folder = robot("amend_damaged");
+    friction(&folder, "1", &[]).ok();
+    let after = read(&folder, "biped.toml");
+    let mut history: Value = serde_json::from_str(&read(&folder, "history.json")).unwrap();
+    for damaged in ["!", "AAAA", ""] {
+        history["steps"][0]["previous_text"] = json!(damaged);
+        std::fs::write(folder.join("history.json"), history.to_string()).unwrap();
+        bipedc(&["amend", text(&folder), "--undo"]).fails_with(&["step 1 is damaged", "history.json"]);
+        assert_eq!(read(&folder, "biped.toml"), after);
+    }
+}
+
+#[test]
+fn a_dry_run_writes_nothing() {
+    let folder = robot("amend_dry");
+    let run = friction(&folder, "0.43", &["--dry-run"]).ok();
+    assert!(run.out.contains("+ torque = 0.43  # N m") && run.out.contains("nothing was written"));
+    assert_eq!(files(&folder), ["biped.toml", "robot.urdf"]);
+}
+
+/// Two effects as a diagnosis reports them; the second one entered first.
+fn diagnosis(folder: &Path) -> PathBuf {
+    let viscous = json!({"kind": "viscous_friction", "joint": JOINT, "parameters": {"damping": 0.125},
+        "ci95": {"damping": [0.12, 0.13]}, "share": 0.2});
+    let coulomb = json!({"kind": "coulomb_friction", "joint": JOINT, "parameters": {"torque": 0.43127},
+        "ci95": {"torque": [0.41, 0.45]}, "share": 0.71});
+    let source = |file: &str| json!({"file": file, "hash": "00000000deadbeef", "samples": 20000});
+    let value = json!({
+        "effects": [viscous, coulomb],
+        "inertial_corrections": [{"kind": "com_offset", "link": "torso",
+            "parameters": {"x": 0.002, "y": 0.0, "z": -0.001}}],
+        "rms": {"base_force": {"unit": "N", "before": 3.0, "after": 2.0},
+            "effort": {"unit": "N m", "before": 0.52, "after": 0.06, "noise": 0.05}},
+        "rms_training": {"effort": {"unit": "N m", "before": 0.5, "after": 0.055}},
+        "rms_before": 0.52, "rms_after": 0.06,
+        "steps": [{"effect": coulomb, "before": 0.52, "after": 0.2}, {"effect": viscous, "before": 0.2, "after": 0.06}],
+        "training": source("run.csv"), "validation": source("other.csv"),
+    });
+    let path = folder.join("diagnosis.json");
+    std::fs::write(&path, value.to_string()).unwrap();
+    path
+}
+
+#[test]
+fn a_diagnosis_is_taken_with_its_errors() {
+    let folder = robot("amend_from");
+    let file = diagnosis(&folder);
+    let run = bipedc(&["amend", text(&folder), "--from", text(&file), "--with-corrections"]).ok();
+    for words in
+        ["0.4313 N m  (95 %: 0.41 to 0.45)", "held-out effort 0.52 → 0.06 N m", "Offset of the centre"]
+    {
+        assert!(run.out.contains(words), "no `{words}` in {}", run.out);
+    }
+    let toml = read(&folder, "biped.toml");
+    let (coulomb, viscous) =
+        (toml.find("torque = 0.43127  # N m, 95 %: 0.41 to 0.45"), toml.find("damping = 0.125"));
+    assert!(coulomb.is_some() && coulomb < viscous, "the order of entering: {toml}");
+    for words in ["from run.csv (20000 samples)", "judged on other.csv", "held-out effort 0.52 → 0.2 N m"] {
+        assert!(toml.contains(words), "no `{words}` in {toml}");
+    }
+    let history = bipedc(&["history", text(&folder), "--svg", text(&folder.join("stairs.svg"))]).ok();
+    for words in [
+        "0.52 → 0.2 N m",
+        "0.2 → 0.06 N m",
+        "held-out effort, N m",
+        "████░",
+        "noise of the measurement 0.05 N m",
+    ] {
+        assert!(history.out.contains(words), "no `{words}` in {}", history.out);
+    }
+    let svg = read(&folder, "stairs.svg");
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let paths = document.descendants().filter(|node| node.has_tag_name("path")).count();
+    assert!(paths == 3 && svg.contains("Coulomb friction at left_knee_pitch"), "{svg}");
+}
+
+#[test]
+fn the_history_speaks_json() {
+    let folder = robot("amend_json");
+    let file = diagnosis(&folder);
+    let step = bipedc(&["amend", text(&folder), "--from", text(&file), "--json"]).ok().json();
+    assert_eq!(step["step"], 1);
+    let value = bipedc(&["history", text(&folder), "--json"]).ok().json();
+    assert_eq!(value["state"], "agrees");
+    let step = &value["steps"][0];
+    assert!(step["previous_text"].is_null(), "the kept text is not for readers");
+    assert_eq!(step["changes"][0]["action"], "added");
+    assert_eq!(step["changes"][0]["effect"]["parameters"]["torque"], 0.43127);
+    assert_eq!(step["training"]["hash"], "00000000deadbeef");
+    assert_eq!(step["validation"]["samples"], 20000);
+    assert_eq!(step["errors"][0]["channel"], "effort");
+    assert_eq!(step["errors"][0]["held_out"], json!({"before": 0.52, "after": 0.06}));
+    assert_eq!(step["errors"][0]["training"], json!({"before": 0.5, "after": 0.055}));
+    assert!(step["note"].as_str().unwrap().contains("--with-corrections"));
+    for key in ["date", "tool", "origin", "before", "after"] {
+        assert!(!step[key].is_null(), "no `{key}` in {step}");
+    }
+    let date = step["date"].as_str().unwrap();
+    assert!(date.len() == 20 && date.ends_with('Z') && &date[10..11] == "T", "{date}");
+    let stairs = value["stairs"].as_array().unwrap();
+    assert_eq!(stairs.len(), 2);
+    assert_eq!(
+        (&stairs[1]["before"], &stairs[1]["after"], &stairs[1]["unit"]),
+        (&json!(0.2), &json!(0.06), &json!("N m"))
+    );
+}
+
+#[test]
+fn a_part_of_a_diagnosis_has_only_the_errors_that_are_known() {
+    let folder = robot("amend_only");
+    let file = diagnosis(&folder);
+    let only =
+        |which: &str| bipedc(&["amend", text(&folder), "--from", text(&file), "--only", which, "--json"]);
+    let first = only("coulomb_friction:left_knee_pitch").ok().json();
+    assert_eq!(first["changes"].as_array().unwrap().len(), 1);
+    assert_eq!(first["errors"][0]["held_out"], json!({"before": 0.52, "after": 0.2}));
+    let second = only("1").ok().json();
+    assert_eq!(second["changes"][0]["effect"]["kind"], "viscous_friction");
+    assert_eq!(second["errors"], json!([]), "its error without the other effect was never measured");
+    assert!(second["note"].as_str().unwrap().contains("compare"));
+    only("3").fails_with(&["no effect `3`", "2 coulomb_friction:left_knee_pitch"]);
+}
+
+#[test]
+fn two_alike_of_a_diagnosis_both_enter() {
+    let folder = robot("amend_alike");
+    let ripple = |periods: f64| {
+        json!({"kind": "torque_ripple", "joint": JOINT,
+        "parameters": {"amplitude": 0.5, "periods_per_turn": periods, "phase": 0.0}})
+    };
+    let file = folder.join("diagnosis.json");
+    std::fs::write(&file, json!({"effects": [ripple(12.0), ripple(50.0)]}).to_string()).unwrap();
+    bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+    let toml = read(&folder, "biped.toml");
+    assert!(toml.contains("periods_per_turn = 12.0") && toml.contains("periods_per_turn = 50.0"), "{toml}");
+    bipedc(&["amend", text(&folder), "--from", text(&file)]).fails_with(&["has several", "--add"]);
+}
+
+#[test]
+fn a_diagnosis_without_effects_adds_nothing() {
+    let folder = robot("amend_null");
+    let file = folder.join("diagnosis.json");
+    std::fs::write(&file, "{\"effects\": []}").unwrap();
+    let run = bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+    assert!(run.out.contains("no missing effect"), "{}", run.out);
+    assert_eq!(files(&folder), ["biped.toml", "diagnosis.json", "robot.urdf"]);
+    std::fs::write(&file, "{\"effects\": [{\"kind\": 3}]}").unwrap();
+    bipedc(&["amend", text(&folder), "--from", text(&file)])
+        .fails_with(&["is no diagnosis", "diagnosis.json:1"]);
+}
+
+#[test]
+fn the_library_is_listed() {
+    let all = bipedc(&["effects"]).ok();
+    for words in ["coulomb_friction", "damping (N m s/rad)", "impact_restitution", "formula"] {
+        assert!(all.out.contains(words), "no `{words}` in {}", all.out);
+    }
+    let one = bipedc(&["effects", "coulomb_friction"]).ok();
+    for words in ["torque * sign(velocity)", "viscous_friction", "follows the sign", "[[effect]]", "0 to 30"]
+    {
+        assert!(one.out.contains(words), "no `{words}` in {}", one.out);
+    }
+    bipedc(&["effects", "coulom_friction"]).fails_with(&["did you mean `coulomb_friction`?"]);
+    let list = bipedc(&["effects", "--json"]).ok().json();
+    assert!(list.as_array().unwrap().len() > 30);
+    for kind in list.as_array().unwrap() {
+        for key in ["kind", "title", "place", "meaning", "law", "symptom", "experiment", "example"] {
+            assert!(kind[key].is_string(), "{key} of {kind}");
+        }
+        assert!(kind["parameters"].is_array() && kind["confounders"].is_array());
+    }
+}
+
+/// Every example of the library, put into a description, reads.
+#[test]
+fn examples_of_all_kinds_read() {
+    let folder = robot("effects_examples");
+    let before = read(&folder, "biped.toml");
+    for kind in bipedc(&["effects", "--json"]).ok().json().as_array().unwrap() {
+        let toml = format!("{before}\n{}", kind["example"].as_str().unwrap());
+        std::fs::write(folder.join("biped.toml"), toml).unwrap();
+        let run = bipedc(&["history", text(&folder)]).ok();
+        assert!(run.out.contains("never amended"));
+        let run = bipedc(&["check", text(&folder), "--json"]);
+        assert_eq!(run.code, Some(0), "{}: {}", kind["kind"], run.err);
+        assert!(!run.err.contains("is unusual"), "{}: {}", kind["kind"], run.err);
+    }
+}
+
+#[test]
+fn help_teaches_with_examples() {
+    for name in ["amend", "history", "effects"] {
+        let run = bipedc(&[name, "--help"]).ok();
+        assert!(run.out.contains("Examples:") && run.out.contains(&format!("bipedc {name}")), "{}", run.out);
+    }
+}

@@ -1,0 +1,94 @@
+//! The generator of the scoreboard: same bytes every time, physics as stated, formulas that agree with another
+//! simulator's numbers.
+#[path = "../examples/hidden_effects/generator/mod.rs"]
+#[allow(dead_code, unused_imports)]
+mod generator;
+#[path = "../examples/hidden_effects/score/mod.rs"]
+#[allow(dead_code, unused_imports)]
+mod score;
+
+use generator::{Group, Plan, Truth, all, generate};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn plan(name: &str) -> Plan {
+    all().into_iter().find(|plan| plan.name == name).unwrap_or_else(|| panic!("no case `{name}`"))
+}
+
+fn made(name: &str, folder: &str) -> (Truth, PathBuf) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects").join(folder).join(name);
+    (generate(&plan(name), &root().join("robots"), &folder).unwrap(), folder)
+}
+
+#[test]
+fn cases_are_as_many_as_promised() {
+    let plans = all();
+    let names: BTreeSet<&str> = plans.iter().map(|plan| plan.name.as_str()).collect();
+    assert_eq!(names.len(), plans.len(), "two cases have one name");
+    let count = |group: Group| plans.iter().filter(|plan| plan.group == group).count();
+    assert!(plans.len() >= 70 && count(Group::Pair) == 12 && count(Group::Clean) >= 5);
+    assert_eq!((count(Group::Cad), count(Group::CadAndEffect), count(Group::Outside)), (5, 10, 6));
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    for part in plans.iter().filter(|plan| plan.group != Group::Outside).flat_map(|plan| &plan.parts) {
+        assert!(bipedc_runtime::effect::kind(part.kind).is_some(), "no kind `{}`", part.kind);
+        *kinds.entry(part.kind).or_default() += 1;
+    }
+    // Spinning feet show in no channel of a log with forces and centre of pressure alone.
+    let unseen = ["spin_friction", "formula", "point_feet", "no_impact", "single_mass", "decoupled_planes"];
+    for kind in bipedc_runtime::effect::KINDS.iter().filter(|kind| !unseen.contains(&kind.name)) {
+        let cases = kinds.get(kind.name).copied().unwrap_or(0);
+        assert!(cases >= 2, "`{}` is in {cases} cases", kind.name);
+    }
+}
+
+#[test]
+fn a_case_is_the_same_every_time() {
+    for name in [
+        "pair_spring_viscous-1",
+        "impacts_foot_slip-2",
+        "postures_payload-1",
+        "asymmetric_coulomb_friction-2",
+    ] {
+        let [first, second] = ["first", "second"].map(|folder| made(name, folder).1);
+        for file in ["train.csv", "validation.csv", "truth.json"] {
+            let read = |folder: &Path| std::fs::read(folder.join(file)).unwrap();
+            assert!(read(&first) == read(&second), "{name}: {file} differs");
+        }
+    }
+}
+
+/// Without the effect the residual is far above the noise, with it close to it.
+#[test]
+fn hidden_effects_are_all_that_is_hidden() {
+    let smooth = ["viscous_friction-2", "torque_bias-2", "torque_gain-2", "parallel_spring-2"];
+    for name in smooth {
+        let (truth, _) = made(name, "smooth");
+        let floor = (truth.noise.values().map(|s| s * s).sum::<f64>() / truth.noise.len() as f64).sqrt();
+        assert!(truth.oracle < 1.03 * floor && truth.nominal > 3.0 * floor, "{name}: {truth:?}");
+    }
+    let (clean, _) = made("clean_hanging-2", "smooth");
+    assert_eq!(clean.nominal, clean.oracle);
+    let (impact, _) = made("impacts_impact_restitution-1", "smooth");
+    assert!(impact.oracle < 0.03 * impact.nominal, "{impact:?}");
+    let (postures, _) = made("postures_com_offset-1", "smooth");
+    assert!(postures.oracle < 0.05 * postures.nominal, "{postures:?}");
+}
+
+/// Nominal and true errors of logs that another simulator made, as it states them.
+#[test]
+fn our_formulas_agree_with_the_examples() {
+    for (name, tolerance) in [("coulomb", 0.01), ("rotor_inertia", 0.01)] {
+        let folder = root().join("tests/data/examples").join(name);
+        let (truth, _) = score::example_truth(&folder.join("truth.json"), name).unwrap();
+        let robot = root().join("robots").join(&truth.robot);
+        let log = folder.join("validation.csv.gz");
+        let error = |effects| score::error_with(&robot, &log, effects, false).unwrap();
+        let (nominal, oracle) = (error(&[]), error(&truth.effects));
+        assert!((nominal / truth.nominal - 1.0).abs() < tolerance, "{name}: {nominal} {}", truth.nominal);
+        assert!((oracle / truth.oracle - 1.0).abs() < tolerance, "{name}: {oracle} {}", truth.oracle);
+    }
+}

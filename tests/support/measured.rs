@@ -1,0 +1,77 @@
+//! Robots with measurements: what the experiments need, from a description.
+use super::{project, read_robot};
+use bipedc_compiler::Robot as Described;
+use bipedc_compiler::compile::feet;
+use bipedc_compiler::tree::{BaseKind as Kind, anatomy};
+use bipedc_runtime::compare::{BaseKind, Joint, Subject};
+use bipedc_runtime::diagnose::{Anatomy, AnyModel, Experiment, Foot, Robot};
+use bipedc_runtime::effect::Effect;
+use std::path::PathBuf;
+
+/// All but the model.
+pub struct Subjects {
+    pub subject: Subject,
+    pub anatomy: Anatomy,
+    pub feet: Vec<Foot>,
+}
+
+impl Subjects {
+    pub fn of(described: &Described) -> Self {
+        let tree = described.tree().unwrap();
+        let joint =
+            |j: &bipedc_compiler::tree::TreeJoint| Joint { name: j.name.clone(), prismatic: j.prismatic };
+        let base = match tree.base {
+            Kind::Floating => BaseKind::Floating,
+            Kind::Planar => BaseKind::Planar,
+            _ => BaseKind::Fixed,
+        };
+        Self {
+            subject: Subject { joints: tree.joints.iter().map(joint).collect(), base },
+            anatomy: anatomy(&described.description, &tree),
+            feet: feet(&described.description),
+        }
+    }
+
+    pub fn named(name: &str) -> Self {
+        Self::of(&read_robot(name))
+    }
+
+    pub fn robot<'a>(&'a self, model: AnyModel<'a>, effects: &'a [Effect]) -> Robot<'a> {
+        Robot { model, subject: &self.subject, anatomy: &self.anatomy, feet: &self.feet, effects }
+    }
+}
+
+pub fn example(name: &str) -> PathBuf {
+    project().join("tests/data/examples").join(name)
+}
+
+/// Root mean square over these rows, minus what effects explain.
+pub fn rms(experiment: &dyn Experiment, rows: &[usize], effects: &[Effect]) -> f64 {
+    let response = experiment.response(effects);
+    let (mut sum, mut count) = (0.0, 0);
+    for &row in rows {
+        let explained = response.iter().find(|(r, _)| *r == row).map(|(_, values)| values);
+        for (i, residual) in experiment.residual(row).iter().enumerate() {
+            sum += (residual - explained.map_or(0.0, |values| values[i])).powi(2);
+            count += 1;
+        }
+    }
+    (sum / f64::from(count)).sqrt()
+}
+
+/// Largest difference between the derivative by inertial parameters and a response, relative to the response.
+pub fn inertial_error(experiment: &dyn Experiment, effect: &Effect) -> f64 {
+    let change = experiment.inertial_change(effect);
+    let (mut worst, mut scale) = (0.0_f64, 0.0_f64);
+    for (row, response) in experiment.response(std::slice::from_ref(effect)) {
+        let inertial = experiment.inertial(row).unwrap();
+        let width = inertial.columns.len();
+        for (i, response) in response.iter().enumerate() {
+            let columns = inertial.columns.iter().zip(&inertial.values[i * width..]);
+            let linear: f64 = columns.map(|(k, value)| value * change[*k]).sum();
+            worst = worst.max((linear - response).abs());
+            scale = scale.max(response.abs());
+        }
+    }
+    worst / scale
+}
