@@ -2,7 +2,7 @@
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::math::{arrays, scalar};
+use crate::math::{arrays, exponential, scalar};
 
 /// `f64`, `f32` or a lane type of [`crate::lanes`] holding several states.
 ///
@@ -29,6 +29,16 @@ pub trait Real:
     ///
     /// The same bits as [`crate::math::sin_cos`] of each.
     fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]);
+    /// `e^x`: 0 or infinity where it is out of range.
+    fn exp(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// Magnitude.
+    fn abs(self) -> Self;
+    /// 1, -1, or 0 of zero.
+    fn sign(self) -> Self;
+    /// The larger of the two.
+    fn larger(self, other: Self) -> Self;
 }
 
 impl Real for f64 {
@@ -48,6 +58,26 @@ impl Real for f64 {
     fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
         arrays::all_f64(angles)
     }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        exponential::exp_f64(self)
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        exponential::tanh_f64(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        Self::from(i8::from(self > 0.0) - i8::from(self < 0.0))
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
 }
 
 impl Real for f32 {
@@ -66,5 +96,25 @@ impl Real for f32 {
     #[inline(always)]
     fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
         arrays::all_f32(angles)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        exponential::exp_f32(self)
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        exponential::tanh_f32(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        Self::from(i8::from(self > 0.0) - i8::from(self < 0.0))
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        if self > other { self } else { other }
     }
 }
