@@ -5,7 +5,9 @@ use crate::output;
 use bipedc_compiler::Robot;
 use bipedc_runtime::compare;
 use bipedc_runtime::diagnose::gate::{Findings, inspect};
-use bipedc_runtime::diagnose::{Diagnosis, Experiment, Options, diagnose, errors, estimate, support};
+use bipedc_runtime::diagnose::{
+    Diagnosis, Experiment, Options, Selected, diagnose, errors, estimate, support,
+};
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_runtime::effect::Effect;
 use bipedc_runtime::log::Mapping;
@@ -23,6 +25,8 @@ pub struct Request {
     pub foot: Option<String>,
     /// Logs with foot forces: also the joints' efforts.
     pub with_joints: bool,
+    /// Kinds of rows that count, as in JSON; none: all.
+    pub channels: Vec<String>,
     pub search: Options,
     /// Go on although channels are mixed up.
     pub anyway: bool,
@@ -89,10 +93,14 @@ fn answer(
         reading.cutoff_hz = Some(cutoff);
     }
     let foot = request.foot.as_deref();
-    let train = measured.load(&request.log, &request.mapping, &reading, foot)?;
+    let load = |file: &Path, reading: &compare::Options| -> Result<Loaded<'_>, Failure> {
+        let loaded = measured.load(file, &request.mapping, reading, foot)?;
+        selected(loaded, &request.channels).map_err(|e| Failure(vec![e.in_file(file)]))
+    };
+    let train = load(&request.log, &reading)?;
     let judging = compare::Options { from_s: None, to_s: None, ..reading.clone() };
     let judge = match &request.validate {
-        Some(file) => Some(measured.load(file, &request.mapping, &judging, foot)?),
+        Some(file) => Some(load(file, &judging)?),
         None => None,
     };
     if let (Some(judge), Some(file)) = (&judge, &request.validate) {
@@ -115,6 +123,14 @@ fn answer(
     }
     witness(&measured, judge.as_ref().unwrap_or(&train), &answer)?;
     Ok((answer, warnings))
+}
+
+/// The same with the rows of some channels only.
+fn selected<'m>(mut loaded: Loaded<'m>, channels: &[String]) -> Result<Loaded<'m>, Diagnostic> {
+    if !channels.is_empty() {
+        loaded.experiment = Box::new(Selected::new(loaded.experiment, channels)?);
+    }
+    Ok(loaded)
 }
 
 /// What the gate found as warnings, or its errors unless they are to be passed over.
@@ -203,7 +219,11 @@ fn alike(train: &Loaded<'_>, judge: &Loaded<'_>, file: &Path) -> Result<(), Fail
 /// Errors at the cut-off that fits best once the effects are in, as a comparison would choose it.
 fn best_filter(measured: &Measured, request: &Request, answer: &mut Diagnosis) -> Result<(), Failure> {
     let efforts = measured.content(&request.log, &request.mapping)? == Content::Efforts;
-    if !efforts || !answer.inertial_corrections.is_empty() || request.validate.is_none() {
+    if !efforts
+        || !request.channels.is_empty()
+        || !answer.inertial_corrections.is_empty()
+        || request.validate.is_none()
+    {
         return Ok(());
     }
     let standing = answer.standing.iter().map(|found| found.effect.clone());

@@ -18,7 +18,7 @@ use std::path::Path;
 /// Most samples of a log that a diagnosis works on; longer logs are thinned after filtering.
 const SAMPLES: usize = 10_000;
 /// Cut-off of logs with foot forces unless one is given, Hz.
-const CONTACT_CUTOFF_HZ: f64 = 10.0;
+const CONTACT_CUTOFF_HZ: f64 = 5.0;
 
 /// A robot ready to be held against measurements: the rigid model on a base that can be turned.
 pub struct Measured {

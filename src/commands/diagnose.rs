@@ -89,6 +89,9 @@ pub struct Diagnose {
     /// In logs with foot forces also explain the joints' efforts, not only what acts on the base; takes minutes
     #[arg(long)]
     with_joints: bool,
+    /// Only rows of these kinds count: effort, transmission, base_force, base_moment, sole, cop, post_impact_velocity
+    #[arg(long, value_name = "KIND,…", value_delimiter = ',')]
+    channels: Vec<String>,
     #[command(flatten)]
     outputs: Outputs,
     /// Print the answer as JSON (docs/diagnosis.md explains every key)
@@ -134,6 +137,7 @@ impl Diagnose {
             },
             foot: self.foot.clone(),
             with_joints: self.with_joints,
+            channels: self.channels.clone(),
             search: Options {
                 cad: if self.inertial == Inertial::None { nothing } else { CadError::default() },
                 widening: if self.inertial == Inertial::Free { 50.0 } else { 1.0 },
@@ -170,6 +174,10 @@ fn text(d: &Diagnosis) -> String {
     out
 }
 
+fn bound(x: f64) -> String {
+    if x.is_finite() { format!("{x:.5}") } else { "unknown".to_owned() }
+}
+
 fn effect_rows(found: &Found) -> Vec<Vec<String>> {
     let effect = &found.effect;
     found
@@ -183,8 +191,8 @@ fn effect_rows(found: &Found) -> Vec<Vec<String>> {
                 first(effect.location.to_string()),
                 name.clone(),
                 format!("{:.5}", effect.value(name)),
-                format!("{low:.5}"),
-                format!("{high:.5}"),
+                bound(*low),
+                bound(*high),
                 effect.unit(name).to_owned(),
                 first(format!("{:.1} %", 100.0 * found.share)),
             ]

@@ -162,9 +162,9 @@ fn inertial(part: &Part, description: &RobotDescription, r: &mut Random) -> Vec<
         "com_offset" => ["x", "y", "z"].map(|axis| (axis, r.sign() * r.log_range(0.008, 0.03))).to_vec(),
         _ => {
             let [xx, _, _, yy, _, zz] = own.inertia;
-            let mut part = |i: f64| i * r.log_range(0.5, 1.5);
-            let diagonal = [part(xx), part(yy), part(zz)];
             // Principal moments of a body fulfil the triangle inequality; enlarging all of them by one part does too.
+            let part = r.log_range(0.5, 1.5);
+            let diagonal = [xx, yy, zz].map(|moment| part * moment);
             let least = diagonal[0].min(diagonal[1]).min(diagonal[2]);
             let product = |r: &mut Random| 0.2 * least * r.sign();
             vec![

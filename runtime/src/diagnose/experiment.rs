@@ -17,6 +17,8 @@ pub enum Channel {
     BaseMoment,
     /// Centre of pressure, m, in the frame of the stance sole.
     Cop,
+    /// Height of a loaded sole's corner less its mean over the stance, m.
+    Sole,
     /// Motor angle minus joint angle, rad.
     Transmission,
     /// Generalised velocity just after an impact, m/s and rad/s.
@@ -31,6 +33,7 @@ impl Channel {
             Self::BaseForce => "base_force",
             Self::BaseMoment => "base_moment",
             Self::Cop => "cop",
+            Self::Sole => "sole",
             Self::Transmission => "transmission",
             Self::PostImpactVelocity => "post_impact_velocity",
         }
@@ -40,7 +43,7 @@ impl Channel {
         match self {
             Self::Effort | Self::BaseMoment => "N m",
             Self::BaseForce => "N",
-            Self::Cop => "m",
+            Self::Cop | Self::Sole => "m",
             Self::Transmission => "rad",
             Self::PostImpactVelocity => "m/s, rad/s",
         }

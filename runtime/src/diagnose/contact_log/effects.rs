@@ -1,5 +1,6 @@
 //! What a list of effects changes: world, masses, force sensors, level of the model.
 use super::foot::SIGNALS;
+use super::soles::Soil;
 use super::{ContactExperiment, World};
 use crate::diagnose::Robot;
 use crate::diagnose::feet::Sole;
@@ -40,6 +41,7 @@ pub(super) struct Change {
     pub world: World,
     pub parameters: Vec<f64>,
     pub level: Level,
+    pub soil: Option<Soil>,
     faults: Vec<(Option<String>, Fault)>,
     /// Places and limits of saturated sensors.
     pub limits: Vec<(Option<String>, f64)>,
@@ -51,6 +53,7 @@ impl Change {
             world: World::of(effects, robot.subject),
             parameters: robot.anatomy.change(effects),
             level: Level::default(),
+            soil: None,
             faults: Vec::new(),
             limits: Vec::new(),
         };
@@ -65,6 +68,10 @@ impl Change {
                     change.faults.push((place(), Fault::Bias(Vector3::from(bias))));
                 }
                 Some(Law::ForceSensorSaturation) => change.limits.push((place(), effect.value("limit"))),
+                Some(Law::GroundCompliance) => {
+                    let [stiffness, damping] = ["stiffness", "damping"].map(|name| effect.value(name));
+                    change.soil = Some(Soil { stiffness, damping });
+                }
                 Some(Law::PointFeet) => change.level.point_feet = true,
                 Some(Law::NoImpact) => change.level.no_impact = true,
                 Some(Law::SingleMass) => change.level.single_mass = true,

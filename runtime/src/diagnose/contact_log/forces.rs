@@ -258,6 +258,11 @@ impl ContactRecording {
         self.noise_gains[usize::from(self.filter_rows)]
     }
 
+    /// Part of a white noise's variance that remains in values that passed the filter once.
+    pub(super) fn value_gain(&self) -> f64 {
+        self.noise_gains[0][0]
+    }
+
     /// Generalised forces of the ground on the robot, `Jᵀ w`, for configurations at these times; `times × nv`, as the
     /// model has them. Inverse dynamics minus this is the effort under the feet's forces.
     ///

@@ -18,8 +18,8 @@
 //! - A saturated sensor has a part missing that is not known: at samples near which it stays at its limit, the force
 //!   along the sole's normal (not negative) that fits the base best is added at the sensor. A limit below a reading
 //!   contradicts the log and explains nothing.
-//! - `foot_slip`, `spin_friction`, `ground_compliance` and `impact_restitution` change what the ground does to the feet;
-//!   that is measured here, so they change none of these rows.
+//! - `foot_slip`, `spin_friction` and `impact_restitution` change what the ground does to the feet; that is measured
+//!   here, so they change none of these rows. `ground_compliance` shows in how deep the soles lie: `soles`.
 //! - `ground_slope` changes none of these rows where the base's orientation is logged; [`ContactExperiment::quantities`]
 //!   tells how far the soles are from level.
 //! - The assumptions of thesis 4.2 are levels of the model: their response is what leaving something out costs. They
@@ -36,6 +36,7 @@ mod predict;
 mod quantities;
 mod rows;
 mod simpler;
+mod soles;
 mod walking;
 
 pub use forces::{CUTOFF_HZ, ContactRecording};
@@ -68,6 +69,10 @@ pub struct ContactExperiment<'a> {
     time: Vec<f64>,
     residual: Vec<Vec<f64>>,
     inertial: Vec<Inertial>,
+    /// Corners with a row of their own, after the rows of `kinds`.
+    soles: Vec<soles::Corner>,
+    /// When each foot stands.
+    stances: Vec<Vec<std::ops::Range<usize>>>,
 }
 
 impl<'a> ContactExperiment<'a> {
@@ -108,7 +113,8 @@ impl Experiment for ContactExperiment<'_> {
         &self.residual[row]
     }
     fn measured(&self, row: usize) -> Option<Vec<f64>> {
-        Some(self.reported_row(row))
+        // A sole's height is predicted to be level.
+        Some(if row < self.kinds.len() { self.reported_row(row) } else { self.residual[row].clone() })
     }
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.support()
@@ -121,7 +127,12 @@ impl Experiment for ContactExperiment<'_> {
         if inertial_only && linear && !self.change(&[]).level.is_simpler() {
             return self.linear_response(&self.robot.anatomy.change(effects));
         }
-        let changed = self.residual_under(&self.change(effects));
+        let change = self.change(effects);
+        // What acts at the soles only leaves the wrenches alone, and the other way round.
+        let of_ground = effects.iter().all(|e| e.kind == "ground_compliance");
+        let mut changed =
+            if of_ground { self.residual[..self.kinds.len()].to_vec() } else { self.residual_under(&change) };
+        changed.extend(self.sole_residuals(&change));
         let rows = self.residual.iter().zip(changed).enumerate();
         rows.map(|(row, (nominal, changed))| {
             (row, nominal.iter().zip(changed).map(|(nominal, changed)| nominal - changed).collect::<Vec<_>>())
@@ -137,6 +148,9 @@ impl Experiment for ContactExperiment<'_> {
         }
         out.extend(self.robot.joint_places().map(|place| ("encoder_offset", place)));
         out.push(("gravity_tilt", Location::default()));
+        if !self.soles.is_empty() {
+            out.push(("ground_compliance", Location::default()));
+        }
         for kind in ["force_sensor_gain", "force_sensor_bias"] {
             out.push((kind, Location::default()));
             out.extend(self.sensors().into_iter().map(|(_, _, name)| (kind, Location::sensor(name))));

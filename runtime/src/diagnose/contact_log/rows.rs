@@ -136,6 +136,8 @@ impl<'a> ContactExperiment<'a> {
             time: Vec::new(),
             residual: Vec::new(),
             inertial: Vec::new(),
+            soles: Vec::new(),
+            stances: Vec::new(),
         };
         if calls.columns(experiment.regressor) != experiment.parameters.len() {
             return Err(Diagnostic::error("the model's `inverse_dynamics_regressor` is of another robot"));
@@ -146,6 +148,7 @@ impl<'a> ContactExperiment<'a> {
         experiment.inertial = experiment.derivatives(&nominal);
         let noise = experiment.noise(&nominal);
         experiment.rows.iter_mut().zip(noise).for_each(|(row, noise)| row.noise = noise);
+        experiment.add_soles();
         Ok(experiment)
     }
 
@@ -171,9 +174,9 @@ impl<'a> ContactExperiment<'a> {
         self.recording.smooth(&(0..self.samples()).map(value).collect::<Vec<_>>())
     }
 
-    /// Measured minus predicted, all rows, under a change; at the samples that count.
+    /// Measured minus predicted, all rows of the base, under a change; at the samples that count.
     pub(super) fn residual_under(&self, change: &Change) -> Vec<Vec<f64>> {
-        let mut rows = vec![Vec::with_capacity(self.samples()); self.rows.len()];
+        let mut rows = vec![Vec::with_capacity(self.samples()); self.kinds.len()];
         let simpler = change.level.is_simpler().then(|| self.simpler(change));
         for i in 0..self.samples() {
             let needed = match &simpler {

@@ -1,8 +1,8 @@
 //! The diagnosis of a log: search, final estimate, what is left, in numbers and words.
-use super::form::within_reach;
+use super::form::{Form, within_reach};
 use super::polish::{Amended, Polished, polish};
-use super::search::{LEAST, Outcome, least, search};
-use super::setting::{BLOCKS, Setting, parallel};
+use super::search::{LEAST, Outcome, TRACE, consider, least, search};
+use super::setting::{BLOCKS, MOST, Setting, Trial, parallel};
 use super::smoother::{self, reach};
 use super::words;
 use crate::diagnose::anatomy::CadError;
@@ -14,10 +14,20 @@ use std::collections::BTreeMap;
 const UNEXPLAINED: f64 = 0.05;
 /// A residual of which so much varies slowly is no noise, whatever it goes with.
 const SLOW: f64 = 0.35;
+/// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
+const LOUD: f64 = 2.0;
 /// What varies over this time is slow, s.
 const SLOW_TIME: f64 = 0.15;
 /// Alternatives whose held-out error differs by less than this part of what the effect removes are named together.
 const ALIKE: f64 = 0.01;
+
+/// Most searches with a lower floor.
+const WEIGHINGS: usize = 2;
+
+/// They are as well if blocks of the judging data disagree about which is better, up to this part.
+const SCATTER: f64 = 0.05;
+/// The same for an effect with fewer parameters to stand in another one's place.
+const AS_GOOD: f64 = 0.001;
 
 /// How to diagnose.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +70,14 @@ pub fn diagnose(
     let left_out = setting.keep(&options.standing, setting.has_corrections());
     let entered = |count: usize| progress(0.5 + 0.3 * (count as f64 / (count as f64 + 2.0)));
     let Some(mut outcome) = search(&mut setting, options.most, &entered) else { return Diagnosis::default() };
-    likeliest_links(&setting, &mut outcome);
+    for _ in 0..WEIGHINGS {
+        if !setting.reweigh(&outcome.trial) {
+            break;
+        }
+        let Some(again) = search(&mut setting, options.most, &entered) else { break };
+        outcome = again;
+    }
+    simplest(&setting, &mut outcome);
     progress(0.85);
     let mut retries = 4;
     let polished = loop {
@@ -73,7 +90,7 @@ pub fn diagnose(
             setting.ban(outcome.active[idle]);
             let Some(again) = search(&mut setting, options.most, &entered) else { break polished };
             outcome = again;
-            likeliest_links(&setting, &mut outcome);
+            simplest(&setting, &mut outcome);
             continue;
         }
         let mut fewer = outcome.active.clone();
@@ -155,6 +172,76 @@ fn start(setting: &Setting<'_>, effect: &Effect) -> Effect {
     start
 }
 
+/// Of explanations that are as good, the one with fewer effects, and on the likelier link.
+fn simplest(setting: &Setting<'_>, outcome: &mut Outcome) {
+    with_fewer_parameters(setting, outcome);
+    merge(setting, outcome);
+    likeliest_links(setting, outcome);
+}
+
+/// Of effects in whose place another one with fewer parameters does as well, that one.
+fn with_fewer_parameters(setting: &Setting<'_>, outcome: &mut Outcome) {
+    let deviance = |t: &Trial, set: &[usize]| t.cost - setting.price(set);
+    let count = |c: usize| setting.candidates[c].parameters;
+    for k in setting.standing.len()..outcome.active.len() {
+        let mut fewer = outcome.active.clone();
+        fewer.remove(k);
+        let (Some(bare), Some(rough)) =
+            (setting.trial(&fewer, outcome.corrected), setting.trial(&fewer, false))
+        else {
+            continue;
+        };
+        let here = deviance(&outcome.trial, &outcome.active);
+        let limit = here + (AS_GOOD * (deviance(&bare, &fewer) - here)).max(4.0);
+        let mine = outcome.active[k];
+        let tried = parallel(setting.candidates.len(), |c| {
+            if count(c) >= count(mine)
+                || consider(setting, &fewer, &bare, &rough, outcome.corrected, c).is_err()
+            {
+                return None;
+            }
+            let mut set = outcome.active.clone();
+            set[k] = c;
+            let trial = setting.trial(&set, outcome.corrected)?;
+            (deviance(&trial, &set) <= limit).then_some((c, set, trial))
+        });
+        let least = |a: &(usize, Vec<usize>, Trial), b: &(usize, Vec<usize>, Trial)| {
+            count(a.0).cmp(&count(b.0)).then(a.2.cost.total_cmp(&b.2.cost))
+        };
+        if let Some((_, set, trial)) = tried.into_iter().flatten().min_by(least) {
+            (outcome.active, outcome.trial) = (set, trial);
+        }
+    }
+}
+
+/// Friction that differs by direction is, but for the moment of reversal, friction and a bias: one effect for two.
+fn merge(setting: &Setting<'_>, outcome: &mut Outcome) {
+    let form = |c: usize| &setting.candidates[c].form;
+    let first = setting.standing.len();
+    let judged: Vec<usize> = outcome.active[first..].to_vec();
+    for &friction in judged.iter().filter(|&&c| form(c).kind == "coulomb_friction") {
+        let place = &form(friction).location;
+        let at = |kind: &str, c: usize| form(c).kind == kind && form(c).location == *place;
+        let Some(&bias) = judged.iter().find(|&&c| at("torque_bias", c)) else { continue };
+        let all = 0..setting.candidates.len();
+        let Some(both) = all.into_iter().find(|&c| at("asymmetric_coulomb_friction", c)) else { continue };
+        let bare: Vec<usize> =
+            outcome.active.iter().copied().filter(|&c| c != friction && c != bias).collect();
+        let set: Vec<usize> = bare.iter().copied().chain([both]).collect();
+        let (Some(without), Some(trial)) =
+            (setting.trial(&bare, outcome.corrected), setting.trial(&set, outcome.corrected))
+        else {
+            continue;
+        };
+        let deviance = |t: &Trial, set: &[usize]| t.cost - setting.price(set);
+        let (here, merged) = (deviance(&outcome.trial, &outcome.active), deviance(&trial, &set));
+        let removed = deviance(&without, &bare) - here;
+        if merged <= here + (ALIKE * removed).max(4.0) && setting.impossible(&set, &trial).is_none() {
+            (outcome.active, outcome.trial) = (set, trial);
+        }
+    }
+}
+
 /// Of links on which an effect explains as much, the heaviest is the likeliest to carry it; the others are named as
 /// alternatives.
 fn likeliest_links(setting: &Setting<'_>, outcome: &mut Outcome) {
@@ -172,7 +259,8 @@ fn likeliest_links(setting: &Setting<'_>, outcome: &mut Outcome) {
             let Some(other) = setting.carrier(c).filter(|m| *m > mass) else { continue };
             let mut set = outcome.active.clone();
             set[k] = c;
-            if setting.candidates[c].form.kind != kind || outcome.active.contains(&c) {
+            let unwanted = setting.banned.contains(&c) || outcome.active.contains(&c);
+            if setting.candidates[c].form.kind != kind || unwanted {
                 continue;
             }
             let Some(trial) = setting.trial(&set, outcome.corrected) else { continue };
@@ -222,9 +310,25 @@ fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize, bool)> {
                 .is_none_or(|p| matches!(p.role, Role::Setting(_)) || within_reach(p.plausible, *value))
         })
     };
-    let doubtful = judged.clone().find(|&k| !reachable(k) || !saturates(setting, polished, k));
+    let several = polished.effects.len() > 1;
+    let doubtful = judged.clone().find(|&k| {
+        !reachable(k)
+            || !saturates(setting, polished, k)
+            || (several && is_cancelled(setting, &polished.effects[k]))
+    });
     let least = || falls.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, fall)| *fall < 0.5 * LEAST);
     doubtful.map(|k| (k, true)).or_else(|| least().map(|(k, _)| (k, false)))
+}
+
+/// Whether an effect makes far more than there is to explain, so that another one takes it back.
+fn is_cancelled(setting: &Setting<'_>, effect: &Effect) -> bool {
+    let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+    let (mut made, mut wanted) = (0.0, 0.0);
+    for (row, response) in setting.train.response(std::slice::from_ref(effect)) {
+        made += setting.weights[row] * squares(&response);
+        wanted += setting.weights[row] * squares(setting.train.residual(row));
+    }
+    made > MOST * wanted
 }
 
 /// Where a drive saturates, the true torque is the limit: what is left there must be no more than elsewhere. Otherwise
@@ -391,62 +495,141 @@ impl Answer<'_> {
         list.into_iter().map(|(_, found)| found).collect()
     }
 
-    /// Candidates that would do as well in the place of an effect that stands.
+    /// Candidates that would do as well in the place of an effect that stands, alone or with another kind in the place
+    /// of a second one.
     fn alternatives(&self, found: &[Found], order: &[usize]) -> Vec<Vec<Vec<Found>>> {
-        let (setting, outcome) = (self.setting, self.outcome);
-        let active = &outcome.active;
-        let mut groups = Vec::new();
+        let active = &self.outcome.active;
         if active.len() != self.polished.effects.len() {
-            return groups;
+            return Vec::new();
         }
+        let mut groups = Vec::new();
         for (found, &k) in found.iter().zip(order) {
-            let mut fewer = active.clone();
-            fewer.remove(k);
-            let Some(without) = setting.trial(&fewer, outcome.corrected) else { continue };
-            let cost = |t: &super::setting::Trial, set: &[usize]| t.cost - setting.price(set);
-            let (here, bare) = (cost(&outcome.trial, active), cost(&without, &fewer));
-            let margin = (ALIKE * (bare - here)).max(4.0);
-            let mine = &setting.candidates[active[k]];
-            let tried = parallel(setting.candidates.len(), |c| {
-                let other = &setting.candidates[c];
-                if c == active[k]
-                    || active.contains(&c)
-                    || setting.stands(c)
-                    || generalises(other.form.kind, mine.form.kind)
-                {
-                    return None;
-                }
-                if (other.form.kind, &other.form.location) == (mine.form.kind, &mine.form.location) {
-                    return None;
-                }
-                let mut set = active.clone();
-                set[k] = c;
-                let t = setting.trial(&set, outcome.corrected)?;
-                let alike = cost(&t, &set) <= here + margin && setting.impossible(&set, &t).is_none();
-                alike.then(|| {
-                    let effect = other.form.effect(setting.coefficients(&set, &t, k));
-                    (
-                        cost(&t, &set),
-                        Found { effect, ci95: BTreeMap::new(), share: found.share, doubts: Vec::new() },
-                    )
-                })
-            });
-            let mut alike: Vec<(f64, Found)> = tried.into_iter().flatten().collect();
-            alike.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut names: Vec<(String, Location)> = Vec::new();
-            alike.retain(|(_, f)| {
-                let key = (f.effect.kind.clone(), f.effect.location.clone());
-                let new = !names.contains(&key);
-                names.push(key);
-                new
-            });
-            if !alike.is_empty() {
-                let mut group = vec![vec![found.clone()]];
-                group.extend(alike.into_iter().take(4).map(|(_, f)| vec![f]));
+            let (alike, near) = self.alike(active, k);
+            let mut group = vec![vec![found.clone()]];
+            group.extend(alike.iter().take(4).map(|&c| vec![self.alternative(active, k, c, found.share)]));
+            let other_kind = near.iter().find(|&&c| self.form(c).kind != found.effect.kind);
+            if let Some(&c) = other_kind {
+                group.extend(self.together(k, c, found.share));
+            }
+            if group.len() > 1 {
                 groups.push(group);
             }
         }
         groups
+    }
+
+    fn form(&self, c: usize) -> &Form {
+        &self.setting.candidates[c].form
+    }
+
+    /// Alternatives that differ in two effects: `c` in the place of the `k`-th, and another kind, or another place, in
+    /// that of a second one; the best of each kind.
+    fn together(&self, k: usize, c: usize, share: f64) -> Vec<Vec<Found>> {
+        let (setting, outcome) = (self.setting, self.outcome);
+        let mut out = Vec::new();
+        for j in (setting.standing.len()..outcome.active.len()).filter(|j| *j != k) {
+            let mut bare = outcome.active.clone();
+            bare.remove(k.max(j));
+            bare.remove(k.min(j));
+            let Some(limit) = self.limit(&bare) else { continue };
+            let tried = parallel(setting.candidates.len(), |d| {
+                let mut set = outcome.active.clone();
+                (set[k], set[j]) = (c, d);
+                let elsewhere = !setting.meet(d, outcome.active[j]);
+                if elsewhere || outcome.active.contains(&d) || d == c || setting.stands(d) {
+                    return None;
+                }
+                let trial = setting.trial(&set, outcome.corrected)?;
+                let more = self.excess(&trial, &set);
+                let alike =
+                    self.as_well(&trial, &set, more, limit) && setting.impossible(&set, &trial).is_none();
+                alike.then_some((more, d))
+            });
+            let mut alike: Vec<(f64, usize)> = tried.into_iter().flatten().collect();
+            alike.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut kinds: Vec<&str> = Vec::new();
+            for (_, d) in alike {
+                if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 {
+                    kinds.push(self.form(d).kind);
+                    let mut set = outcome.active.clone();
+                    (set[k], set[j]) = (c, d);
+                    let first = self.alternative(&set, k, c, share);
+                    out.push(vec![first, self.alternative(&set, j, d, share)]);
+                }
+            }
+        }
+        out
+    }
+
+    /// Deviance of a set beyond that of the effects that stand.
+    fn excess(&self, trial: &Trial, set: &[usize]) -> f64 {
+        let (setting, outcome) = (self.setting, self.outcome);
+        let here = outcome.trial.cost - setting.price(&outcome.active);
+        trial.cost - setting.price(set) - here
+    }
+
+    /// Deviance that the effects missing in `bare` remove.
+    fn limit(&self, bare: &[usize]) -> Option<f64> {
+        let without = self.setting.trial(bare, self.outcome.corrected)?;
+        Some(self.excess(&without, bare))
+    }
+
+    /// Whether so much more deviance than that of the effects that stand is nothing, beside what they remove or beside
+    /// what blocks of the judging data disagree by.
+    fn as_well(&self, trial: &Trial, set: &[usize], more: f64, removed: f64) -> bool {
+        let chance = || self.setting.scatter(&self.outcome.trial, &self.outcome.active, trial, set);
+        more <= (ALIKE * removed).max(4.0) || (more <= SCATTER * removed && more <= chance())
+    }
+
+    /// A candidate in the place of an effect, with the values that fit there.
+    fn alternative(&self, set: &[usize], k: usize, c: usize, share: f64) -> Found {
+        let mut set = set.to_vec();
+        set[k] = c;
+        let effect = match self.setting.trial(&set, self.outcome.corrected) {
+            Some(trial) => self.form(c).effect(self.setting.coefficients(&set, &trial, k)),
+            None => Effect::new(self.form(c).kind, self.form(c).location.clone(), &[]),
+        };
+        Found { effect, ci95: BTreeMap::new(), share, doubts: Vec::new() }
+    }
+
+    /// Candidates that would do as well in the place of the `k`-th effect, and those that would nearly; best first, one
+    /// per kind and place.
+    fn alike(&self, active: &[usize], k: usize) -> (Vec<usize>, Vec<usize>) {
+        let (setting, corrected) = (self.setting, self.outcome.corrected);
+        let mut fewer = active.to_vec();
+        fewer.remove(k);
+        let Some(removed) = self.limit(&fewer) else { return Default::default() };
+        let mine = self.form(active[k]);
+        let tried = parallel(setting.candidates.len(), |c| {
+            let other = self.form(c);
+            let same = (other.kind, &other.location) == (mine.kind, &mine.location);
+            let elsewhere = !setting.meet(c, active[k]);
+            if same
+                || elsewhere
+                || active.contains(&c)
+                || setting.stands(c)
+                || generalises(other.kind, mine.kind)
+            {
+                return None;
+            }
+            let mut set = active.to_vec();
+            set[k] = c;
+            let trial = setting.trial(&set, corrected)?;
+            let more = self.excess(&trial, &set);
+            let near = more <= (SCATTER * removed).max(4.0) && setting.impossible(&set, &trial).is_none();
+            near.then(|| (more, c, self.as_well(&trial, &set, more, removed)))
+        });
+        let mut near: Vec<(f64, usize, bool)> = tried.into_iter().flatten().collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut kept: Vec<(usize, bool)> = Vec::new();
+        for (_, c, alike) in near {
+            let place = |c: usize| (self.form(c).kind, &self.form(c).location);
+            if !kept.iter().any(|&(o, _)| place(o) == place(c)) {
+                kept.push((c, alike));
+            }
+        }
+        let alike = kept.iter().filter(|(_, alike)| *alike).map(|(c, _)| *c).collect();
+        (alike, kept.into_iter().map(|(c, _)| c).collect())
     }
 
     /// Why other kinds at the places in question do not stand, one line per kind and place.
@@ -600,7 +783,11 @@ fn unexplained(
         let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
         let slow = slow_share(judge.time(), s);
         let share = if smooth > UNEXPLAINED { smooth } else { slow };
-        (smooth > UNEXPLAINED || slow > SLOW).then(|| {
+        // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
+        let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+        let matters = squares(s) > TRACE * squares(judge.nominal(row));
+        let loud = squares(s) > (LOUD * what.noise).powi(2) * s.len() as f64;
+        (matters && (smooth > UNEXPLAINED || (slow > SLOW && loud))).then(|| {
             let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
             let signals = signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect();
             Unexplained { joint: what.joint.clone().unwrap_or_else(|| what.name.clone()), share, signals }

@@ -13,6 +13,8 @@ const CHUNK: usize = 512;
 pub(super) struct Spread {
     /// Lower triangular 10 × 10, one per body; zero where nothing is uncertain.
     pub factors: Vec<DMatrix<f64>>,
+    /// Whether anything may be corrected. If not, the columns only serve effects on links as coordinates.
+    pub corrects: bool,
 }
 
 impl Spread {
@@ -22,6 +24,10 @@ impl Spread {
         widening: f64,
     ) -> Self {
         let bodies = experiment.inertial_count() / 10;
+        let nothing = crate::diagnose::anatomy::CadError { mass: 0.0, center: 0.0, inertia: 0.0 };
+        let corrects = *error != nothing;
+        let usual = crate::diagnose::anatomy::CadError::default();
+        let error = if corrects { error } else { &usual };
         let mut covariances = vec![DMatrix::<f64>::zeros(10, 10); bodies];
         for (body, direction) in experiment.cad_directions(error) {
             let d = nalgebra::DVector::from_row_slice(&direction);
@@ -41,7 +47,7 @@ impl Spread {
                 None => DMatrix::zeros(10, 10),
             }
         };
-        Self { factors: covariances.into_iter().map(factor).collect() }
+        Self { factors: covariances.into_iter().map(factor).collect(), corrects }
     }
 
     /// Number of unknowns.

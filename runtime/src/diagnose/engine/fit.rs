@@ -18,17 +18,20 @@ pub(super) struct Candidate {
     pub terms: Vec<Term>,
     /// Rows that it touches.
     pub rows: Vec<usize>,
+    /// Parameters that the data decide; those of columns that are zero throughout are none.
+    pub parameters: usize,
 }
 
 impl Candidate {
-    pub fn new(form: Form, ids: &[usize], rows: Vec<usize>, spread: &Spread) -> Self {
+    pub fn new(form: Form, ids: &[usize], rows: Vec<usize>, spread: &Spread, idle: usize) -> Self {
+        let parameters = form.parameters().saturating_sub(idle).max(1);
         let terms = match &form.search {
             Search::Probes(_) => ids.iter().map(|&id| Term::Data(id)).collect(),
             Search::Inertial(directions) => {
                 directions.iter().map(|d| Term::Inertial(spread.coordinates(d))).collect()
             }
         };
-        Self { form, terms, rows }
+        Self { form, terms, rows, parameters }
     }
 }
 
@@ -67,6 +70,18 @@ impl RowSum {
                 self.gram.columns(0, inertial) * local.rows(0, inertial)
             }
         }
+    }
+
+    /// Sum of squares of a combination of everything.
+    fn square(&self, u: &DVector<f64>) -> f64 {
+        // Only the places in use: most columns of the library are idle.
+        let used: Vec<usize> = (0..u.len()).filter(|&i| u[i] != 0.0).collect();
+        let mut sum = 0.0;
+        for &c in &used {
+            let column = self.gram.column(c);
+            sum += u[c] * used.iter().map(|&r| u[r] * column[r]).sum::<f64>();
+        }
+        sum.max(0.0)
     }
 
     /// A term in the coordinates of this row; `None` if it does not touch it.
@@ -263,6 +278,20 @@ pub(super) fn errors(sums: &Sums, fit: &Fit, terms: &[&Term]) -> Vec<f64> {
     sums.rows.iter().map(|row| error(row, fit, terms)).collect()
 }
 
+/// Sums of squares of what some terms with these coefficients make, by row.
+pub(super) fn sizes(sums: &Sums, terms: &[Term], coefficients: &[f64]) -> Vec<f64> {
+    let size = |row: &RowSum| {
+        let mut u = DVector::zeros(row.residual() + 1);
+        for (term, coefficient) in terms.iter().zip(coefficients) {
+            if let Some(local) = row.local(term) {
+                u.axpy(*coefficient, &local, 1.0);
+            }
+        }
+        row.square(&u)
+    };
+    sums.rows.iter().map(size).collect()
+}
+
 fn error(row: &RowSum, fit: &Fit, terms: &[&Term]) -> f64 {
     let last = row.residual();
     let mut u = DVector::zeros(last + 1);
@@ -288,12 +317,5 @@ fn error(row: &RowSum, fit: &Fit, terms: &[&Term]) -> f64 {
             }
         }
     }
-    // Only the places in use: most columns of the library are idle.
-    let used: Vec<usize> = (0..=last).filter(|&i| u[i] != 0.0).collect();
-    let mut sum = 0.0;
-    for &c in &used {
-        let column = row.gram.column(c);
-        sum += u[c] * used.iter().map(|&r| u[r] * column[r]).sum::<f64>();
-    }
-    sum.max(0.0)
+    row.square(&u)
 }

@@ -20,6 +20,8 @@ pub(super) struct Form {
     /// Value of the parameter that does not enter linearly.
     pub setting: f64,
     pub search: Search,
+    /// Parameters that are not searched for.
+    pub fixed: Parameters,
 }
 
 /// What enters linearly.
@@ -96,6 +98,11 @@ fn probes(kind: &str, setting: f64) -> Option<Vec<Probe>> {
         "force_sensor_gain" => vec![vec![(1e4, vec![("gain", 1.0001)])]],
         "force_sensor_bias" => vec![unit("x"), unit("y"), unit("z")],
         "impact_restitution" => vec![slope("coefficient", 1e-3)],
+        // What enters linearly is 1/k and d/k².
+        "ground_compliance" => {
+            let soil = |damping: f64| vec![("stiffness", 1.0), ("damping", damping)];
+            vec![vec![(1.0, soil(0.0))], vec![(1.0, soil(1.0)), (-1.0, soil(0.0))]]
+        }
         "payload" => {
             let mass = 1e-3;
             let at = |x: f64, y: f64, z: f64| vec![("mass", mass), ("x", x), ("y", y), ("z", z)];
@@ -149,6 +156,8 @@ pub(super) fn recover(kind: &str, setting: f64, c: &[f64]) -> Parameters {
         ("force_sensor_gain", [c]) => vec![("gain", 1.0 + c)],
         ("force_sensor_bias" | "com_offset", [x, y, z]) => vec![("x", *x), ("y", *y), ("z", *z)],
         ("impact_restitution", [c]) => vec![("coefficient", *c)],
+        ("ground_compliance", [c, d]) => vec![("stiffness", 1.0 / c), ("damping", d / (c * c))],
+        ("payload", [m]) => vec![("mass", *m)],
         ("payload", [m, x, y, z]) => vec![("mass", *m), ("x", x / m), ("y", y / m), ("z", z / m)],
         ("inertia_error", [xx, xy, xz, yy, yz, zz]) => {
             vec![("ixx", *xx), ("ixy", *xy), ("ixz", *xz), ("iyy", *yy), ("iyz", *yz), ("izz", *zz)]
@@ -181,7 +190,17 @@ impl Form {
             Some(directions) => Search::Inertial(directions),
             None => Search::Probes(probes(kind, setting)?),
         };
-        Some(Self { kind, location: location.clone(), setting, search })
+        Some(Self { kind, location: location.clone(), setting, search, fixed: Vec::new() })
+    }
+
+    /// A payload at the origin of its link, of which only the mass is searched for: what a scale would show.
+    pub fn mass_only(experiment: &dyn Experiment, location: &Location) -> Option<Self> {
+        let fixed = vec![("x", 0.0), ("y", 0.0), ("z", 0.0)];
+        let parameters = [&[("mass", 1.0)], fixed.as_slice()].concat();
+        let direction = experiment.inertial_change(&Effect::new("payload", location.clone(), &parameters));
+        let search = Search::Inertial(vec![direction]);
+        let of_link = location.link.is_some() && experiment.inertial_count() > 0;
+        of_link.then(|| Self { kind: "payload", location: location.clone(), setting: 0.0, search, fixed })
     }
 
     /// Effects on links change inertial parameters, where these are columns already.
@@ -229,7 +248,7 @@ impl Form {
         else {
             return None;
         };
-        if *mass < 1e-4 {
+        if *mass < 1e-4 || moments.len() != 3 {
             return None;
         }
         let change = |mass: f64, moments: &[f64]| {
@@ -289,12 +308,14 @@ impl Form {
 
     /// Number of parameters that the data decide.
     pub fn parameters(&self) -> usize {
-        crate::effect::kind(self.kind).map_or(self.width(), |kind| kind.estimated().count())
+        crate::effect::kind(self.kind)
+            .map_or(self.width(), |kind| kind.estimated().count().saturating_sub(self.fixed.len()))
     }
 
     /// The effect with these linear coefficients.
     pub fn effect(&self, coefficients: &[f64]) -> Effect {
-        Effect::new(self.kind, self.location.clone(), &recover(self.kind, self.setting, coefficients))
+        let found = [recover(self.kind, self.setting, coefficients), self.fixed.clone()].concat();
+        Effect::new(self.kind, self.location.clone(), &found)
     }
 
     /// Whether the coefficients make a physically possible effect; else which parameter is impossible.

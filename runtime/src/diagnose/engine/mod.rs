@@ -10,3 +10,4 @@ mod smoother;
 mod words;
 
 pub use answer::{Options, diagnose, errors, estimate};
+pub use words::summary;

@@ -33,6 +33,11 @@ impl<'a> Amended<'a> {
         Self { inner, residual }
     }
 
+    /// The residual without any effect.
+    pub fn nominal(&self, row: usize) -> &[f64] {
+        self.inner.residual(row)
+    }
+
     /// Subtracts what a change of inertial parameters predicts.
     pub fn correct(&mut self, change: &[f64]) {
         for (row, residual) in self.residual.iter_mut().enumerate() {
@@ -291,10 +296,16 @@ fn uncertainty(
             }
         }
     }
+    // What changes no row stays unknown, without making the rest unknown too.
+    let unseen: Vec<usize> = (0..n).filter(|&i| information[(i, i)] <= 0.0).collect();
+    unseen.iter().for_each(|&i| information[(i, i)] = 1.0);
     let Some(inverse) = scaled_inverse(&information) else {
         return (vec![f64::INFINITY; unknowns], vec![f64::INFINITY; p]);
     };
     let sigma = |index: usize| {
+        if unseen.contains(&index) {
+            return f64::INFINITY;
+        }
         let row = inverse.row(index);
         let robust: f64 = scores.iter().map(|s| (row * s)[0].powi(2)).sum();
         let least = (row * &white * row.transpose())[0];

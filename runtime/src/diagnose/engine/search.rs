@@ -12,6 +12,9 @@ const LEAST_TRANSMISSION: f64 = 0.15;
 pub(super) fn least(channel: Channel) -> f64 {
     if channel == Channel::Transmission { LEAST_TRANSMISSION } else { LEAST }
 }
+/// Part of a row's squared error without any effect that an effect must remove: less is what the forms of the others
+/// leave.
+pub(super) const TRACE: f64 = 2e-4;
 /// Most effects that are looked for.
 const MOST: usize = 12;
 /// Candidates of a joint that are combined.
@@ -104,7 +107,7 @@ fn best(
 }
 
 /// Whether a candidate may enter: the reason if not.
-fn consider(
+pub(super) fn consider(
     setting: &Setting<'_>,
     active: &[usize],
     base: &Trial,
@@ -149,6 +152,11 @@ fn consider(
             100.0 * fall.max(0.0)
         ));
     }
+    if is_trace(setting, &candidate.rows, base, &trial) {
+        return Err(
+            "it would remove a trace of what the other effects removed: their own inaccuracy".to_owned()
+        );
+    }
     if trial.cost >= base.cost {
         let (price, worth) = (setting.price(&[c]), base.cost - trial.cost + setting.price(&[c]));
         return Err(format!("the evidence for it, {worth:.0}, does not pay for its parameters, {price:.0}"));
@@ -192,6 +200,12 @@ fn largest_fall(setting: &Setting<'_>, rows: &[usize], before: &Trial, after: &T
     rows.iter().map(fall).fold(f64::NEG_INFINITY, f64::max)
 }
 
+/// Whether the fall of error is next to nothing beside the errors that there were without any effect.
+fn is_trace(setting: &Setting<'_>, rows: &[usize], before: &Trial, after: &Trial) -> bool {
+    let trace = |r: usize| TRACE * setting.judge_sums.rows[r].squares();
+    rows.iter().all(|&r| before.errors[r] - after.errors[r] <= trace(r))
+}
+
 /// Drops effects that no longer pay.
 fn prune(
     setting: &Setting<'_>,
@@ -209,7 +223,7 @@ fn prune(
             let full = setting.trial(&active, false)?;
             let fall =
                 largest_fall(setting, rows, &t, &trial).max(largest_fall(setting, rows, &rough, &full));
-            let idle = t.cost <= trial.cost || fall < 0.5 * LEAST;
+            let idle = t.cost <= trial.cost || fall < 0.5 * LEAST || is_trace(setting, rows, &t, &trial);
             (idle && setting.impossible(&fewer, &t).is_none()).then_some((fewer, t))
         });
         match without.min_by(|a, b| a.1.cost.total_cmp(&b.1.cost)) {
@@ -219,7 +233,8 @@ fn prune(
     }
 }
 
-/// The best set of up to three effects at the place of the newcomer, everything elsewhere kept.
+/// The best set of up to three effects at the place of the newcomer, or of what stands there and two more; everything
+/// elsewhere kept.
 fn refine(
     setting: &Setting<'_>,
     active: Vec<usize>,
@@ -241,6 +256,15 @@ fn refine(
             sets.push(vec![pool[i], pool[j]]);
             for k in 0..j {
                 sets.push(vec![pool[i], pool[j], pool[k]]);
+            }
+        }
+    }
+    // And what stands there with two more: some effects show only together.
+    let own: Vec<usize> = active.iter().copied().filter(|&c| here(c)).collect();
+    for i in 0..pool.len() {
+        for j in 0..i {
+            if own.len() > 1 && !own.contains(&pool[i]) && !own.contains(&pool[j]) {
+                sets.push(own.iter().copied().chain([pool[i], pool[j]]).collect());
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Everything a search works on: candidates, sums of products, weights.
 use super::bank::{RowBank, Spread, row_bank};
-use super::fit::{Candidate, Corrections, Fit, Sums, Term, errors, fit};
+use super::fit::{Candidate, Corrections, Fit, Sums, Term, errors, fit, sizes};
 use super::form::{Column, Form, Search};
 use super::smoother::{self, Signals, reach};
 use crate::diagnose::Experiment;
@@ -18,6 +18,15 @@ const PRICE: f64 = 0.005;
 const INERTIAL: f64 = 4.0;
 /// The same for each effect: of equivalent explanations the one with fewer effects is the cheaper one.
 const EFFECT: f64 = 0.02;
+
+/// What an effect makes is at most so many times all that there is to explain, as sums of squares.
+pub(super) const MOST: f64 = 4.0;
+
+/// Squared errors below so many times the noise's variance are noise: estimates of noise are no better.
+const QUIET: f64 = 1.5;
+
+/// A floor that effects lower further than to this part of it was none.
+const LOWER: f64 = 0.4;
 
 /// A row counts as at least so many independent samples.
 const INDEPENDENT: f64 = 300.0;
@@ -39,7 +48,11 @@ pub(super) struct Setting<'a> {
     pub weights: Vec<f64>,
     /// Deviance of the floor on the judging data, per row.
     pub floor: Vec<f64>,
+    /// Variance of the floor and how many samples tell the same, per row.
+    floors: Vec<(f64, f64)>,
     corrections: Option<Corrections>,
+    /// Sum of squares per row below which errors are the measurement's noise, however small they become.
+    quiet: Vec<f64>,
     /// Candidates that the exact estimate made impossible.
     pub banned: Vec<usize>,
     /// Candidates that stand whatever the data say; first in every list of active ones.
@@ -67,8 +80,11 @@ impl<'a> Setting<'a> {
     ) -> Self {
         let judge = validation.unwrap_or(train);
         let spread = Spread::new(train, &options.cad, options.widening);
-        let forms: Vec<Form> =
+        let mut forms: Vec<Form> =
             places.iter().flat_map(|(kind, location)| forms_of(train, kind, location)).collect();
+        let payloads = places.iter().filter(|(kind, _)| *kind == "payload");
+        let masses: Vec<Form> = payloads.filter_map(|(_, at)| Form::mass_only(train, at)).collect();
+        forms.extend(masses);
         let columns = columns_of(train, &forms);
         progress(0.2);
         let judge_columns = validation.map(|v| columns_of(v, &forms));
@@ -89,7 +105,8 @@ impl<'a> Setting<'a> {
             .zip(&ids)
             .map(|((form, columns), ids)| {
                 let rows = touched(&form, columns, train);
-                Candidate::new(form, ids, rows, &spread)
+                let idle = columns.iter().filter(|column| column.is_empty()).count();
+                Candidate::new(form, ids, rows, &spread, idle)
             })
             .filter(|candidate| !candidate.rows.is_empty())
             .collect();
@@ -114,10 +131,15 @@ impl<'a> Setting<'a> {
             judge_blocks,
             weights: Vec::new(),
             floor: Vec::new(),
+            floors: Vec::new(),
             corrections: None,
+            quiet: Vec::new(),
             banned: Vec::new(),
             standing: Vec::new(),
         };
+        // Named as alternatives only.
+        this.banned =
+            (0..this.candidates.len()).filter(|&c| !this.candidates[c].form.fixed.is_empty()).collect();
         this.weigh();
         progress(1.0);
         this
@@ -126,13 +148,46 @@ impl<'a> Setting<'a> {
     /// Weights from what a smooth function of the signals could reach, or the noise where there are no signals.
     fn weigh(&mut self) {
         let rows = self.train.rows();
-        let floors = parallel(rows.len(), |row| floor(self.train, self.judge, self.own_blocks, row));
-        self.weights = floors.iter().map(|(variance, correlation)| 1.0 / (variance * correlation)).collect();
+        self.floors = parallel(rows.len(), |row| floor(self.train, self.judge, self.own_blocks, row));
         self.floor =
-            self.judge_sums.rows.iter().zip(&floors).map(|(row, (_, c))| row.count as f64 / c).collect();
-        let wanted = self.train.inertial_count() > 0;
+            self.judge_sums.rows.iter().zip(&self.floors).map(|(row, (_, c))| row.count as f64 / c).collect();
+        let noise = |(row, sums): (&crate::diagnose::Row, &super::fit::RowSum)| {
+            QUIET * row.noise.powi(2) * sums.count as f64
+        };
+        // Tables of postures and impacts know no more than a bound of their noise.
+        let is_table = self.train.motion().time.is_empty();
+        self.quiet = rows
+            .iter()
+            .zip(&self.judge_sums.rows)
+            .map(|row| if is_table { 0.0 } else { noise(row) })
+            .collect();
+        self.weigh_by_floors();
+    }
+
+    fn weigh_by_floors(&mut self) {
+        self.weights =
+            self.floors.iter().map(|(variance, correlation)| 1.0 / (variance * correlation)).collect();
+        let wanted = self.train.inertial_count() > 0 && self.spread.corrects;
         self.corrections =
             wanted.then(|| Corrections::new(&self.train_sums, &self.weights, self.spread.len()));
+    }
+
+    /// Lowers the floor where effects do better than the smooth function did, which cannot follow every jump. Tells
+    /// whether that changed anything worth another search.
+    pub fn reweigh(&mut self, trial: &Trial) -> bool {
+        let mut changed = false;
+        for (row, (variance, _)) in self.floors.iter_mut().enumerate() {
+            let reached = trial.errors[row] / self.judge_sums.rows[row].count.max(1) as f64;
+            let noise = self.train.rows()[row].noise.powi(2);
+            if reached < LOWER * *variance && noise < LOWER * *variance {
+                *variance = reached.max(noise);
+                changed = true;
+            }
+        }
+        if changed {
+            self.weigh_by_floors();
+        }
+        changed
     }
 
     /// Keeps all forms of a candidate's kind and place out of further searches.
@@ -177,7 +232,7 @@ impl<'a> Setting<'a> {
                 let coefficients = self.coefficients(&with, &trial, place);
                 let Some(form) = self.candidates[c].form.linearised(self.train, coefficients) else { break };
                 let rows = self.candidates[c].rows.clone();
-                self.candidates[c] = Candidate::new(form, &[], rows, &self.spread);
+                self.candidates[c] = Candidate::new(form, &[], rows, &self.spread, 0);
             }
         }
     }
@@ -194,10 +249,10 @@ impl<'a> Setting<'a> {
             let candidate = &self.candidates[c];
             if let Search::Inertial(_) = candidate.form.search {
                 // These compete with corrections that cost by themselves.
-                return INERTIAL * candidate.form.parameters() as f64 + ENTRY;
+                return INERTIAL * candidate.parameters as f64 + ENTRY;
             }
             let floor = candidate.rows.iter().map(|&r| self.floor[r]).fold(0.0, f64::max);
-            candidate.form.parameters() as f64 * (total.ln() + PRICE * floor) + ENTRY + EFFECT * floor
+            candidate.parameters as f64 * (total.ln() + PRICE * floor) + ENTRY + EFFECT * floor
         };
         active.iter().map(price).sum()
     }
@@ -208,7 +263,8 @@ impl<'a> Setting<'a> {
         let corrections = self.corrections.as_ref().filter(|_| corrected);
         let fit = fit(&self.train_sums, &self.weights, corrections, &terms)?;
         let errors = errors(&self.judge_sums, &fit, &terms);
-        let deviance: f64 = errors.iter().zip(&self.weights).map(|(e, w)| e * w).sum();
+        let heard = errors.iter().zip(&self.quiet).map(|(error, quiet)| error.max(*quiet));
+        let deviance: f64 = heard.zip(&self.weights).map(|(e, w)| e * w).sum();
         let cost = deviance + fit.prior + self.price(active);
         Some(Trial { fit, errors, cost })
     }
@@ -218,6 +274,20 @@ impl<'a> Setting<'a> {
         let banks = self.judge_banks.as_deref().unwrap_or(&self.banks);
         let terms = self.terms(active);
         self.judge_blocks.iter().map(|&b| errors(&Sums::of(banks, &[b]), &trial.fit, &terms)).collect()
+    }
+
+    /// Standard error of the difference between the deviances of two fits, from the scatter over the judging blocks.
+    pub fn scatter(&self, a: &Trial, with_a: &[usize], b: &Trial, with_b: &[usize]) -> f64 {
+        let of = |trial: &Trial, active: &[usize]| -> Vec<f64> {
+            let weighted = |errors: Vec<f64>| errors.iter().zip(&self.weights).map(|(e, w)| e * w).sum();
+            self.block_errors(trial, active).into_iter().map(weighted).collect()
+        };
+        let differences: Vec<f64> =
+            of(a, with_a).iter().zip(of(b, with_b)).map(|(a, b): (&f64, f64)| b - a).collect();
+        let n = differences.len() as f64;
+        let mean = differences.iter().sum::<f64>() / n;
+        let squares: f64 = differences.iter().map(|d| (d - mean).powi(2)).sum();
+        (n * squares / (n - 1.0).max(1.0)).sqrt()
     }
 
     /// Coefficients of one of the active candidates.
@@ -231,8 +301,23 @@ impl<'a> Setting<'a> {
         (0..active.len()).filter(|&k| !self.standing.contains(&active[k])).find_map(|k| {
             let (form, coefficients) =
                 (&self.candidates[active[k]].form, self.coefficients(active, trial, k));
-            let why = form.impossible(coefficients).or_else(|| self.massless(form, coefficients))?;
+            let why = form.impossible(coefficients).or_else(|| self.massless(form, coefficients)).or_else(
+                || self.cancelled(&self.candidates[active[k]], coefficients).filter(|_| active.len() > 1),
+            )?;
             Some((active[k], why))
+        })
+    }
+
+    /// Whether an effect makes far more than there is to explain, so that another one must take it back: a pair that
+    /// the data cannot tell apart.
+    fn cancelled(&self, candidate: &Candidate, coefficients: &[f64]) -> Option<String> {
+        let made = sizes(&self.train_sums, &candidate.terms, coefficients);
+        let weighted = |of: &dyn Fn(usize) -> f64| -> f64 {
+            candidate.rows.iter().map(|&r| of(r) * self.weights[r]).sum()
+        };
+        let wanted = weighted(&|r| self.train_sums.rows[r].squares());
+        (weighted(&|r| made[r]) > MOST * wanted).then(|| {
+            "it and another effect would cancel each other: this data cannot tell them apart".to_owned()
         })
     }
 
@@ -291,6 +376,11 @@ impl<'a> Setting<'a> {
             let other = &self.candidates[s].form;
             other.kind == form.kind && other.location == form.location
         })
+    }
+
+    /// Whether two candidates touch the same row.
+    pub fn meet(&self, a: usize, b: usize) -> bool {
+        self.candidates[a].rows.iter().any(|row| self.candidates[b].rows.contains(row))
     }
 
     /// Whether inertial corrections are possible at all.

@@ -13,8 +13,8 @@ fn short(x: f64) -> String {
     format!("{x:.digits$}")
 }
 
-/// The whole answer.
-pub(super) fn summary(d: &Diagnosis) -> String {
+/// The whole answer, from its numbers.
+pub fn summary(d: &Diagnosis) -> String {
     let unit = d.rms.values().find(|f| f.before == d.rms_before).map_or("", |f| f.unit.as_str());
     let mut out = String::new();
     if d.effects.is_empty() && d.inertial_corrections.is_empty() && !d.unexplained {
@@ -33,7 +33,7 @@ pub(super) fn summary(d: &Diagnosis) -> String {
             d.inertial_corrections.iter().filter_map(|f| f.effect.location.link.as_deref()).collect();
         let _ = writeln!(
             out,
-            "Masses and centres of mass are corrected within what CAD data are usually off: {}.",
+            "Masses and centres of mass are corrected, apart from the effects: {}.",
             links.join(", ")
         );
     }
@@ -68,6 +68,7 @@ fn sentence(found: &Found) -> String {
     let values: Vec<String> = found
         .ci95
         .iter()
+        .filter(|(_, [low, high])| (high - low).is_finite())
         .map(|(name, [low, high])| {
             format!(
                 "{name} {} {} (95 %: {} to {})",

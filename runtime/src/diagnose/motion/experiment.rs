@@ -321,7 +321,7 @@ impl<'a> MotionExperiment<'a> {
         let limits = [0.4, 0.5, 0.6, 0.68, 0.75, 0.81, 0.86, 0.9, 0.94, 0.97, 0.99].map(quantile);
         let load: Vec<f64> = self.strided(&self.load, joint).collect();
         let stays = |limit: &f64| super::limit::stays(effort, &load, *limit);
-        limits.into_iter().filter(|limit| *limit > 10.0 * noise).filter(stays).collect()
+        limits.into_iter().filter(|limit| *limit > 4.0 * noise).filter(stays).collect()
     }
 
     /// Periods per turn with which a joint's residual may repeat.

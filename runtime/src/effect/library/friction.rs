@@ -87,7 +87,7 @@ pub const STRIBECK_FRICTION: Kind = Kind {
             "stribeck_velocity",
             "rad/s",
             (1e-3, 100.0),
-            (0.02, 5.0),
+            (0.03, 5.0),
             "speed at which the excess has faded",
         ),
         SMOOTHING,
