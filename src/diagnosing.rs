@@ -6,7 +6,7 @@ use bipedc_compiler::Robot;
 use bipedc_runtime::compare;
 use bipedc_runtime::diagnose::gate::{Findings, inspect};
 use bipedc_runtime::diagnose::{
-    Diagnosis, Experiment, Options, Selected, diagnose, errors, estimate, support,
+    Diagnosis, Experiment, Options, Selected, diagnose, errors, estimate, summary, support,
 };
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_runtime::effect::Effect;
@@ -251,6 +251,7 @@ fn best_filter(measured: &Measured, request: &Request, answer: &mut Diagnosis) -
         }
         answer.rms = falls;
         answer.judged_at_hz = Some(cutoff);
+        answer.summary = summary(answer);
     }
     Ok(())
 }

@@ -20,8 +20,8 @@ const MARGIN: f64 = 1.5;
 const SHORTEST: usize = 8;
 /// Of joint angles, for slopes, rad.
 const STEP: f64 = 1e-6;
-/// Smallest noise that is believed, m.
-const SMALLEST: f64 = 1e-6;
+/// Smallest noise that is believed, m: no robot's lengths are known better.
+const SMALLEST: f64 = 2e-4;
 
 /// Spring (N/m) and damper (N s/m) below each corner.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -786,12 +786,14 @@ fn unexplained(
         // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
         let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let matters = squares(s) > TRACE * squares(judge.nominal(row));
-        let loud = squares(s) > (LOUD * what.noise).powi(2) * s.len() as f64;
-        (matters && (smooth > UNEXPLAINED || (slow > SLOW && loud))).then(|| {
-            let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
-            let signals = signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect();
-            Unexplained { joint: what.joint.clone().unwrap_or_else(|| what.name.clone()), share, signals }
-        })
+        let size = squares(s) / (what.noise.powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
+        (matters && ((smooth > UNEXPLAINED && size > 1.0) || (slow > SLOW && size > LOUD.powi(2)))).then(
+            || {
+                let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
+                let signals = signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect();
+                Unexplained { joint: what.joint.clone().unwrap_or_else(|| what.name.clone()), share, signals }
+            },
+        )
     });
     let mut parts: Vec<Unexplained> = parts.into_iter().flatten().collect();
     parts.sort_by(|a, b| b.share.total_cmp(&a.share));
