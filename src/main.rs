@@ -6,6 +6,7 @@ mod crate_paths;
 mod diagnosing;
 mod explaining;
 mod failure;
+mod identifying;
 mod measurements;
 mod output;
 mod reporting;

@@ -1,0 +1,29 @@
+//! Parameters from measurements: what a robot's inertial parameters are, how sure that is, and a set of them that bodies
+//! can have (thesis chapter 5 and 8.3).
+//!
+//! The way of the data: [`survey`] looks at the motions of the logs and finds repetitions, [`Design`] says which
+//! unknowns act in which measured row, [`accumulate`] folds all samples into small triangular factors, one per channel
+//! and stretch of motion ([`Triangle`]), and everything after that (ordinary and weighted least squares, folds, error
+//! bars, essential parameters, physical consistency) works on these factors alone. Memory does not grow with the number
+//! of samples.
+mod accumulate;
+mod design;
+mod estimate;
+mod motions;
+#[cfg(feature = "sdp")]
+pub mod physical;
+mod survey;
+mod triangle;
+mod unknowns;
+
+pub use accumulate::{Log, Settings, Sums, Weighting, accumulate};
+pub use design::{BatchRegressor, Channel, Design, Work};
+pub use estimate::{Estimate, Fit, Held, Method};
+pub use motions::{Motions, Repetition};
+pub use survey::{Survey, survey};
+pub use triangle::Triangle;
+pub use unknowns::{BaseSet, Extra, ExtraChoice, Law, Part, Source, Unknown, joint};
+
+pub use estimate::{by_channel, errors};
+pub fn nalgebra_zero(n: usize) -> nalgebra::DVector<f64> { nalgebra::DVector::zeros(n) }
+pub fn total_by_channel(s: &Sums, d: &Design<'_>) -> Vec<Triangle> { by_channel(s, d, &|_| true) }

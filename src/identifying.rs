@@ -1,0 +1,52 @@
+//! From logs to parameters: what `identify` works with.
+use crate::failure::Failure;
+use crate::measurements::subject;
+use crate::output;
+use bipedc_compiler::Robot;
+use bipedc_compiler::identification::base_regressor;
+use bipedc_compiler::program::ProgramRegressor;
+use bipedc_compiler::tree::anatomy;
+use bipedc_runtime::compare::Subject;
+use bipedc_runtime::diagnose::Anatomy;
+use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_runtime::identify::{BaseSet, Log, Survey, survey};
+
+/// A robot ready for identification.
+pub struct Identified {
+    pub subject: Subject,
+    pub anatomy: Anatomy,
+    pub base: BaseSet,
+    pub regressor: ProgramRegressor,
+    /// Observed rows of `v`.
+    pub rows: Vec<usize>,
+    /// What each log shows.
+    pub surveys: Vec<Survey>,
+}
+
+impl Identified {
+    /// Looks at all logs and derives the base parameters of what they measured.
+    pub fn new(robot: &Robot, logs: &[Log<'_>], base_rows: bool) -> Result<Self, Failure> {
+        let rigid = robot.clone().without_effects();
+        let tree = rigid.tree()?;
+        let subject = subject(&tree)?;
+        let look = || logs.iter().map(|log| survey(log, &subject)).collect::<Result<Vec<_>, Diagnostics>>();
+        let surveys = output::progress("reading", look)?;
+        let rows = observed(&subject, &surveys, base_rows)?;
+        let derive = || base_regressor(&rigid.description, &tree, &rows);
+        let (base, regressor) = output::progress("deriving", derive)?;
+        let anatomy = anatomy(&rigid.description, &tree);
+        Ok(Self { subject, anatomy, base, regressor, rows, surveys })
+    }
+}
+
+/// Rows of `v` that at least one log measured.
+fn observed(subject: &Subject, surveys: &[Survey], base_rows: bool) -> Result<Vec<usize>, Diagnostic> {
+    let nb = subject.base.nv();
+    let joints = (0..subject.joints.len()).filter(|&j| surveys.iter().any(|s| s.effort[j])).map(|j| nb + j);
+    let base = if base_rows { 0..nb } else { 0..0 };
+    let rows: Vec<usize> = base.chain(joints).collect();
+    if rows.is_empty() {
+        return Err(Diagnostic::error("no log measures a torque").help("log `<joint>/effort` in N m"));
+    }
+    Ok(rows)
+}
