@@ -1,13 +1,13 @@
 //! From logs to parameters: what `identify` works with.
 use crate::failure::Failure;
-use crate::measurements::subject;
+use crate::measurements::{Content, Measured, subject};
 use crate::output;
 use bipedc_compiler::Robot;
 use bipedc_compiler::identification::base_regressor;
 use bipedc_compiler::program::ProgramRegressor;
 use bipedc_compiler::tree::anatomy;
 use bipedc_runtime::compare::Subject;
-use bipedc_runtime::diagnose::Anatomy;
+use bipedc_runtime::diagnose::{Anatomy, Experiment};
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::identify::{BaseSet, Log, Survey, survey};
 
@@ -49,4 +49,20 @@ fn observed(subject: &Subject, surveys: &[Survey], base_rows: bool) -> Result<Ve
         return Err(Diagnostic::error("no log measures a torque").help("log `<joint>/effort` in N m"));
     }
     Ok(rows)
+}
+
+/// Most samples that are looked at for mixed-up channels.
+const SAMPLES: usize = 10_000;
+
+/// What is odd about the logs, before anything is estimated.
+pub fn inspected(robot: &Robot, logs: &[Log<'_>]) -> Result<Vec<Diagnostic>, Failure> {
+    let measured = Measured::new(robot)?;
+    let mut found = Vec::new();
+    for log in logs {
+        if measured.content(log.path, log.mapping)? == Content::Efforts {
+            let experiment = measured.efforts(log.path, log.mapping, &log.options, SAMPLES)?;
+            found.extend(experiment.check().into_iter().map(|diagnostic| diagnostic.in_file(log.path)));
+        }
+    }
+    Ok(found)
 }

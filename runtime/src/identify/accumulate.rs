@@ -168,19 +168,21 @@ pub fn fold(
         .iter()
         .flat_map(|s| s.clone().step_by(batch).map(move |first| first..s.end.min(first.saturating_add(batch))))
         .collect();
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let work = |sums: &mut Sums| {
+    let threads = parts.len();
+    // Every thread has its own share, so that the same data give the same bits.
+    let work = |first: usize, sums: &mut Sums| {
         let mut piece = Piece { design, settings, weighting, decimation: decimation.as_ref(), ..Piece::new(design) };
-        while let Some(range) = pieces.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed)) {
+        for range in pieces.iter().skip(first).step_by(threads) {
             piece.fold(recording, range.clone(), cell, sums);
         }
     };
     if let [sums] = parts {
-        return work(sums);
+        return work(0, sums);
     }
     std::thread::scope(|scope| {
-        for sums in parts {
-            scope.spawn(|| work(sums));
+        for (first, sums) in parts.iter_mut().enumerate() {
+            let work = &work;
+            scope.spawn(move || work(first, sums));
         }
     });
 }

@@ -22,6 +22,7 @@ pub enum Method {
 }
 
 /// The weighted regression, cut into cells.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// Per cell the triangle over all unknowns.
     pub cells: Vec<Triangle>,
@@ -137,6 +138,11 @@ impl Estimate {
         estimate
     }
 
+    /// The same with unseen unknowns held elsewhere.
+    pub fn with_held(self, held: DVector<f64>) -> Self {
+        Self { held, ..self }
+    }
+
     /// The unknowns `free` from a triangle, all others held.
     pub fn solve(&self, triangle: &Triangle, free: &[usize]) -> DVector<f64> {
         let (factor, lengths) = (triangle.matrix(), triangle.lengths());
@@ -180,7 +186,7 @@ impl Estimate {
     }
 
     /// `(Wᵀ W)⁻¹` of these unknowns.
-    fn inverse(&self, free: &[usize]) -> DMatrix<f64> {
+    pub fn inverse(&self, free: &[usize]) -> DMatrix<f64> {
         let lengths = self.total.lengths();
         let mut columns = self.total.matrix().select_columns(free);
         let scale: Vec<f64> = free.iter().map(|&k| lengths[k].max(f64::MIN_POSITIVE)).collect();
@@ -300,6 +306,31 @@ fn residuals(channels: &[Triangle], design: &Design<'_>, theta: &DVector<f64>) -
         .zip(&design.channels)
         .map(|(held, channel)| (held.squares / freedom(held, channel.places.len())).sqrt())
         .collect()
+}
+
+/// Mean squared error over all rows, each channel in units of its noise.
+pub fn normalised(errors: &[Held], noise: &[f64]) -> f64 {
+    let squares: f64 = errors.iter().zip(noise).map(|(e, noise)| e.squares / (noise * noise)).sum();
+    squares / errors.iter().map(|e| e.rows).sum::<usize>().max(1) as f64
+}
+
+/// Arithmetic mean.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Errors of several candidates on the same folds: by how much each is above the best on average, and the standard error
+/// of that difference. Folds are hard or easy for all candidates alike, so differences tell more than errors.
+pub fn compared(errors: &[Vec<f64>]) -> Vec<[f64; 2]> {
+    let best = errors.iter().min_by(|a, b| mean(a).total_cmp(&mean(b)));
+    let Some(best) = best else { return Vec::new() };
+    let against = |own: &Vec<f64>| {
+        let differences: Vec<f64> = own.iter().zip(best).map(|(a, b)| a - b).collect();
+        let (n, centre) = (differences.len() as f64, mean(&differences));
+        let variance = differences.iter().map(|d| (d - centre).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        [centre, (variance / n.max(1.0)).sqrt()]
+    };
+    errors.iter().map(against).collect()
 }
 
 /// Triangles over the same unknowns, together.

@@ -8,22 +8,26 @@
 //! of samples.
 mod accumulate;
 mod design;
+mod essential;
 mod estimate;
 mod motions;
 #[cfg(feature = "sdp")]
 pub mod physical;
+mod result;
+#[cfg(feature = "sdp")]
+mod run;
 mod survey;
 mod triangle;
 mod unknowns;
 
 pub use accumulate::{Log, Settings, Sums, Weighting, accumulate};
 pub use design::{BatchRegressor, Channel, Design, Work};
-pub use estimate::{Estimate, Fit, Held, Method};
+pub use essential::{Essential, essential};
+pub use estimate::{Estimate, Fit, Held, Method, by_channel, errors, joined};
 pub use motions::{Motions, Repetition};
+pub use result::*;
+#[cfg(feature = "sdp")]
+pub use run::{Answer, Options, Parts, identify, judged};
 pub use survey::{Survey, survey};
 pub use triangle::Triangle;
 pub use unknowns::{BaseSet, Extra, ExtraChoice, Law, Part, Source, Unknown, joint};
-
-pub use estimate::{by_channel, errors};
-pub fn nalgebra_zero(n: usize) -> nalgebra::DVector<f64> { nalgebra::DVector::zeros(n) }
-pub fn total_by_channel(s: &Sums, d: &Design<'_>) -> Vec<Triangle> { by_channel(s, d, &|_| true) }

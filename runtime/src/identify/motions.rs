@@ -7,6 +7,8 @@ use serde::Serialize;
 const CELLS: usize = 24;
 /// Folds for choices, at most.
 const FOLDS: usize = 6;
+/// Folds of one motion: few, so that what a fold holds back differs from the rest nearly as other motions do.
+const WITHIN: usize = 4;
 /// So many different motions make folds of whole motions; fewer are cut.
 const ENOUGH: usize = 4;
 
@@ -129,7 +131,7 @@ impl Motions {
             return self.motions.iter().enumerate().flat_map(of).collect();
         }
         let cells = self.cells();
-        (0..cells).map(|cell| cell * FOLDS / cells).collect()
+        (0..cells).map(|cell| cell * WITHIN / cells).collect()
     }
 }
 

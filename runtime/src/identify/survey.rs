@@ -23,6 +23,8 @@ pub struct Survey {
     pub samples: usize,
     /// Sampling step, s.
     pub step: f64,
+    /// Cut-off of the filter, Hz.
+    pub cutoff_hz: f64,
     /// What could not be used and why.
     pub missing: Vec<Missing>,
     /// What was taken for granted.
@@ -59,7 +61,7 @@ pub fn survey(log: &Log<'_>, subject: &Subject) -> Result<Survey, Diagnostics> {
     };
     let recording = Recording::each(log.path, log.mapping, subject, &log.options, true, &mut visit)?;
     found.effort = recording.effort.iter().map(Option::is_some).collect();
-    found.step = recording.step;
+    (found.step, found.cutoff_hz) = (recording.step, recording.cutoff_hz);
     (found.missing, found.assumptions) = (recording.missing, recording.assumptions);
     found.warnings = recording.warnings;
     refuse(&found, log, subject)?;
