@@ -20,7 +20,7 @@ mod survey;
 mod triangle;
 mod unknowns;
 
-pub use accumulate::{Log, Settings, Sums, Weighting, accumulate};
+pub use accumulate::{Log, Settings, Sums, Weighting, accumulate, fold};
 pub use design::{BatchRegressor, Channel, Design, Work};
 pub use essential::{Essential, essential};
 pub use estimate::{Estimate, Fit, Held, Method, by_channel, errors, joined};

@@ -429,9 +429,11 @@ impl Found<'_> {
                 name(*log)
             ),
             Repetition::Between { earlier, log, shift } => format!(
-                "`{}` shows the motion of `{}` again, {shift:.2} s later: it teaches nothing new about other motions and does not judge them",
+                "`{}` shows the motion of `{}` again ({:.2} s {}): it teaches nothing new about other motions and does not judge them",
                 name(*log),
-                name(*earlier)
+                name(*earlier),
+                shift.abs(),
+                if *shift < 0.0 { "earlier" } else { "later" }
             ),
         }));
         all.extend(problem.links.bodies.iter().filter(|body| body.mended).map(|body| {

@@ -49,6 +49,13 @@ pub fn text(answer: &Identification) -> String {
     out
 }
 
+/// A value with its error, both to the error's second digit.
+fn number(value: &Value) -> String {
+    let digits = if value.standard_error > 0.0 { 1.0 - value.standard_error.log10().floor() } else { 6.0 };
+    let digits = digits.clamp(1.0, 9.0) as usize;
+    format!("{:.digits$} ± {:.digits$}", value.value, value.standard_error)
+}
+
 fn short(name: &str) -> String {
     if name.chars().count() <= NAME {
         return name.to_owned();
@@ -61,20 +68,19 @@ fn parameters(answer: &Identification) -> String {
         vec![
             if p.essential { "*".to_owned() } else { String::new() },
             short(&p.name),
-            format!("{:.5}", p.value),
-            format!("{:.5}", p.standard_error),
+            number(&Value { value: p.value, standard_error: p.standard_error }),
             p.relative_error_percent.map_or_else(|| "-".to_owned(), |percent| format!("{percent:.1} %")),
             format!("{:.5}", p.nominal),
             p.unit.to_owned(),
         ]
     });
-    let head = ["", "parameter", "estimate", "std. error", "relative", "described", "unit"];
+    let head = ["", "parameter", "estimate ± std. error", "relative", "described", "unit"];
     table(&head, rows.collect(), 2)
 }
 
 fn links(answer: &Identification) -> String {
     let physical = &answer.physical;
-    let with = |value: &Value| format!("{:.4} ± {:.4}", value.value, value.standard_error);
+    let with = number;
     let rows = physical.links.iter().map(|link| {
         let mut row = vec![link.name.clone(), with(&link.mass), format!("{:.4}", link.nominal_mass)];
         row.extend(link.center.iter().map(with));
