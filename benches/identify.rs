@@ -72,7 +72,8 @@ fn main() {
 
 /// States of all joints that swing by sums of sines, with efforts of a pattern that no model has.
 fn block(joints: usize) -> Recording {
-    let mut block = Recording { step: STEP, segments: std::iter::once(0..BLOCK).collect(), ..Recording::default() };
+    let mut block =
+        Recording { step: STEP, segments: std::iter::once(0..BLOCK).collect(), ..Recording::default() };
     block.effort = vec![Some(Vec::new()); joints];
     for i in 0..BLOCK {
         let t = i as f64 * STEP;

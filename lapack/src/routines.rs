@@ -17,7 +17,9 @@ pub fn eigen<T: RealField + Copy>(
 ) -> c_int {
     let Some(found) = filled(a, upper).try_symmetric_eigen(T::default_epsilon(), 0) else { return 1 };
     let mut order: Vec<usize> = (0..w.len()).collect();
-    order.sort_by(|&i, &j| found.eigenvalues[i].partial_cmp(&found.eigenvalues[j]).unwrap_or(std::cmp::Ordering::Equal));
+    order.sort_by(|&i, &j| {
+        found.eigenvalues[i].partial_cmp(&found.eigenvalues[j]).unwrap_or(std::cmp::Ordering::Equal)
+    });
     for (value, &i) in w.iter_mut().zip(&order) {
         *value = found.eigenvalues[i];
     }

@@ -48,9 +48,13 @@ fn nothing(_: usize, _: usize, _: &mut f64, _: &mut f64) {}
 #[test]
 fn a_log_gives_parameters_and_a_urdf() {
     let folder = scratch("identify");
-    let (train, judge) = (log(&folder, "train.csv", nothing), written(&folder, "judge.csv", 1500, 5, nothing));
+    let (train, judge) =
+        (log(&folder, "train.csv", nothing), written(&folder, "judge.csv", 1500, 5, nothing));
     let out = folder.join("new.urdf");
-    let run = identify(&train, &["--validate", text(&judge), "--cutoff", "20", "--write-urdf", text(&out), "--json"]);
+    let run = identify(
+        &train,
+        &["--validate", text(&judge), "--cutoff", "20", "--write-urdf", text(&out), "--json"],
+    );
     let answer = run.ok().json();
     let total = &answer["validation"]["total"];
     println!("{total}");
@@ -59,7 +63,8 @@ fn a_log_gives_parameters_and_a_urdf() {
     assert_eq!(answer["validation"]["shares_motion"], false);
     for parameter in answer["parameters"].as_array().unwrap() {
         let number = |key: &str| parameter[key].as_f64().unwrap_or_else(|| panic!("{key} of {parameter}"));
-        let (low, high) = (parameter["interval"][0].as_f64().unwrap(), parameter["interval"][1].as_f64().unwrap());
+        let (low, high) =
+            (parameter["interval"][0].as_f64().unwrap(), parameter["interval"][1].as_f64().unwrap());
         assert!(number("standard_error") > 0.0 && low < number("value") && number("value") < high);
     }
 
@@ -166,7 +171,8 @@ fn a_joint_that_stands_still_has_no_numbers() {
     });
     // The torques do not fit a joint held still: that is what --anyway is for.
     let answer = identify(&log, &["--anyway", "--json"]).ok().json();
-    let unseen: Vec<&str> = answer["unseen"].as_array().unwrap().iter().map(|x| x.as_str().unwrap()).collect();
+    let unseen: Vec<&str> =
+        answer["unseen"].as_array().unwrap().iter().map(|x| x.as_str().unwrap()).collect();
     let viscous = format!("{}.viscous_friction", names[last]);
     assert!(unseen.contains(&viscous.as_str()), "{unseen:?}");
     let named = |p: &Value| p["name"] == viscous.as_str();

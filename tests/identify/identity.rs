@@ -36,7 +36,11 @@ fn recovered(name: &str, base: &str) {
         assert_eq!(estimate.seen.len(), design.unknowns.len(), "{name}: unseen parameters");
     }
     let error = worst(&seen, &own);
-    println!("{name} on a {base} base: {} of {} parameters, worst {error:.1e}", estimate.seen.len(), truth.len());
+    println!(
+        "{name} on a {base} base: {} of {} parameters, worst {error:.1e}",
+        estimate.seen.len(),
+        truth.len()
+    );
     assert!(error < 1e-9, "{name} on a {base} base: {error:e}");
     assert!(fit.residual.iter().all(|r| *r < 1e-10), "{:?}", fit.residual);
 }
@@ -73,8 +77,9 @@ fn pinocchio_s_torques_give_back_the_description() {
         let count = motion.time.len();
         motion.segments = std::iter::once(0..count).collect();
         let nb = robot.subject.base.nv();
-        motion.effort =
-            (0..robot.subject.joints.len()).map(|j| Some(forces.iter().map(|tau| tau[nb + j]).collect())).collect();
+        motion.effort = (0..robot.subject.joints.len())
+            .map(|j| Some(forces.iter().map(|tau| tau[nb + j]).collect()))
+            .collect();
         let rows: Vec<usize> = (nb..nb + robot.subject.joints.len()).collect();
         let robot = Simulated { rows, ..robot };
         let design = robot.design(Vec::new());
@@ -83,7 +88,11 @@ fn pinocchio_s_torques_give_back_the_description() {
         let estimate = Estimate::weighted(&design, &sums, truth.clone(), Method::Ordinary);
         let theta = estimate.solve(&estimate.total, &estimate.seen);
         let error = worst(&theta, &truth);
-        println!("{name}: {count} states, {} of {} parameters, worst {error:.1e}", estimate.seen.len(), truth.len());
+        println!(
+            "{name}: {count} states, {} of {} parameters, worst {error:.1e}",
+            estimate.seen.len(),
+            truth.len()
+        );
         assert!(estimate.seen.len() > truth.len() / 2, "{name}: too few states to tell anything");
         assert!(error < 1e-7, "{name}: {error:e}");
     }
@@ -100,7 +109,9 @@ fn rotors_that_act_as_inertias_are_grouped() {
     let grouped: Vec<&str> = design
         .unknowns
         .iter()
-        .filter(|u| matches!(u.sum[0].0, Part::Inertial(_)) && u.sum.iter().any(|(p, _)| matches!(p, Part::Extra(_))))
+        .filter(|u| {
+            matches!(u.sum[0].0, Part::Inertial(_)) && u.sum.iter().any(|(p, _)| matches!(p, Part::Extra(_)))
+        })
         .map(|u| u.name.as_str())
         .collect();
     println!("{grouped:?}");

@@ -58,7 +58,8 @@ fn noisy_data_give_bodies_that_can_be_and_predict_as_well() {
     robot.measure(&mut train, &extras, &mut |_| 0.5 * noise.normal());
     robot.measure(&mut judge, &extras, &mut |_| 0.5 * noise.normal());
     let (sums, judged) = (robot.sums(&design, &train), robot.sums(&design, &judge));
-    let estimate = Estimate::weighted(&design, &sums, DVector::zeros(design.unknowns.len()), Method::Weighted);
+    let estimate =
+        Estimate::weighted(&design, &sums, DVector::zeros(design.unknowns.len()), Method::Weighted);
     let theta = estimate.solve(&estimate.total, &estimate.seen);
     let negative = impossible(&design, &theta);
     println!("least squares has negative: {negative:?}");
@@ -94,7 +95,8 @@ fn with_problem(noise: f64, bounds: &[Bound], judge: impl Fn(&Problem<'_>, &Esti
     let mut random = Noise(99);
     robot.measure(&mut r, &extras, &mut |_| noise * random.normal());
     let sums = robot.sums(&design, &r);
-    let estimate = Estimate::weighted(&design, &sums, DVector::zeros(design.unknowns.len()), Method::Weighted);
+    let estimate =
+        Estimate::weighted(&design, &sums, DVector::zeros(design.unknowns.len()), Method::Weighted);
     let cad = drawn(&robot.anatomy);
     let links = Links::new(&cad);
     let bounds = Bounds::new(bounds, &links).unwrap();
@@ -127,12 +129,10 @@ fn the_certificate_proves_the_optimum() {
                     other.coordinates.len() + other.extras.len(),
                     other.coordinates.iter().chain(&other.extras).copied(),
                 );
-                let away = DVector::from_iterator(
-                    x.len(),
-                    found.coordinates.iter().chain(&found.extras).copied(),
-                );
+                let away =
+                    DVector::from_iterator(x.len(), found.coordinates.iter().chain(&found.extras).copied());
                 other.theta = &found.theta + problem.slopes() * (x - away);
-                assert!(objective(estimate, &other, weight) >= c.bound);
+                assert!(objective(estimate, &other, weight) >= c.bound * (1.0 - 1e-12));
             }
         }
     });
@@ -194,9 +194,11 @@ fn left_equals_right() {
     let mut random = Noise(99);
     robot.measure(&mut r, &[], &mut |_| 0.5 * random.normal());
     let sums = robot.sums(&design, &r);
-    let estimate = Estimate::weighted(&design, &sums, DVector::zeros(design.unknowns.len()), Method::Weighted);
+    let estimate =
+        Estimate::weighted(&design, &sums, DVector::zeros(design.unknowns.len()), Method::Weighted);
     let links = Links::new(&robot.anatomy);
-    let mirror = |(left, right): &(String, String)| Bound::Mirror { left: left.clone(), right: right.clone() };
+    let mirror =
+        |(left, right): &(String, String)| Bound::Mirror { left: left.clone(), right: right.clone() };
     let bounds = Bounds::new(&pairs.iter().map(mirror).collect::<Vec<_>>(), &links).unwrap();
     let problem = Problem::new(&design, &links, &bounds);
     let found = problem.solve(&estimate.total, 0.01).unwrap();
@@ -204,12 +206,12 @@ fn left_equals_right() {
         let k = links.bodies.iter().position(|b| b.name == name).unwrap();
         links.bodies[k].inertia(&found.coordinates[10 * k..10 * k + 10])
     };
+    assert!(found.coordinates.iter().any(|x| x.abs() > 1e-3), "nothing was learnt");
     for (left, right) in &pairs {
         let (a, b) = (of(left), of(right));
         assert!((a.mass - b.mass).abs() < 1e-6, "{left}: {} {}", a.mass, b.mass);
         let turned = Vector3::new(b.center.x, -b.center.y, b.center.z);
         assert!((a.center - turned).norm() < 1e-6, "{left}");
-        assert!((a.mass - links.bodies.iter().find(|x| x.name == *left).unwrap().nominal.mass).abs() > 1e-6);
     }
 }
 

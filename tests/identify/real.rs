@@ -14,7 +14,8 @@ fn data(name: &str) -> Option<PathBuf> {
 
 fn all_possible(answer: &Value) -> bool {
     let links = answer["physical"]["links"].as_array().unwrap();
-    let possible = |link: &Value| link["check"]["consistent"] == true && link["mass"]["value"].as_f64().unwrap() > 0.0;
+    let possible =
+        |link: &Value| link["check"]["consistent"] == true && link["mass"]["value"].as_f64().unwrap() > 0.0;
     !links.is_empty() && links.iter().all(possible)
 }
 
@@ -26,7 +27,17 @@ fn an_arm_whose_runs_repeat_one_motion() {
     let file = |name: &str| data.join(name);
     let (urdf, one, two) = (file("kuka_lwr4.urdf"), file("measurements_1.csv"), file("measurements_2.csv"));
     let run = bipedc(&[
-        "identify", text(&urdf), text(&one), text(&two), "--base", "fixed", "--cutoff", "8", "--trim", "2.5", "--json",
+        "identify",
+        text(&urdf),
+        text(&one),
+        text(&two),
+        "--base",
+        "fixed",
+        "--cutoff",
+        "8",
+        "--trim",
+        "2.5",
+        "--json",
     ]);
     let answer = run.ok().json();
     assert_eq!(answer["parameters"].as_array().unwrap().len(), 64);
@@ -66,10 +77,25 @@ fn an_arm_with_published_parameters() {
     let urdf = data.join("tx40_mdh_modified.urdf");
     let log = data.join("tx40_joint_side_1kHz.csv");
     const OPTIONS: [&str; 16] = [
-        "--base", "fixed", "--cutoff", "100", "--trim", "0", "--decimate", "20", "--slow", "1", "--rotor", "all",
-        "--coupled", "joint_5,joint_6", "--json", "--anyway",
+        "--base",
+        "fixed",
+        "--cutoff",
+        "100",
+        "--trim",
+        "0",
+        "--decimate",
+        "20",
+        "--slow",
+        "1",
+        "--rotor",
+        "all",
+        "--coupled",
+        "joint_5,joint_6",
+        "--json",
+        "--anyway",
     ];
-    let whole = [["identify", text(&urdf), text(&log), "--estimator", "ordinary"].as_slice(), &OPTIONS].concat();
+    let whole =
+        [["identify", text(&urdf), text(&log), "--estimator", "ordinary"].as_slice(), &OPTIONS].concat();
     let answer = bipedc(&whole).ok().json();
     let published = std::fs::read_to_string(data.join("reference_base_parameters.csv")).unwrap();
     let (within, of) = compared(&answer, &published);
@@ -87,7 +113,8 @@ fn an_arm_with_published_parameters() {
         path
     };
     let (first, second) = (part("first.csv", &lines[1..half]), part("second.csv", &lines[half..]));
-    let halves = [["identify", text(&urdf), text(&first), "--validate", text(&second)].as_slice(), &OPTIONS].concat();
+    let halves =
+        [["identify", text(&urdf), text(&first), "--validate", text(&second)].as_slice(), &OPTIONS].concat();
     let answer = bipedc(&halves).ok().json();
     let total = &answer["validation"]["total"];
     println!("held out: {total}");

@@ -56,7 +56,9 @@ fn every_joint_counts_by_its_own_noise() {
     let error = |method| {
         let estimate = Estimate::weighted(&design, &sums, truth.map(|_| 0.0), method);
         if method == Method::Weighted {
-            assert!((4.5..5.5).contains(&estimate.noise[last]) && (0.018..0.022).contains(&estimate.noise[0]));
+            assert!(
+                (4.5..5.5).contains(&estimate.noise[last]) && (0.018..0.022).contains(&estimate.noise[0])
+            );
         }
         (estimate.solve(&estimate.total, &estimate.seen) - &truth).norm()
     };
@@ -86,7 +88,14 @@ fn huber_forgives_what_least_squares_does_not() {
         let theta = estimate.solve(&estimate.total, &estimate.seen);
         let weighting = Weighting { theta, scale: scale.clone(), bend: 1.345 };
         let mut parts = vec![Sums::new(&design, CELLS)];
-        fold(&design, &r, &|t| (t / 30.0 * CELLS as f64) as usize, &Settings::default(), Some(&weighting), &mut parts);
+        fold(
+            &design,
+            &r,
+            &|t| (t / 30.0 * CELLS as f64) as usize,
+            &Settings::default(),
+            Some(&weighting),
+            &mut parts,
+        );
         scale = parts[0].sizes.iter().map(|s| s.median().unwrap() / 0.6745).collect();
         estimate = Estimate::new(&design, &parts[0], &scale, truth.map(|_| 0.0));
     }
@@ -138,7 +147,12 @@ fn essential_parameters_leave_out_what_is_not_there() {
     let some: Vec<(Extra, f64)> = extras.iter().filter(|(e, _)| e.joint == 0).copied().collect();
     robot.measure(&mut r, &some, &mut |_| 0.1 * noise.normal());
     let sums = robot.sums(&design, &r);
-    let estimate = Estimate::weighted(&design, &sums, bipedc_runtime::nalgebra::DVector::zeros(design.unknowns.len()), Method::Weighted);
+    let estimate = Estimate::weighted(
+        &design,
+        &sums,
+        bipedc_runtime::nalgebra::DVector::zeros(design.unknowns.len()),
+        Method::Weighted,
+    );
     let folds: Vec<usize> = (0..CELLS).map(|cell| cell * 4 / CELLS).collect();
     let found = essential(&estimate, &design, &sums, &folds);
     let kept = |extra: &Extra| {

@@ -20,7 +20,7 @@ pub struct Simulated {
     pub base: BaseSet,
     pub regressor: ProgramRegressor,
     pub rows: Vec<usize>,
-    model: ProgramModel,
+    pub model: ProgramModel,
 }
 
 /// Numbers that look random and are always the same.
@@ -46,7 +46,8 @@ impl Simulated {
         let robot = Robot::read(&project().join("robots").join(name)).unwrap();
         let robot = robot.with_base(base, None).unwrap().without_effects();
         let tree = robot.tree().unwrap();
-        let joint = |j: &bipedc_compiler::tree::TreeJoint| Joint { name: j.name.clone(), prismatic: j.prismatic };
+        let joint =
+            |j: &bipedc_compiler::tree::TreeJoint| Joint { name: j.name.clone(), prismatic: j.prismatic };
         let base = match tree.base {
             Kind::Floating => BaseKind::Floating,
             Kind::Planar => BaseKind::Planar,
@@ -70,11 +71,14 @@ impl Simulated {
         let mut noise = Noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
         let waves: Vec<[[f64; 3]; 3]> = (0..joints + nb)
             .map(|_| {
-                [0.0; 3].map(|_: f64| [size * (0.2 + 0.3 * noise.even()), 1.0 + 6.0 * noise.even(), 6.3 * noise.even()])
+                [0.0; 3].map(|_: f64| {
+                    [size * (0.2 + 0.3 * noise.even()), 1.0 + 6.0 * noise.even(), 6.3 * noise.even()]
+                })
             })
             .collect();
         let count = (100.0 * seconds) as usize;
-        let mut r = Recording { step: 0.01, segments: std::iter::once(0..count).collect(), ..Recording::default() };
+        let mut r =
+            Recording { step: 0.01, segments: std::iter::once(0..count).collect(), ..Recording::default() };
         for i in 0..count {
             let t = 0.01 * i as f64;
             r.time.push(t);
@@ -96,7 +100,12 @@ impl Simulated {
     }
 
     /// Any orientation will do: its derivative is not asked for.
-    fn base_position(&self, q: &mut Vec<f64>, waves: &[[[f64; 3]; 3]], at: &dyn Fn(&[[f64; 3]; 3], usize) -> f64) {
+    fn base_position(
+        &self,
+        q: &mut Vec<f64>,
+        waves: &[[[f64; 3]; 3]],
+        at: &dyn Fn(&[[f64; 3]; 3], usize) -> f64,
+    ) {
         match self.subject.base {
             BaseKind::Floating => {
                 let angles = [3, 4, 5].map(|k: usize| at(&waves[k], 0));
@@ -168,6 +177,8 @@ impl Simulated {
 pub fn friction(joints: usize) -> Vec<(Extra, f64)> {
     let laws = [(Law::Viscous, 0.3), (Law::Coulomb, 0.5), (Law::Offset, -0.2)];
     (0..joints)
-        .flat_map(|joint| laws.map(|(law, x)| (Extra { law, joint, other: joint }, x * (1.0 + 0.1 * joint as f64))))
+        .flat_map(|joint| {
+            laws.map(|(law, x)| (Extra { law, joint, other: joint }, x * (1.0 + 0.1 * joint as f64)))
+        })
         .collect()
 }

@@ -18,9 +18,8 @@ impl ProgramRegressor {
     pub fn new(program: &Program, (nq, nv): (usize, usize), chosen: &[usize]) -> Self {
         let at = |row: usize, column: usize| program.outputs[column * nv + row];
         let zero = |operand: Operand| matches!(operand, Operand::Constant(x) if x == 0.0);
-        let pattern: Vec<Vec<usize>> = (0..nv)
-            .map(|row| (0..chosen.len()).filter(|&k| !zero(at(row, chosen[k]))).collect())
-            .collect();
+        let pattern: Vec<Vec<usize>> =
+            (0..nv).map(|row| (0..chosen.len()).filter(|&k| !zero(at(row, chosen[k]))).collect()).collect();
         let row_outputs = |(row, columns): (usize, &Vec<usize>)| {
             columns.iter().map(|&k| at(row, chosen[k])).collect::<Vec<_>>()
         };

@@ -166,12 +166,15 @@ pub fn fold(
     let pieces: Vec<std::ops::Range<usize>> = recording
         .segments
         .iter()
-        .flat_map(|s| s.clone().step_by(batch).map(move |first| first..s.end.min(first.saturating_add(batch))))
+        .flat_map(|s| {
+            s.clone().step_by(batch).map(move |first| first..s.end.min(first.saturating_add(batch)))
+        })
         .collect();
     let threads = parts.len();
     // Every thread has its own share, so that the same data give the same bits.
     let work = |first: usize, sums: &mut Sums| {
-        let mut piece = Piece { design, settings, weighting, decimation: decimation.as_ref(), ..Piece::new(design) };
+        let mut piece =
+            Piece { design, settings, weighting, decimation: decimation.as_ref(), ..Piece::new(design) };
         for range in pieces.iter().skip(first).step_by(threads) {
             piece.fold(recording, range.clone(), cell, sums);
         }
@@ -248,7 +251,9 @@ impl<'a> Piece<'a> {
             if let Some(decimation) = decimation {
                 columns = columns.chunks_exact(range.len()).flat_map(|c| decimation.column(c)).collect();
             }
-            let slow = channel.joint.map_or(0.0, |j| self.settings.slow * self.settings.speed.get(j).unwrap_or(&0.0));
+            let slow = channel
+                .joint
+                .map_or(0.0, |j| self.settings.slow * self.settings.speed.get(j).unwrap_or(&0.0));
             let speed = match channel.joint {
                 Some(j) if slow > 0.0 => kept((0..range.len()).map(|i| v[i * nv + nb + j]).collect()),
                 _ => Vec::new(),
@@ -282,7 +287,9 @@ impl<'a> Piece<'a> {
             for column in columns.chunks_exact(count) {
                 match &weights {
                     None => self.packed.extend(rows.iter().map(|&i| column[i])),
-                    Some(weights) => self.packed.extend(rows.iter().zip(weights).map(|(&i, w)| w * column[i])),
+                    Some(weights) => {
+                        self.packed.extend(rows.iter().zip(weights).map(|(&i, w)| w * column[i]))
+                    }
                 }
             }
             sums.cells[cells[first]][channel].absorb(rows.len(), &mut self.packed);

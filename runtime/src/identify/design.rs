@@ -1,7 +1,7 @@
 //! The regression: which unknowns act in which rows, and the numbers of a batch of samples.
+use super::triangle::Triangle;
 use super::unknowns::{BaseSet, Extra, Part, Source, Unknown, plain};
 use crate::compare::{Batch, Subject};
-use super::triangle::Triangle;
 use nalgebra::DVector;
 
 /// The base regressor of many states.
@@ -93,7 +93,14 @@ impl<'a> Design<'a> {
             Some(j) => (self.subject.joints[j].name.clone(), self.subject.joints[j].unit()),
             None => base_row(self.subject, row),
         };
-        Channel { name, unit, row, joint, sources: places.iter().map(|&k| self.unknowns[k].source).collect(), places }
+        Channel {
+            name,
+            unit,
+            row,
+            joint,
+            sources: places.iter().map(|&k| self.unknowns[k].source).collect(),
+            places,
+        }
     }
 
     /// Groups extras that act as base parameters do.

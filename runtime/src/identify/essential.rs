@@ -29,7 +29,9 @@ pub fn essential(estimate: &Estimate, design: &Design<'_>, sums: &Sums, folds: &
         let theta = zeros.solve(&zeros.total, &free);
         let spread = zeros.inverse(&free);
         let certainty = |k: usize| theta[free[k]].powi(2) / spread[(k, k)];
-        let Some(least) = (0..free.len()).min_by(|&a, &b| certainty(a).total_cmp(&certainty(b))) else { break };
+        let Some(least) = (0..free.len()).min_by(|&a, &b| certainty(a).total_cmp(&certainty(b))) else {
+            break;
+        };
         free.remove(least);
     }
     let excess = compared(&errors_of);

@@ -68,7 +68,7 @@ impl Held {
     }
     /// |error| / |measured|; 0 without a measurement.
     pub fn relative(&self) -> f64 {
-        if self.measured > 0.0 { (self.squares / self.measured).sqrt() } else { 0.0 }
+        if self.measured == 0.0 { 0.0 } else { (self.squares / self.measured).sqrt() }
     }
     /// Both together.
     pub fn plus(&self, other: &Self) -> Self {
@@ -84,7 +84,8 @@ impl Held {
 pub fn by_channel(sums: &Sums, design: &Design<'_>, keep: &dyn Fn(usize) -> bool) -> Vec<Triangle> {
     let of = |(index, channel): (usize, &super::design::Channel)| {
         let mut all = Triangle::new(channel.places.len());
-        for (_, cell) in sums.cells.iter().enumerate().filter(|(k, cell)| keep(*k) && cell[index].rows() > 0) {
+        for (_, cell) in sums.cells.iter().enumerate().filter(|(k, cell)| keep(*k) && cell[index].rows() > 0)
+        {
             all.add(&cell[index]);
         }
         all

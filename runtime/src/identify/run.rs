@@ -95,6 +95,12 @@ pub fn identify(
             .help("record a motion in which all joints move")));
     }
     let fit = estimate.fit(&design, &sums);
+    if let Some(k) = (0..fit.theta.len()).find(|&k| !fit.theta[k].is_finite()) {
+        let message = format!("the estimate of `{}` is no number", design.unknowns[k].name);
+        return Err(one(
+            Diagnostic::error(message).help("are positions and efforts of the logs in SI units?")
+        ));
+    }
     let folds = motions.folds();
     let essential = essential(&estimate, &design, &raw, &folds);
     progress(0.5);
@@ -103,7 +109,9 @@ pub fn identify(
     let problem = Problem::new(&design, &links, &bounds);
     let choice = match options.weight {
         Some(weight) => Choice { weight, trials: Vec::new() },
-        None => choose(&problem, &design, &raw, &estimate, &folds, &|p| progress(0.5 + 0.4 * p)).map_err(one)?,
+        None => {
+            choose(&problem, &design, &raw, &estimate, &folds, &|p| progress(0.5 + 0.4 * p)).map_err(one)?
+        }
     };
     let physical = problem.solve(&estimate.total, choice.weight).map_err(one)?;
     let zeros = estimate.clone().with_held(DVector::zeros(nominal.len()));
@@ -299,7 +307,12 @@ impl Found<'_> {
         }
     }
 
-    fn channels(&self, nominal: &DVector<f64>, physical: &DVector<f64>, folds: &[usize]) -> Vec<ChannelSummary> {
+    fn channels(
+        &self,
+        nominal: &DVector<f64>,
+        physical: &DVector<f64>,
+        folds: &[usize],
+    ) -> Vec<ChannelSummary> {
         let own = by_channel(self.raw, self.design, &|_| true);
         let of = |theta: &DVector<f64>| errors(&own, self.design, theta);
         let (cad, fitted, physical) = (of(nominal), of(&self.fit.theta), of(physical));
@@ -409,7 +422,10 @@ impl Found<'_> {
         let least = 1e-12 * precision.diagonal().max();
         (first..precision.nrows()).for_each(|k| precision[(k, k)] += least);
         let inverse = precision.clone().cholesky().map(|c| c.inverse());
-        inverse.map_or_else(|| DMatrix::from_element(precision.nrows(), precision.ncols(), f64::INFINITY), |i| i * scale)
+        inverse.map_or_else(
+            || DMatrix::from_element(precision.nrows(), precision.ncols(), f64::INFINITY),
+            |i| i * scale,
+        )
     }
 
     /// How many rows say as much as one independent row: the median of both variances' ratio.
@@ -421,8 +437,11 @@ impl Found<'_> {
     }
 
     fn warnings(&self, logs: &[Log<'_>], surveys: &[Survey], problem: &Problem<'_>) -> Vec<String> {
-        let name = |log: usize| logs[log].path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let mut all: Vec<String> = surveys.iter().flat_map(|s| &s.warnings).map(|w| w.message.clone()).collect();
+        let name = |log: usize| {
+            logs[log].path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+        };
+        let mut all: Vec<String> =
+            surveys.iter().flat_map(|s| &s.warnings).map(|w| w.message.clone()).collect();
         all.extend(self.motions.repetitions.iter().map(|repetition| match repetition {
             Repetition::Within { log, period } => format!(
                 "`{}` repeats its motion every {period:.2} s: folds are cut by the phase of this period",

@@ -55,7 +55,8 @@ pub fn survey(log: &Log<'_>, subject: &Subject) -> Result<Survey, Diagnostics> {
                 found.motion.positions.iter_mut().zip(q).for_each(|(signal, q)| signal.push(*q));
             }
         }
-        found.base |= bv > 0 && recording.v.chunks_exact(bv + joints).any(|v| v[..bv].iter().any(|x| *x != 0.0));
+        found.base |=
+            bv > 0 && recording.v.chunks_exact(bv + joints).any(|v| v[..bv].iter().any(|x| *x != 0.0));
         recording.clear();
         Ok(())
     };
@@ -71,7 +72,9 @@ pub fn survey(log: &Log<'_>, subject: &Subject) -> Result<Survey, Diagnostics> {
 /// Logs from which nothing can be learnt.
 fn refuse(found: &Survey, log: &Log<'_>, subject: &Subject) -> Result<(), Diagnostics> {
     let refused = |message: String, help: &str| {
-        Err(Diagnostics(vec![Diagnostic::error(message).in_file(log.path).help(help)]))
+        // What is odd about the log usually says why.
+        let warnings = found.warnings.iter().cloned();
+        Err(Diagnostics(warnings.chain([Diagnostic::error(message).in_file(log.path).help(help)]).collect()))
     };
     if found.samples < 50 {
         let message = format!("only {} samples of the log can be used", found.samples);

@@ -199,10 +199,11 @@ pub enum Source {
 
 /// The unknowns of base parameters and extras, nothing grouped yet.
 pub fn plain(base: &BaseSet, extras: &[Extra], subject: &Subject) -> Vec<Unknown> {
-    let inertial = base.names.iter().zip(&base.units).zip(&base.sums).enumerate().map(|(k, ((name, unit), sum))| {
-        let sum = sum.iter().map(|(p, factor)| (Part::Inertial(*p), *factor)).collect();
-        Unknown { name: name.clone(), unit, sum, source: Source::Base(k) }
-    });
+    let inertial =
+        base.names.iter().zip(&base.units).zip(&base.sums).enumerate().map(|(k, ((name, unit), sum))| {
+            let sum = sum.iter().map(|(p, factor)| (Part::Inertial(*p), *factor)).collect();
+            Unknown { name: name.clone(), unit, sum, source: Source::Base(k) }
+        });
     let joints = extras.iter().enumerate().map(|(k, extra)| Unknown {
         name: extra.name(subject),
         unit: extra.unit(subject),
@@ -219,6 +220,7 @@ pub fn plain(base: &BaseSet, extras: &[Extra], subject: &Subject) -> Vec<Unknown
 pub fn joint(subject: &Subject, name: &str) -> Result<usize, Diagnostic> {
     subject.joints.iter().position(|joint| joint.name == name).ok_or_else(|| {
         let known: Vec<&str> = subject.joints.iter().map(|joint| joint.name.as_str()).collect();
-        Diagnostic::error(format!("there is no joint `{name}`")).help(format!("joints are: {}", known.join(", ")))
+        Diagnostic::error(format!("there is no joint `{name}`"))
+            .help(format!("joints are: {}", known.join(", ")))
     })
 }

@@ -82,13 +82,13 @@ pub struct Identify {
     #[arg(long)]
     base_rows: bool,
     /// Cut-off of the filter of positions and efforts, Hz
-    #[arg(long, value_name = "HZ", default_value_t = 10.0)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = 10.0)]
     cutoff: f64,
     /// Keep every N-th sample, after a low-pass over regressor and torque
     #[arg(long, value_name = "N", default_value_t = 1)]
     decimate: usize,
     /// Samples at which a joint is slower than this part of its largest speed do not count for it, per cent
-    #[arg(long, value_name = "PERCENT", default_value_t = 0.0)]
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true, default_value_t = 0.0)]
     slow: f64,
     /// Left out at both ends of a log and on both sides of gaps, s
     #[arg(long, value_name = "T", default_value_t = 0.5)]
@@ -103,10 +103,10 @@ pub struct Identify {
     #[arg(long, value_name = "FILE.toml")]
     mapping: Option<PathBuf>,
     /// How much the description counts, instead of the choice by folds
-    #[arg(long, value_name = "W")]
+    #[arg(long, value_name = "W", allow_negative_numbers = true)]
     weight: Option<f64>,
     /// What all moving links weigh together, kg
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", allow_negative_numbers = true)]
     total_mass: Option<f64>,
     /// Box in which a link's centre of mass lies, in its frame, m; may be repeated
     #[arg(long, value_name = "LINK=X0,X1,Y0,Y1,Z0,Z1", allow_hyphen_values = true)]
@@ -140,7 +140,8 @@ impl Identify {
         };
         // The judge is another recording: its clock has nothing to do with --from and --to.
         let whole = compare::Options { from_s: None, to_s: None, ..reading.clone() };
-        let log = |path, options: &compare::Options| Log { path, mapping: &mapping, options: options.clone() };
+        let log =
+            |path, options: &compare::Options| Log { path, mapping: &mapping, options: options.clone() };
         let logs: Vec<Log<'_>> = self.logs.iter().map(|path| log(path, &reading)).collect();
         let judge = self.validate.as_deref().map(|path| log(path, &whole));
         let robot_parts = Identified::new(&robot, &logs, self.base_rows)?;

@@ -53,7 +53,9 @@ pub fn bounds(mass: Option<f64>, centers: &[String], mirrors: &[String]) -> Resu
     }
     for text in mirrors {
         let Some((left, right)) = text.split_once('=') else {
-            return Err(Diagnostic::error(format!("--mirror has `{text}`")).help("give two links: LEFT=RIGHT"));
+            return Err(
+                Diagnostic::error(format!("--mirror has `{text}`")).help("give two links: LEFT=RIGHT")
+            );
         };
         bounds.push(Bound::Mirror { left: left.to_owned(), right: right.to_owned() });
     }

@@ -88,9 +88,8 @@ fn links(answer: &Identification) -> String {
         row.push(if link.check.consistent { "yes" } else { "NO" }.to_owned());
         row
     });
-    let head = [
-        "link", "mass, kg", "described", "center x, m", "y", "z", "Ixx, kg m²", "Iyy", "Izz", "possible",
-    ];
+    let head =
+        ["link", "mass, kg", "described", "center x, m", "y", "z", "Ixx, kg m²", "Iyy", "Izz", "possible"];
     let how = if physical.chosen { "chosen by folds" } else { "given" };
     let certificate = &physical.certificate;
     let mut out = format!(
@@ -114,7 +113,8 @@ fn channels(answer: &Identification) -> String {
         row.extend([c.rows.to_string(), c.unit.to_owned()]);
         row
     });
-    let head = ["rms error", "measured", "described", "least squares", "held out", "possible", "rows", "unit"];
+    let head =
+        ["rms error", "measured", "described", "least squares", "held out", "possible", "rows", "unit"];
     table(&head, rows.collect(), 1)
 }
 

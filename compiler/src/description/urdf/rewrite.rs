@@ -11,7 +11,11 @@ use std::path::Path;
 ///
 /// # Errors
 /// A text that is no URDF, or a link without an `<inertial>` element.
-pub fn with_inertials(text: &str, file: &Path, inertials: &[(String, Inertial)]) -> Result<String, Diagnostic> {
+pub fn with_inertials(
+    text: &str,
+    file: &Path,
+    inertials: &[(String, Inertial)],
+) -> Result<String, Diagnostic> {
     let broken = || Diagnostic::error("the URDF cannot be read any more").in_file(file);
     // Blanked and renamed parts keep their length: positions in this text are positions in the file.
     let prepared = xml::prepare(text, &mut Messages::new(text, file)).ok_or_else(broken)?;
@@ -22,8 +26,11 @@ pub fn with_inertials(text: &str, file: &Path, inertials: &[(String, Inertial)])
         let link = document.root_element().children().find(is_link);
         let element = link.and_then(|link| link.children().find(|node| node.has_tag_name("inertial")));
         let Some(element) = element else {
-            return Err(Diagnostic::error(format!("link `{}` has no <inertial> element to change", short(name)))
-                .in_file(file));
+            return Err(Diagnostic::error(format!(
+                "link `{}` has no <inertial> element to change",
+                short(name)
+            ))
+            .in_file(file));
         };
         changes.push((element.range(), written(inertial, &indent(text, element.range().start))));
     }

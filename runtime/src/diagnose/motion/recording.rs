@@ -105,7 +105,9 @@ impl Recording {
             let range = within(&block, options);
             if !range.is_empty() {
                 let efforts = filter_efforts.then_some(&filter);
-                recording.add(&plan, subject, (&filter, efforts), &block, range).map_err(|e| unusable(e, path))?;
+                recording
+                    .add(&plan, subject, (&filter, efforts), &block, range)
+                    .map_err(|e| unusable(e, path))?;
                 visit(&mut recording)?;
             }
         }
@@ -198,7 +200,13 @@ impl Recording {
 }
 
 /// A column of a block after the filter, at the logged samples.
-fn filtered(block: &Block<'_>, column: usize, filter: &Butterworth, step: f64, range: Range<usize>) -> Vec<f64> {
+fn filtered(
+    block: &Block<'_>,
+    column: usize,
+    filter: &Butterworth,
+    step: f64,
+    range: Range<usize>,
+) -> Vec<f64> {
     let values = &block.columns[column];
     if block.uniform {
         return filter.zero_phase(values)[range].to_vec();

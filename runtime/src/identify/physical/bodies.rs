@@ -86,7 +86,8 @@ impl Body {
         let eigen = SymmetricEigen::new(second);
         let least = link.mass * SMALLEST * SMALLEST / 5.0;
         let mended = eigen.eigenvalues.iter().any(|value| *value < least);
-        let half = eigen.eigenvectors * Matrix3::from_diagonal(&eigen.eigenvalues.map(|x| x.max(least).sqrt()));
+        let half =
+            eigen.eigenvectors * Matrix3::from_diagonal(&eigen.eigenvalues.map(|x| x.max(least).sqrt()));
         let mut root = Matrix4::zeros();
         root.fixed_view_mut::<3, 3>(0, 0).copy_from(&half);
         root.fixed_view_mut::<3, 1>(0, 3).copy_from(&(center * link.mass.sqrt()));

@@ -58,7 +58,9 @@ impl Bounds {
         for bound in bounds {
             match bound {
                 Bound::TotalMass(mass) => linear.push(total_mass(*mass, links)?),
-                Bound::Center { link, low, high } => linear.extend(center(find(links, link)?, links, low, high)?),
+                Bound::Center { link, low, high } => {
+                    linear.extend(center(find(links, link)?, links, low, high)?)
+                }
                 Bound::Mirror { left, right } => {
                     linear.extend(mirror([find(links, left)?, find(links, right)?], links)?);
                 }
@@ -117,7 +119,9 @@ fn combined(links: &Links, terms: &[(usize, usize, f64)], equal: bool) -> Linear
 fn total_mass(mass: f64, links: &Links) -> Result<Linear, Diagnostic> {
     let nominal: f64 = links.bodies.iter().map(|body| body.nominal.mass).sum();
     if !(mass.is_finite() && mass > 0.01 * nominal && mass < 100.0 * nominal) {
-        let message = format!("a total mass of {mass} kg is asked for, but the moving links of the description weigh {nominal:.3} kg");
+        let message = format!(
+            "a total mass of {mass} kg is asked for, but the moving links of the description weigh {nominal:.3} kg"
+        );
         return Err(Diagnostic::error(message).help("give the mass of all links that move, in kg"));
     }
     let terms: Vec<_> = (0..links.bodies.len()).map(|link| (link, 0, 1.0)).collect();
@@ -132,7 +136,10 @@ fn center(link: usize, links: &Links, low: &[f64; 3], high: &[f64; 3]) -> Result
         let (low, high) = (low[axis], high[axis]);
         if !(low.is_finite() && high.is_finite() && low < high) {
             let name = &links.bodies[link].name;
-            let message = format!("the box for the centre of mass of `{name}` reaches from {low} to {high} m along {}", ["x", "y", "z"][axis]);
+            let message = format!(
+                "the box for the centre of mass of `{name}` reaches from {low} to {high} m along {}",
+                ["x", "y", "z"][axis]
+            );
             return Err(Diagnostic::error(message).help("give the smaller number first"));
         }
         linear.push(combined(links, &[(link, 1 + axis, 1.0), (link, 0, -low)], false));
@@ -149,8 +156,13 @@ fn mirror([left, right]: [usize; 2], links: &Links) -> Result<Vec<Linear>, Diagn
         let size = range.clone().map(|k| a[k].abs().max(b[k].abs())).fold(0.0, f64::max);
         if range.clone().any(|k| (a[k] - MIRRORED[k] * b[k]).abs() > ALIKE * size) {
             let names = [left, right].map(|link| links.bodies[link].name.as_str());
-            let message = format!("`{}` and `{}` are not mirror images at the x-z plane of their frames in the description", names[0], names[1]);
-            return Err(Diagnostic::error(message).help("left = right needs link frames that mirror each other"));
+            let message = format!(
+                "`{}` and `{}` are not mirror images at the x-z plane of their frames in the description",
+                names[0], names[1]
+            );
+            return Err(
+                Diagnostic::error(message).help("left = right needs link frames that mirror each other")
+            );
         }
     }
     Ok((0..10).map(|k| combined(links, &[(left, k, 1.0), (right, k, -MIRRORED[k])], true)).collect())

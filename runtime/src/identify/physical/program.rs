@@ -101,22 +101,18 @@ impl<'a> Problem<'a> {
 
     /// The optimum without conditions, if it keeps them.
     fn free(&self, quadratic: &Quadratic) -> Option<Physical> {
-        if self.bounds.linear.iter().any(|condition| condition.equal) {
-            return None;
-        }
-        // Stacked rather than squared: [R A; √w 1] x = [z − R θ₀; 0].
-        let x = quadratic.stacked.clone().svd(true, true).solve(&quadratic.right, 1e-13).ok()?;
+        let x = &quadratic.free;
         let coordinates = &x.as_slice()[..self.links.coordinates()];
         let inside = coordinates.chunks_exact(COORDINATES).all(|x| smallest(x) >= LEAST);
         let signs = self.positive.iter().all(|e| x[self.links.coordinates() + e] >= 0.0);
-        if !(inside && signs && self.bounds.kept(coordinates, 0.0)) {
+        let equal = self.bounds.linear.iter().any(|condition| condition.equal);
+        if equal || !(inside && signs && self.bounds.kept(coordinates, 0.0)) {
             return None;
         }
-        let slope = quadratic.slope(&x);
-        let objective = quadratic.value(&x);
-        let residual = slope.amax() / quadratic.size();
+        let objective = quadratic.value(x);
+        let residual = quadratic.slope(x).amax() / quadratic.size();
         let certificate = Certificate { objective, bound: objective, gap: 0.0, residual, iterations: 0 };
-        Some(self.answer(&x, certificate))
+        Some(self.answer(x, certificate))
     }
 
     fn answer(&self, x: &DVector<f64>, certificate: Certificate) -> Physical {
@@ -129,39 +125,50 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// In the coordinates `δ = T (x − free)` of the factor `TᵀT` the program is a projection: the shortest δ that
+    /// keeps the conditions. So its scale is that of the conditions, however precise the data are.
     fn constrained(&self, quadratic: &Quadratic) -> Result<Physical, Diagnostic> {
         let n = self.slopes.ncols();
-        let (conditions, right, cones) = self.conditions();
-        // Residuals are variables of their own, so that the regression is not squared.
-        let m = quadratic.stacked.nrows();
-        let (mut triplets, mut b, mut all) = (Vec::new(), Vec::new(), vec![SupportedConeT::ZeroConeT(m)]);
-        for row in 0..m {
-            for k in 0..n {
-                triplets.push((row, k, quadratic.stacked[(row, k)]));
-            }
-            triplets.push((row, n + row, -1.0));
-            b.push(quadratic.right[row]);
-        }
-        triplets.extend(conditions.iter().map(|&(row, k, value)| (m + row, k, value)));
-        b.extend_from_slice(&right);
-        all.extend(cones);
-        let a = sparse(b.len(), n + m, &triplets);
-        let p = sparse(n + m, n + m, &(0..m).map(|k| (n + k, n + k, 2.0)).collect::<Vec<_>>());
-        let q = vec![0.0; n + m];
-        let settings = DefaultSettings { verbose: false, ..DefaultSettings::default() };
         let refused = |why: String| {
             Diagnostic::error(format!("no physically possible parameters were found: {why}"))
                 .help("are bounds such as the total mass compatible with each other?")
         };
-        let mut solver =
-            DefaultSolver::new(&p, &q, &a, &b, &all, settings).map_err(|e| refused(e.to_string()))?;
+        let back = quadratic.triangle.solve_upper_triangular(&DMatrix::identity(n, n));
+        let back = back.ok_or_else(|| refused("the regression is singular".to_owned()))?;
+        let (conditions, right, cones) = self.conditions();
+        // Without conditions CAD itself is an answer: no δ needs to be longer than the one from there.
+        let size = (&quadratic.triangle * &quadratic.free).norm().max(f64::MIN_POSITIVE.sqrt());
+        let back = back * size;
+        let mut a = DMatrix::zeros(right.len(), n);
+        let mut b = DVector::from_column_slice(&right);
+        for &(row, k, value) in &conditions {
+            b[row] -= value * quadratic.free[k];
+            a.row_mut(row).iter_mut().zip(back.row(k).iter()).for_each(|(a, x)| *a += value * x);
+        }
+        let entries = |m: &DMatrix<f64>| -> Vec<(usize, usize, f64)> {
+            (0..m.ncols())
+                .flat_map(|j| (0..m.nrows()).map(move |i| (i, j)))
+                .map(|(i, j)| (i, j, m[(i, j)]))
+                .collect()
+        };
+        let p = sparse(n, n, &(0..n).map(|k| (k, k, 2.0)).collect::<Vec<_>>());
+        let a = sparse(b.len(), n, &entries(&a));
+        let settings = DefaultSettings {
+            verbose: false,
+            // Precise data make large multipliers, which must not pass for a proof that nothing is possible.
+            tol_infeas_abs: 1e-12,
+            tol_infeas_rel: 1e-12,
+            ..DefaultSettings::default()
+        };
+        let mut solver = DefaultSolver::new(&p, &vec![0.0; n], &a, b.as_slice(), &cones, settings)
+            .map_err(|e| refused(e.to_string()))?;
         solver.solve();
         let solution = &solver.solution;
         if !matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved) {
             return Err(refused(format!("the solver says {:?}", solution.status)));
         }
-        let x = DVector::from_column_slice(&solution.x[..n]);
-        let dual = DVector::from_column_slice(&solution.z[m..]);
+        let x = &quadratic.free + back * DVector::from_column_slice(&solution.x);
+        let dual = DVector::from_column_slice(&solution.z) * (size * size);
         let certificate = certificate(quadratic, &x, (&conditions, &right, &dual), solution.iterations);
         Ok(self.answer(&x, certificate))
     }
@@ -222,7 +229,14 @@ struct Quadratic {
     stacked: DMatrix<f64>,
     right: DVector<f64>,
     rest: f64,
+    /// `TᵀT = stackedᵀ stacked`, upper.
+    triangle: DMatrix<f64>,
+    /// Where it is smallest.
+    free: DVector<f64>,
 }
+
+/// Extras that neither data nor CAD tell stay where they are: this part of their column's length holds them at zero.
+const HELD: f64 = 1e-7;
 
 impl Quadratic {
     fn new(problem: &Problem<'_>, data: &Triangle, weight: f64) -> Self {
@@ -230,14 +244,24 @@ impl Quadratic {
         let scale = 1.0 / (data.rows().max(1) as f64).sqrt();
         let factor = data.matrix() * scale;
         let rows = factor.nrows();
-        let mut stacked = DMatrix::zeros(rows + coordinates, n);
+        let mut stacked = DMatrix::zeros(rows + n, n);
         stacked.rows_mut(0, rows).copy_from(&(&factor * &problem.slopes));
-        for k in 0..coordinates {
-            stacked[(rows + k, k)] = weight.sqrt();
+        for k in 0..n {
+            let length = stacked.column(k).norm();
+            let held = if length > 0.0 { HELD * length } else { 1.0 };
+            stacked[(rows + k, k)] = if k < coordinates { weight.sqrt() } else { held };
         }
-        let mut right = DVector::zeros(rows + coordinates);
+        let mut right = DVector::zeros(rows + n);
         right.rows_mut(0, rows).copy_from(&(data.right() * scale - factor * &problem.nominal));
-        Self { stacked, right, rest: data.rest() * scale * scale }
+        let qr = stacked.clone().qr();
+        let triangle = qr.r();
+        let mut turned = right.clone();
+        qr.q_tr_mul(&mut turned);
+        let mut free = turned.rows(0, n).into_owned();
+        if !triangle.solve_upper_triangular_mut(&mut free) {
+            free.fill(0.0);
+        }
+        Self { stacked, right, rest: data.rest() * scale * scale, triangle, free }
     }
 
     fn value(&self, x: &DVector<f64>) -> f64 {
