@@ -25,13 +25,13 @@ pub struct Identified {
 
 impl Identified {
     /// Looks at all logs and derives the base parameters of what they measured.
-    pub fn new(robot: &Robot, logs: &[Log<'_>], base_rows: bool) -> Result<Self, Failure> {
+    pub fn new(robot: &Robot, logs: &[Log<'_>]) -> Result<Self, Failure> {
         let rigid = robot.clone().without_effects();
         let tree = rigid.tree()?;
         let subject = subject(&tree)?;
         let look = || logs.iter().map(|log| survey(log, &subject)).collect::<Result<Vec<_>, Diagnostics>>();
         let surveys = output::progress("reading", look)?;
-        let rows = observed(&subject, &surveys, base_rows)?;
+        let rows = observed(&subject, &surveys)?;
         let derive = || base_regressor(&rigid.description, &tree, &rows);
         let (base, regressor) = output::progress("deriving", derive)?;
         let anatomy = anatomy(&rigid.description, &tree);
@@ -40,11 +40,10 @@ impl Identified {
 }
 
 /// Rows of `v` that at least one log measured.
-fn observed(subject: &Subject, surveys: &[Survey], base_rows: bool) -> Result<Vec<usize>, Diagnostic> {
+fn observed(subject: &Subject, surveys: &[Survey]) -> Result<Vec<usize>, Diagnostic> {
     let nb = subject.base.nv();
-    let joints = (0..subject.joints.len()).filter(|&j| surveys.iter().any(|s| s.effort[j])).map(|j| nb + j);
-    let base = if base_rows { 0..nb } else { 0..0 };
-    let rows: Vec<usize> = base.chain(joints).collect();
+    let joints = (0..subject.joints.len()).filter(|&j| surveys.iter().any(|s| s.effort[j]));
+    let rows: Vec<usize> = joints.map(|j| nb + j).collect();
     if rows.is_empty() {
         return Err(Diagnostic::error("no log measures a torque").help("log `<joint>/effort` in N m"));
     }
@@ -59,7 +58,13 @@ pub fn inspected(robot: &Robot, logs: &[Log<'_>]) -> Result<Vec<Diagnostic>, Fai
     let measured = Measured::new(robot)?;
     let mut found = Vec::new();
     for log in logs {
-        if measured.content(log.path, log.mapping)? == Content::Efforts {
+        let content = measured.content(log.path, log.mapping)?;
+        if content == Content::Contacts {
+            let message = "the base moves and feet touch the ground: their forces act on the joints too";
+            let help = "give logs of a robot that hangs or is held, or leave the feet's columns out if they never touched";
+            found.push(Diagnostic::error(message).in_file(log.path).help(help));
+        }
+        if content == Content::Efforts {
             let experiment = measured.efforts(log.path, log.mapping, &log.options, SAMPLES)?;
             found.extend(experiment.check().into_iter().map(|diagnostic| diagnostic.in_file(log.path)));
         }

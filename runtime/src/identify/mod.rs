@@ -16,6 +16,8 @@ pub mod physical;
 mod result;
 #[cfg(feature = "sdp")]
 mod run;
+#[cfg(feature = "sdp")]
+mod summary;
 mod survey;
 mod triangle;
 mod unknowns;

@@ -78,8 +78,7 @@ impl Triangle {
     pub fn merge(&mut self, other: &Self, places: &[usize], weight: f64) {
         let (from, width) = (other.columns + 1, self.columns + 1);
         let mut rows = vec![0.0; from * width];
-        for k in 0..from {
-            let to = if k == other.columns { self.columns } else { places[k] };
+        for (k, to) in places.iter().copied().chain([self.columns]).enumerate() {
             for i in 0..=k {
                 rows[to * from + i] = weight * other.factor[k * from + i];
             }

@@ -78,9 +78,6 @@ pub struct Identify {
     /// Two joints whose drives turn together, such as those of a wrist; may be repeated
     #[arg(long, value_name = "JOINT,JOINT")]
     coupled: Vec<String>,
-    /// The rows of a floating base too: no external force acts on the robot
-    #[arg(long)]
-    base_rows: bool,
     /// Cut-off of the filter of positions and efforts, Hz
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = 10.0)]
     cutoff: f64,
@@ -144,7 +141,7 @@ impl Identify {
             |path, options: &compare::Options| Log { path, mapping: &mapping, options: options.clone() };
         let logs: Vec<Log<'_>> = self.logs.iter().map(|path| log(path, &reading)).collect();
         let judge = self.validate.as_deref().map(|path| log(path, &whole));
-        let robot_parts = Identified::new(&robot, &logs, self.base_rows)?;
+        let robot_parts = Identified::new(&robot, &logs)?;
         let options = self.options(&robot_parts)?;
         self.inspect(&robot, &logs)?;
         let parts = Parts {

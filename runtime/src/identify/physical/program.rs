@@ -11,6 +11,16 @@ use serde::Serialize;
 /// `1 + X` keeps at least this much of CAD's pseudo-inertia in every direction.
 const LEAST: f64 = 1e-4;
 
+/// Row, column and value of a sparse matrix.
+type Entry = (usize, usize, f64);
+
+/// Conditions `A x + s = b` with s in the cones.
+struct Conditions {
+    entries: Vec<Entry>,
+    right: Vec<f64>,
+    cones: Vec<SupportedConeT<f64>>,
+}
+
 /// Unknowns as functions of the links' coordinates and the extras.
 pub struct Problem<'a> {
     /// Links with mass.
@@ -135,7 +145,7 @@ impl<'a> Problem<'a> {
         };
         let back = quadratic.triangle.solve_upper_triangular(&DMatrix::identity(n, n));
         let back = back.ok_or_else(|| refused("the regression is singular".to_owned()))?;
-        let (conditions, right, cones) = self.conditions();
+        let Conditions { entries: conditions, right, cones } = self.conditions();
         // Without conditions CAD itself is an answer: no δ needs to be longer than the one from there.
         let size = (&quadratic.triangle * &quadratic.free).norm().max(f64::MIN_POSITIVE.sqrt());
         let back = back * size;
@@ -145,7 +155,7 @@ impl<'a> Problem<'a> {
             b[row] -= value * quadratic.free[k];
             a.row_mut(row).iter_mut().zip(back.row(k).iter()).for_each(|(a, x)| *a += value * x);
         }
-        let entries = |m: &DMatrix<f64>| -> Vec<(usize, usize, f64)> {
+        let entries = |m: &DMatrix<f64>| -> Vec<Entry> {
             (0..m.ncols())
                 .flat_map(|j| (0..m.nrows()).map(move |i| (i, j)))
                 .map(|(i, j)| (i, j, m[(i, j)]))
@@ -173,9 +183,8 @@ impl<'a> Problem<'a> {
         Ok(self.answer(&x, certificate))
     }
 
-    /// Rows of `A x + s = b` with s in the cones: zero, not negative, semidefinite.
-    #[allow(clippy::type_complexity)]
-    fn conditions(&self) -> (Vec<(usize, usize, f64)>, Vec<f64>, Vec<SupportedConeT<f64>>) {
+    /// Zero, not negative, semidefinite.
+    fn conditions(&self) -> Conditions {
         let (mut rows, mut b, mut cones) = (Vec::new(), Vec::new(), Vec::new());
         let equal = self.bounds.linear.iter().filter(|c| c.equal);
         let unequal = self.bounds.linear.iter().filter(|c| !c.equal);
@@ -205,7 +214,7 @@ impl<'a> Problem<'a> {
             }
             cones.push(SupportedConeT::PSDTriangleConeT(4));
         }
-        (rows, b, cones)
+        Conditions { entries: rows, right: b, cones }
     }
 
     /// Derivatives of the regression's unknowns by coordinates and extras.
@@ -284,7 +293,7 @@ impl Quadratic {
 fn certificate(
     quadratic: &Quadratic,
     x: &DVector<f64>,
-    (rows, b, z): (&[(usize, usize, f64)], &[f64], &DVector<f64>),
+    (rows, b, z): (&[Entry], &[f64], &DVector<f64>),
     iterations: u32,
 ) -> Certificate {
     let mut slope = quadratic.slope(x);
@@ -299,7 +308,7 @@ fn certificate(
     Certificate { objective, bound, gap, residual: slope.amax() / quadratic.size(), iterations }
 }
 
-fn sparse(rows: usize, columns: usize, triplets: &[(usize, usize, f64)]) -> CscMatrix<f64> {
+fn sparse(rows: usize, columns: usize, triplets: &[Entry]) -> CscMatrix<f64> {
     let kept = || triplets.iter().filter(|t| t.2 != 0.0);
     CscMatrix::new_from_triplets(
         rows,
