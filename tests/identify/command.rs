@@ -90,6 +90,43 @@ fn a_log_gives_parameters_and_a_urdf() {
     assert_eq!(files, 3, "no temporary file is left");
 }
 
+/// The example has 0.9 kg on the torso that the description lacks; efforts of joints play no part.
+#[test]
+fn a_free_robot_on_its_feet_shows_what_is_on_its_torso() {
+    let folder = "tests/data/examples/swaying";
+    let (train, judge) = (format!("{folder}/train.csv.gz"), format!("{folder}/validation.csv.gz"));
+    let run = bipedc(&["identify", "robots/tulip", &train, "--validate", &judge, "--weight", "0.3", "--json"]);
+    let answer = run.ok().json();
+    let links = answer["physical"]["links"].as_array().unwrap();
+    let sum = |of: &dyn Fn(&Value) -> f64| links.iter().map(of).sum::<f64>();
+    let more = sum(&|link| link["mass"]["value"].as_f64().unwrap() - link["nominal_mass"].as_f64().unwrap());
+    println!("{more:.3} kg more than described");
+    assert!((more - 0.9).abs() < 0.06, "{more}");
+    assert_eq!(answer["physical"]["consistent"], true);
+    // The whole mass is a base parameter of its own, with an error bar that reaches the truth.
+    let whole = &answer["parameters"][0];
+    let number = |key: &str| whole[key].as_f64().unwrap();
+    assert!(whole["name"].as_str().unwrap().starts_with("torso.m + "), "{whole}");
+    let off = number("value") - number("nominal") - 0.9;
+    assert!(off.abs() < 3.0 * number("standard_error") + 0.02 && off.abs() < 0.06, "{whole}");
+    for channel in answer["validation"]["channels"].as_array().unwrap() {
+        let rms = |model: &str| channel["rms"][model].as_f64().unwrap();
+        if ["base/force/z", "base/moment/x", "base/moment/y"].contains(&channel["name"].as_str().unwrap()) {
+            assert!(rms("least_squares") < 0.5 * rms("description"), "{channel}");
+            assert!(rms("physical") < 0.8 * rms("description"), "{channel}");
+        }
+    }
+}
+
+#[test]
+fn logs_of_two_kinds_are_not_mixed() {
+    let train = "tests/data/examples/swaying/train.csv.gz";
+    let hanging = "tests/data/examples/null/train.csv.gz";
+    bipedc(&["identify", "robots/tulip", train, hanging]).fails_with(&["one kind at a time"]);
+    let postures = "tests/data/examples/postures/train.csv.gz";
+    bipedc(&["identify", "robots/tulip", postures]).fails_with(&["logs over time"]);
+}
+
 #[test]
 fn every_key_is_documented() {
     let folder = scratch("identify_keys");

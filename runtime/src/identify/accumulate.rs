@@ -2,8 +2,9 @@
 use super::design::{Design, Work};
 use super::motions::Motions;
 use super::triangle::Triangle;
+use super::unknowns::BaseSet;
 use crate::compare::{Batch, Options};
-use crate::diagnose::Recording;
+use crate::diagnose::{Experiment, Recording};
 use crate::diagnostic::Diagnostics;
 use crate::log::Mapping;
 use nalgebra::DVector;
@@ -188,6 +189,37 @@ pub fn fold(
             scope.spawn(move || work(first, sums));
         }
     });
+}
+
+/// Folds in the rows of an experiment in memory, for a design made of one ([`Design::of_table`]).
+pub fn fold_table(
+    design: &Design<'_>,
+    base: &BaseSet,
+    experiment: &dyn Experiment,
+    cell: &dyn Fn(f64) -> usize,
+    weighting: Option<&Weighting>,
+    sums: &mut Sums,
+) {
+    let cells: Vec<usize> = experiment.time().iter().map(|time| cell(*time)).collect();
+    let mut piece = Piece { weighting, ..Piece::new(design) };
+    for (index, channel) in design.channels.iter().enumerate() {
+        let (Some(inertial), Some(measured)) =
+            (experiment.inertial(channel.row), experiment.measured(channel.row))
+        else {
+            continue;
+        };
+        let width = inertial.columns.len();
+        let mut columns = Vec::with_capacity((channel.places.len() + 1) * cells.len());
+        for &k in &channel.places {
+            let leading = base.leading(k);
+            match inertial.columns.iter().position(|column| Some(*column) == leading) {
+                Some(c) => columns.extend((0..cells.len()).map(|i| inertial.values[i * width + c])),
+                None => columns.resize(columns.len() + cells.len(), 0.0),
+            }
+        }
+        columns.extend(measured);
+        piece.pack(index, &columns, &cells, &|_| true, sums);
+    }
 }
 
 /// Takes one piece of a recording after the other, with memory that is kept.

@@ -2,6 +2,7 @@
 use super::triangle::Triangle;
 use super::unknowns::{BaseSet, Extra, Part, Source, Unknown, plain};
 use crate::compare::{Batch, Subject};
+use crate::diagnose::{Channel as Kind, Experiment, Row};
 use nalgebra::DVector;
 
 /// The base regressor of many states.
@@ -45,7 +46,8 @@ pub struct Design<'a> {
     pub unknowns: Vec<Unknown>,
     /// Rows.
     pub channels: Vec<Channel>,
-    regressor: &'a dyn BatchRegressor,
+    /// None where rows come from an experiment in memory.
+    regressor: Option<&'a dyn BatchRegressor>,
     /// Where the values of a row begin among those of a batch.
     starts: Vec<usize>,
 }
@@ -74,16 +76,45 @@ impl<'a> Design<'a> {
             })
             .collect();
         let unknowns = plain(base, &extras, subject);
+        let regressor = Some(regressor);
         let mut design = Self { subject, extras, unknowns, channels: Vec::new(), regressor, starts };
         design.channels = rows.iter().map(|&row| design.channel(row)).collect();
         design.group(rows);
         design
     }
 
+    /// The regression of the force and moment rows of an experiment in memory, such as a log of a free robot with forces
+    /// at its feet; [`Channel::row`] is the row of the experiment then.
+    pub fn of_table(subject: &'a Subject, base: &BaseSet, experiment: &dyn Experiment) -> Self {
+        let unknowns = plain(base, &[], subject);
+        let channel = |(row, of): (usize, &Row)| {
+            if !matches!(of.channel, Kind::BaseForce | Kind::BaseMoment) {
+                return None;
+            }
+            let inertial = experiment.inertial(row)?;
+            let acts = |k: &usize| base.leading(*k).is_some_and(|column| inertial.columns.contains(&column));
+            let places: Vec<usize> = (0..unknowns.len()).filter(acts).collect();
+            let sources = places.iter().map(|&k| Source::Base(k)).collect();
+            Some(Channel { name: of.name.clone(), unit: of.unit, row, joint: None, places, sources })
+        };
+        let channels = experiment.rows().iter().enumerate().filter_map(channel).collect();
+        Self { subject, extras: Vec::new(), unknowns, channels, regressor: None, starts: Vec::new() }
+    }
+
+    fn pattern(&self) -> &[Vec<usize>] {
+        self.regressor.map_or(&[], |regressor| regressor.pattern())
+    }
+
+    /// Lengths of a configuration and of a velocity.
+    fn widths(&self) -> (usize, usize) {
+        let (base, joints) = (self.subject.base, self.subject.joints.len());
+        (base.nq() + joints, base.nv() + joints)
+    }
+
     fn channel(&self, row: usize) -> Channel {
         let nb = self.subject.base.nv();
         let joint = row.checked_sub(nb);
-        let pattern = &self.regressor.pattern()[row];
+        let pattern = &self.pattern()[row];
         let acts = |unknown: &Unknown| match unknown.source {
             Source::Base(column) => pattern.contains(&column),
             Source::Extra(k) => joint.is_some_and(|j| self.extras[k].joint == j || self.extras[k].other == j),
@@ -139,7 +170,7 @@ impl<'a> Design<'a> {
     /// The regression at random states, without measurements.
     fn probe(&self) -> Triangle {
         let count = STATES * self.unknowns.len().max(8);
-        let (nq, nv) = (self.regressor.nq(), self.regressor.nv());
+        let (nq, nv) = self.widths();
         let mut random = Random(0x1dea);
         let mut q: Vec<f64> = (0..count * nq).map(|_| 1.5 * random.next()).collect();
         if self.subject.base == crate::compare::BaseKind::Floating {
@@ -167,20 +198,22 @@ impl<'a> Design<'a> {
 
     /// Evaluates the base regressor of a batch.
     pub fn evaluate(&self, batch: &Batch<'_>, work: &mut Work) {
-        let entries: usize = self.regressor.pattern().iter().map(Vec::len).sum();
+        let entries: usize = self.pattern().iter().map(Vec::len).sum();
         work.entries.resize(entries * batch.count, 0.0);
-        self.regressor.evaluate(batch, &mut work.entries);
+        if let Some(regressor) = self.regressor {
+            regressor.evaluate(batch, &mut work.entries);
+        }
     }
 
     /// The columns of a channel for an evaluated batch, without the right-hand side.
     pub fn rows(&self, channel: usize, batch: &Batch<'_>, work: &Work, out: &mut Vec<f64>) {
         let channel = &self.channels[channel];
-        let (nb, nv, count) = (self.subject.base.nv(), self.regressor.nv(), batch.count);
+        let (nb, nv, count) = (self.subject.base.nv(), self.widths().1, batch.count);
         out.clear();
         for source in &channel.sources {
             match *source {
                 Source::Base(column) => {
-                    let pattern = &self.regressor.pattern()[channel.row];
+                    let pattern = &self.pattern()[channel.row];
                     let place = pattern.iter().position(|c| *c == column).unwrap_or(0);
                     let start = (self.starts[channel.row] + place) * count;
                     out.extend_from_slice(&work.entries[start..start + count]);

@@ -22,14 +22,14 @@ mod survey;
 mod triangle;
 mod unknowns;
 
-pub use accumulate::{Log, Settings, Sums, Weighting, accumulate, fold};
+pub use accumulate::{Log, Settings, Sums, Weighting, accumulate, fold, fold_table};
 pub use design::{BatchRegressor, Channel, Design, Work};
 pub use essential::{Essential, essential};
 pub use estimate::{Estimate, Fit, Held, Method, by_channel, errors, joined};
 pub use motions::{Motions, Repetition};
 pub use result::*;
 #[cfg(feature = "sdp")]
-pub use run::{Answer, Options, Parts, identify, judged};
+pub use run::{Answer, Feed, Judge, Options, Parts, identify, judged};
 pub use survey::{Survey, survey};
 pub use triangle::Triangle;
 pub use unknowns::{BaseSet, Extra, ExtraChoice, Law, Part, Source, Unknown, joint};

@@ -1,5 +1,5 @@
 //! All steps of identification in their order.
-use super::accumulate::{Log, Settings, Sums, Weighting, accumulate};
+use super::accumulate::{Log, Settings, Sums, Weighting, accumulate, fold_table};
 use super::design::{BatchRegressor, Design};
 use super::essential::essential;
 use super::estimate::{Estimate, Method};
@@ -11,9 +11,10 @@ use super::survey::Survey;
 use super::triangle::Triangle;
 use super::unknowns::{BaseSet, ExtraChoice};
 use crate::compare::Subject;
-use crate::diagnose::Anatomy;
+use crate::diagnose::{Anatomy, Experiment};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use nalgebra::DVector;
+use std::path::{Path, PathBuf};
 
 /// Passes of Huber's estimator.
 const PASSES: usize = 6;
@@ -32,8 +33,50 @@ pub struct Parts<'a> {
     pub regressor: &'a dyn BatchRegressor,
     /// Observed rows of `v`.
     pub rows: &'a [usize],
+    /// Names of the logs.
+    pub files: &'a [PathBuf],
     /// What each log shows.
     pub surveys: &'a [Survey],
+}
+
+/// Where samples come from.
+pub enum Feed<'a> {
+    /// Logs of joint torques, read as often as they are needed.
+    Logs(&'a [Log<'a>]),
+    /// Logs of a free robot with forces at its feet, in memory.
+    Tables(&'a [&'a dyn Experiment]),
+}
+
+impl Feed<'_> {
+    /// One pass over all samples.
+    pub(super) fn pass(
+        &self,
+        (design, base): (&Design<'_>, &BaseSet),
+        motions: &Motions,
+        settings: &Settings,
+        weighting: Option<&Weighting>,
+    ) -> Result<Sums, Diagnostics> {
+        match self {
+            Self::Logs(logs) => accumulate(design, logs, motions, settings, weighting),
+            Self::Tables(tables) => {
+                let mut sums = Sums::new(design, motions.cells());
+                for (index, table) in tables.iter().enumerate() {
+                    fold_table(design, base, *table, &|time| motions.cell(index, time), weighting, &mut sums);
+                }
+                Ok(sums)
+            }
+        }
+    }
+}
+
+/// A log that only judges.
+pub struct Judge<'a> {
+    /// Its samples.
+    pub feed: Feed<'a>,
+    /// What it shows.
+    pub survey: &'a Survey,
+    /// Its name.
+    pub file: &'a Path,
 }
 
 /// How to identify.
@@ -68,13 +111,13 @@ pub struct Answer {
 /// Unreadable logs, data that cannot carry an estimate, bounds that contradict each other.
 pub fn identify(
     parts: &Parts<'_>,
-    logs: &[Log<'_>],
-    judge: Option<&Log<'_>>,
+    feed: &Feed<'_>,
+    judge: Option<&Judge<'_>>,
     options: &Options,
     progress: &dyn Fn(f64),
 ) -> Result<Answer, Diagnostics> {
     let one = |diagnostic: Diagnostic| Diagnostics(vec![diagnostic]);
-    let design = design(parts, options);
+    let design = design(parts, feed, options);
     let motions = Motions::new(parts.surveys);
     let settings = Settings {
         decimate: options.decimate,
@@ -82,11 +125,12 @@ pub fn identify(
         speed: fastest(parts),
         threads: std::thread::available_parallelism().map_or(1, usize::from).min(8),
     };
-    let raw = accumulate(&design, logs, &motions, &settings, None)?;
+    let raw = feed.pass((&design, parts.base), &motions, &settings, None)?;
     enough(&design, &raw).map_err(one)?;
     progress(0.3);
     let nominal = nominal(&design, &parts.anatomy.parameters());
-    let (estimate, sums) = estimated(&design, logs, &motions, &settings, options, (&raw, &nominal))?;
+    let (estimate, sums) =
+        estimated((&design, parts.base), feed, &motions, &settings, options, (&raw, &nominal))?;
     if estimate.seen.is_empty() {
         return Err(one(Diagnostic::error("the data tell none of the parameters")
             .help("record a motion in which all joints move")));
@@ -125,12 +169,12 @@ pub fn identify(
     let links = new.map(|(body, x)| (body.name.clone(), body.inertia(x))).collect();
     let identification = Identification {
         method: options.method,
-        logs: found.logs(logs, parts.surveys),
+        logs: found.logs(parts.files, parts.surveys),
         rows: raw.cells.iter().flatten().map(Triangle::rows).sum(),
         repetitions: motions.repetitions.clone(),
         different_motions: motions.different(),
         assumptions: assumptions(parts.surveys),
-        warnings: found.warnings(logs, parts.surveys, &problem),
+        warnings: found.warnings(parts.files, parts.surveys, &problem),
         condition_number: condition(&estimate.singular_values()),
         singular_values: estimate.singular_values(),
         parameters: found.parameters(&nominal, &essential),
@@ -144,7 +188,10 @@ pub fn identify(
     Ok(Answer { identification, links })
 }
 
-fn design<'a>(parts: &Parts<'a>, options: &Options) -> Design<'a> {
+fn design<'a>(parts: &Parts<'a>, feed: &Feed<'_>, options: &Options) -> Design<'a> {
+    if let Feed::Tables([first, ..]) = feed {
+        return Design::of_table(parts.subject, parts.base, *first);
+    }
     let nb = parts.subject.base.nv();
     let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(nb)).collect();
     let mut extras = options.extras.list(&joints);
@@ -188,8 +235,8 @@ fn enough(design: &Design<'_>, sums: &Sums) -> Result<(), Diagnostic> {
 
 /// Least squares of the wanted kind; Huber's weights need further passes over the logs.
 fn estimated(
-    design: &Design<'_>,
-    logs: &[Log<'_>],
+    (design, base): (&Design<'_>, &BaseSet),
+    feed: &Feed<'_>,
     motions: &Motions,
     settings: &Settings,
     options: &Options,
@@ -204,7 +251,7 @@ fn estimated(
     for _ in 0..PASSES {
         let theta = estimate.solve(&estimate.total, &estimate.seen);
         let weighting = Weighting { theta, scale: scale.clone(), bend: BEND };
-        sums = accumulate(design, logs, motions, settings, Some(&weighting))?;
+        sums = feed.pass((design, base), motions, settings, Some(&weighting))?;
         let robust = |(sizes, old): (&super::accumulate::Sizes, &f64)| {
             // The median of |x| of a normal x is 0.6745 standard deviations.
             sizes.median().map_or(*old, |median| (median / 0.6745).max(f64::MIN_POSITIVE.sqrt()))

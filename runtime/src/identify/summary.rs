@@ -1,15 +1,16 @@
 //! What was found, in the form of the answer.
-use super::accumulate::{Log, Settings, Sums, accumulate};
+use super::accumulate::{Settings, Sums};
 use super::design::Design;
 use super::essential::Essential;
 use super::estimate::{Estimate, Fit, Held, by_channel, errors};
 use super::motions::{Motions, Repetition};
 use super::physical::{Choice, Inertia, Physical, Problem, check};
 use super::result::*;
-use super::run::Parts;
-use super::survey::{Survey, survey};
+use super::run::{Judge, Parts};
+use super::survey::Survey;
 use crate::diagnostic::Diagnostics;
 use nalgebra::{DMatrix, DVector};
+use std::path::PathBuf;
 
 /// Correlations above this are worth a warning.
 const ALIKE: f64 = 0.95;
@@ -26,14 +27,14 @@ pub(super) struct Found<'a> {
 }
 
 impl Found<'_> {
-    pub fn logs(&self, logs: &[Log<'_>], surveys: &[Survey]) -> Vec<LogSummary> {
-        let summary = |(log, survey): (&Log<'_>, &Survey)| LogSummary {
-            file: log.path.display().to_string(),
+    pub fn logs(&self, files: &[PathBuf], surveys: &[Survey]) -> Vec<LogSummary> {
+        let summary = |(file, survey): (&PathBuf, &Survey)| LogSummary {
+            file: file.display().to_string(),
             samples: survey.samples,
             step: survey.step,
             cutoff_hz: survey.cutoff_hz,
         };
-        logs.iter().zip(surveys).map(summary).collect()
+        files.iter().zip(surveys).map(summary).collect()
     }
 
     pub fn parameters(&self, nominal: &DVector<f64>, essential: &Essential) -> Vec<Parameter> {
@@ -117,17 +118,17 @@ impl Found<'_> {
     pub fn validation(
         &self,
         parts: &Parts<'_>,
-        judge: &Log<'_>,
+        judge: &Judge<'_>,
         settings: &Settings,
         models: [&DVector<f64>; 4],
     ) -> Result<Validation, Diagnostics> {
-        let look = survey(judge, parts.subject)?;
+        let look = judge.survey;
         let all: Vec<Survey> = parts.surveys.iter().cloned().chain([look.clone()]).collect();
         let last = parts.surveys.len();
         let again = |r: &Repetition| matches!(r, Repetition::Between { log, .. } if *log == last);
         let shares_motion = Motions::new(&all).repetitions.iter().any(again);
-        let own = Motions::new(&[look]);
-        let sums = accumulate(self.design, std::slice::from_ref(judge), &own, settings, None)?;
+        let own = Motions::new(std::slice::from_ref(look));
+        let sums = judge.feed.pass((self.design, parts.base), &own, settings, None)?;
         let channels = by_channel(&sums, self.design, &|_| true);
         let held = models.map(|theta| errors(&channels, self.design, theta));
         let of = |index: usize| [0, 1, 2, 3].map(|m: usize| held[m][index]);
@@ -142,7 +143,7 @@ impl Found<'_> {
         };
         let sum = |m: usize| held[m].iter().fold(Held::default(), |sum, e| sum.plus(e));
         Ok(Validation {
-            file: judge.path.display().to_string(),
+            file: judge.file.display().to_string(),
             shares_motion,
             channels: self.design.channels.iter().enumerate().map(channel).collect(),
             total: Models::of([0, 1, 2, 3].map(sum), Held::relative),
@@ -219,9 +220,9 @@ impl Found<'_> {
         ratios.get(ratios.len() / 2).copied().unwrap_or(1.0).max(1.0)
     }
 
-    pub fn warnings(&self, logs: &[Log<'_>], surveys: &[Survey], problem: &Problem<'_>) -> Vec<String> {
+    pub fn warnings(&self, files: &[PathBuf], surveys: &[Survey], problem: &Problem<'_>) -> Vec<String> {
         let name = |log: usize| {
-            logs[log].path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
+            files[log].file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
         };
         let mut all: Vec<String> =
             surveys.iter().flat_map(|s| &s.warnings).map(|w| w.message.clone()).collect();

@@ -1,8 +1,8 @@
 //! A first look at a log: which motion it shows, how fast joints go, what was measured.
 use super::accumulate::Log;
 use crate::compare::{Missing, Subject};
-use crate::diagnose::Recording;
 use crate::diagnose::gate::Motion;
+use crate::diagnose::{Experiment, Recording};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 
 /// Positions are kept this far apart, s: enough to know a motion again.
@@ -67,6 +67,25 @@ pub fn survey(log: &Log<'_>, subject: &Subject) -> Result<Survey, Diagnostics> {
     found.warnings = recording.warnings;
     refuse(&found, log, subject)?;
     Ok(found)
+}
+
+impl Survey {
+    /// What an experiment in memory shows.
+    pub fn of_table(experiment: &dyn Experiment, joints: usize, cutoff_hz: f64) -> Self {
+        let motion = experiment.motion();
+        let mut steps: Vec<f64> = experiment.time().windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        Self {
+            speed: vec![0.0; joints],
+            effort: vec![false; joints],
+            base: true,
+            samples: experiment.time().len(),
+            step: steps.get(steps.len() / 2).copied().unwrap_or(0.0),
+            cutoff_hz,
+            motion,
+            ..Self::default()
+        }
+    }
 }
 
 /// Logs from which nothing can be learnt.

@@ -15,6 +15,11 @@ pub struct BaseSet {
 }
 
 impl BaseSet {
+    /// The column of the full regressor that stands for a base parameter: its sum leads with factor 1.
+    pub fn leading(&self, parameter: usize) -> Option<usize> {
+        self.sums[parameter].first().map(|(column, _)| *column)
+    }
+
     /// Values for given inertial parameters, ten per body.
     pub fn values(&self, parameters: &[f64]) -> Vec<f64> {
         let value = |sum: &Vec<(usize, f64)>| sum.iter().map(|(k, factor)| factor * parameters[*k]).sum();

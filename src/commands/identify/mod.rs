@@ -5,15 +5,17 @@ mod say;
 use crate::amendment::files::Replacement;
 use crate::arguments::RobotArguments;
 use crate::failure::{Failure, Outcome};
-use crate::identifying::{Identified, inspected};
+use crate::identifying::{Identified, content, inspected, loaded, table_survey};
+use crate::measurements::{Content, Measured};
 use crate::output;
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Inertial, Pose};
 use bipedc_compiler::description::with_inertials;
 use bipedc_runtime::compare;
+use bipedc_runtime::diagnose::Experiment;
 use bipedc_runtime::diagnostic::{Diagnostic, Severity};
 use bipedc_runtime::identify::physical::Inertia;
-use bipedc_runtime::identify::{Answer, Log, Method, Options, Parts, identify};
+use bipedc_runtime::identify::{Answer, Feed, Judge, Log, Method, Options, Survey, identify, survey};
 use bipedc_runtime::log::Mapping;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -30,6 +32,8 @@ Four steps: base parameters of what was measured (thesis 5.2), with friction and
 with each joint's own noise; their standard errors, which respect that errors last; the fewest of them that predict as
 well; and parameters of every link that a body can have, near the description where the data do not tell. How near is
 chosen on the logs alone, by folds that never share a motion. Nothing of --validate is used for any choice.
+
+Where the base moves and forces at the feet are logged, the rows of the base tell instead of joint torques.
 
 docs/identification.md explains the method, every column and every key of --json.";
 
@@ -141,19 +145,12 @@ impl Identify {
             |path, options: &compare::Options| Log { path, mapping: &mapping, options: options.clone() };
         let logs: Vec<Log<'_>> = self.logs.iter().map(|path| log(path, &reading)).collect();
         let judge = self.validate.as_deref().map(|path| log(path, &whole));
-        let robot_parts = Identified::new(&robot, &logs)?;
-        let options = self.options(&robot_parts)?;
-        self.inspect(&robot, &logs)?;
-        let parts = Parts {
-            subject: &robot_parts.subject,
-            anatomy: &robot_parts.anatomy,
-            base: &robot_parts.base,
-            regressor: &robot_parts.regressor,
-            rows: &robot_parts.rows,
-            surveys: &robot_parts.surveys,
+        let measured = output::progress("deriving", || Measured::new(&robot))?;
+        let every: Vec<Log<'_>> = logs.iter().chain(&judge).cloned().collect();
+        let answer = match content(&measured, &every)? {
+            Content::Contacts => self.of_contacts(&robot, &measured, &logs, judge.as_slice())?,
+            _ => self.of_torques(&robot, &measured, &logs, judge.as_slice())?,
         };
-        let work = |progress: &dyn Fn(f64)| identify(&parts, &logs, judge.as_ref(), &options, progress);
-        let answer = output::bar("identifying", work)?;
         if let Some(path) = &self.write_urdf {
             write_urdf(&robot, &answer, path)?;
         }
@@ -163,6 +160,55 @@ impl Identify {
             output::print(&say::text(&answer.identification))?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// From joint torques of a robot whose base is held or hangs.
+    fn of_torques(
+        &self,
+        robot: &Robot,
+        measured: &Measured,
+        logs: &[Log<'_>],
+        judge: &[Log<'_>],
+    ) -> Result<Answer, Failure> {
+        let found = Identified::of_torques(robot, logs)?;
+        let options = self.options(&found)?;
+        self.inspect(measured, logs)?;
+        let surveys = judge.iter().map(|log| survey(log, &found.subject)).collect::<Result<Vec<_>, _>>()?;
+        let judge = judge.first().zip(surveys.first()).map(|(log, survey)| Judge {
+            feed: Feed::Logs(judge),
+            survey,
+            file: log.path,
+        });
+        let feed = Feed::Logs(logs);
+        let work =
+            |progress: &dyn Fn(f64)| identify(&found.parts(), &feed, judge.as_ref(), &options, progress);
+        Ok(output::bar("identifying", work)?)
+    }
+
+    /// From the rows of a free base and forces at the feet.
+    fn of_contacts(
+        &self,
+        robot: &Robot,
+        measured: &Measured,
+        logs: &[Log<'_>],
+        judge: &[Log<'_>],
+    ) -> Result<Answer, Failure> {
+        let tables = output::progress("reading", || loaded(measured, logs))?;
+        let judges = output::progress("reading", || loaded(measured, judge))?;
+        let found = Identified::of_contacts(robot, logs, &tables)?;
+        let options = self.options(&found)?;
+        let experiments: Vec<&dyn Experiment> = tables.iter().map(|table| &*table.experiment).collect();
+        let judging: Vec<&dyn Experiment> = judges.iter().map(|table| &*table.experiment).collect();
+        let surveys: Vec<Survey> = judges.iter().map(|table| table_survey(table, &found.subject)).collect();
+        let judge = judge.first().zip(surveys.first()).map(|(log, survey)| Judge {
+            feed: Feed::Tables(&judging),
+            survey,
+            file: log.path,
+        });
+        let feed = Feed::Tables(&experiments);
+        let work =
+            |progress: &dyn Fn(f64)| identify(&found.parts(), &feed, judge.as_ref(), &options, progress);
+        Ok(output::bar("identifying", work)?)
     }
 
     /// Numbers that have no meaning.
@@ -203,8 +249,8 @@ impl Identify {
     }
 
     /// Looks for mixed-up channels before anything is estimated.
-    fn inspect(&self, robot: &Robot, logs: &[Log<'_>]) -> Result<(), Failure> {
-        let mut found = output::progress("checking", || inspected(robot, logs))?;
+    fn inspect(&self, measured: &Measured, logs: &[Log<'_>]) -> Result<(), Failure> {
+        let mut found = output::progress("checking", || inspected(measured, logs))?;
         if self.anyway {
             found.iter_mut().for_each(|diagnostic| diagnostic.severity = Severity::Warning);
         }

@@ -37,7 +37,7 @@ pub fn text(answer: &Identification) -> String {
     let essential = &answer.essential;
     let _ = writeln!(
         out,
-        "\n{} essential parameters (marked *): {:.2} % of |torque| missed on held-out stretches, {:.2} % with all\n",
+        "\n{} essential parameters (marked *): {:.2} % of what was measured is missed on held-out stretches, {:.2} % with all\n",
         essential.parameters.len(),
         100.0 * essential.held_out,
         100.0 * essential.held_out_of_all
