@@ -95,7 +95,8 @@ fn a_log_gives_parameters_and_a_urdf() {
 fn a_free_robot_on_its_feet_shows_what_is_on_its_torso() {
     let folder = "tests/data/examples/swaying";
     let (train, judge) = (format!("{folder}/train.csv.gz"), format!("{folder}/validation.csv.gz"));
-    let run = bipedc(&["identify", "robots/tulip", &train, "--validate", &judge, "--weight", "0.3", "--json"]);
+    let run =
+        bipedc(&["identify", "robots/tulip", &train, "--validate", &judge, "--weight", "0.3", "--json"]);
     let answer = run.ok().json();
     let links = answer["physical"]["links"].as_array().unwrap();
     let sum = |of: &dyn Fn(&Value) -> f64| links.iter().map(of).sum::<f64>();

@@ -66,7 +66,7 @@ fn noisy_data_give_bodies_that_can_be_and_predict_as_well() {
     assert!(!negative.is_empty(), "the data are too good for this test");
     let (links, bounds) = (Links::new(&cad), Bounds::default());
     let problem = Problem::new(&design, &links, &bounds);
-    let folds: Vec<usize> = (0..CELLS).map(|cell| cell * 4 / CELLS).collect();
+    let folds: Vec<usize> = (0..CELLS).map(|cell| cell * 2 / CELLS).collect();
     let choice = choose(&problem, &design, &sums, &estimate, &folds, &|_| ()).unwrap();
     let found = problem.solve(&estimate.total, choice.weight).unwrap();
     for (body, x) in links.bodies.iter().zip(found.coordinates.chunks_exact(10)) {
@@ -111,12 +111,14 @@ fn objective(estimate: &Estimate, found: &Physical, weight: f64) -> f64 {
 
 #[test]
 fn the_certificate_proves_the_optimum() {
-    with_problem(3.0, &[], |problem, estimate, _| {
-        for weight in [1e-4, 1e-2, 1.0, 100.0] {
+    with_problem(10.0, &[], |problem, estimate, _| {
+        let mut bound = 0;
+        for weight in [1e-6, 1e-4, 1e-2, 1.0] {
             let found = problem.solve(&estimate.total, weight).unwrap();
             let c = found.certificate;
             println!("weight {weight}: {c:?}");
             assert!(c.gap.abs() < 1e-6 && c.residual < 1e-6);
+            bound += usize::from(c.iterations > 0);
             assert!((c.objective - objective(estimate, &found, weight)).abs() < 1e-9 * c.objective);
             // Nobody finds better: not the neighbours that keep the conditions.
             let mut random = Noise(7);
@@ -135,6 +137,7 @@ fn the_certificate_proves_the_optimum() {
                 assert!(objective(estimate, &other, weight) >= c.bound * (1.0 - 1e-12));
             }
         }
+        assert!(bound >= 2, "conditions hardly bind");
     });
 }
 

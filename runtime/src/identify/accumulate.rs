@@ -378,3 +378,35 @@ impl Decimation {
         times.windows(self.taps.len()).step_by(self.factor).map(|window| window[window.len() / 2]).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimation_keeps_what_is_slow_and_drops_what_is_fast() {
+        let decimation = Decimation::new(10);
+        let wave = |cycles: f64| -> Vec<f64> {
+            (0..2000).map(|i| (std::f64::consts::TAU * cycles * f64::from(i)).sin()).collect()
+        };
+        let places = decimation.places(&(0..2000).map(f64::from).collect::<Vec<_>>());
+        // A twentieth of the new rate passes with its phase; a tone above half the new rate does not.
+        let slow = decimation.column(&wave(0.005));
+        assert_eq!(slow.len(), places.len());
+        for (x, i) in slow.iter().zip(&places) {
+            assert!((x - (std::f64::consts::TAU * 0.005 * i).sin()).abs() < 0.01);
+        }
+        assert!(decimation.column(&wave(0.08)).iter().all(|x| x.abs() < 0.01));
+        assert!(decimation.column(&[3.0; 500]).iter().all(|x| (x - 3.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn the_median_of_sizes_without_keeping_them() {
+        let mut sizes = Sizes::default();
+        assert_eq!(sizes.median(), None);
+        (1..=1001).for_each(|i| sizes.push(f64::from(i) * if i % 2 == 0 { 1e-3 } else { -1e-3 }));
+        let median = sizes.median().unwrap();
+        assert!((median / 0.501 - 1.0).abs() < 0.03, "{median}");
+        sizes.push(0.0);
+    }
+}

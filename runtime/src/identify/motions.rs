@@ -154,3 +154,58 @@ fn span(survey: &Survey) -> (f64, f64) {
     let time = &survey.motion.time;
     (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::gate::Motion as Seen;
+
+    /// A log at 100 Hz of a motion with this period, beginning at a phase (s) of it; time runs from `start`.
+    fn log(duration: f64, period: f64, phase: f64, start: f64) -> Survey {
+        let count = (100.0 * duration) as usize;
+        let time: Vec<f64> = (0..count).map(|i| start + 0.01 * i as f64).collect();
+        let w = std::f64::consts::TAU / period;
+        let signal = |a: f64, b: f64| -> Vec<f64> {
+            time.iter()
+                .map(|t| t - start + phase)
+                .map(|t| 0.4 * (a * w * t).sin() + 0.3 * (b * w * t).cos())
+                .collect()
+        };
+        let motion = Seen { positions: vec![signal(1.0, 3.0), signal(2.0, 5.0)], time };
+        Survey { motion, ..Survey::default() }
+    }
+
+    #[test]
+    fn the_same_phase_is_the_same_cell_in_all_logs() {
+        let motions = Motions::new(&[log(20.0, 8.0, 0.0, 3.0), log(18.0, 8.0, 2.5, 100.0)]);
+        assert_eq!((motions.different(), motions.repetitions.len()), (1, 3), "{:?}", motions.repetitions);
+        for i in 0..700 {
+            // Away from the edges of cells: shifts are known to a hundredth of a second.
+            let t = 0.01 * f64::from(i);
+            let width = 8.0 / motions.cells() as f64;
+            if !(0.1..0.9).contains(&(t / width).fract()) {
+                continue;
+            }
+            let cell = motions.cell(0, 3.0 + t);
+            assert_eq!(cell, motions.cell(0, 11.0 + t), "a period later");
+            assert_eq!(cell, motions.cell(1, 100.0 + t - 2.5 + 8.0), "in the other log, at {t} s");
+        }
+    }
+
+    #[test]
+    fn different_motions_share_no_cell_and_no_fold() {
+        let surveys: Vec<Survey> =
+            (0..5).map(|k| log(9.0, 11.0 + 7.3 * f64::from(k * k), 1.7 * f64::from(k), 0.0)).collect();
+        let motions = Motions::new(&surveys);
+        assert_eq!(motions.different(), 5, "{:?}", motions.repetitions);
+        let folds = motions.folds();
+        for (one, other) in [(0, 1), (2, 4), (1, 3)] {
+            let own: Vec<usize> = (0..90).map(|i| motions.cell(one, 0.1 * f64::from(i))).collect();
+            let others: Vec<usize> = (0..90).map(|i| motions.cell(other, 0.1 * f64::from(i))).collect();
+            assert!(own.iter().all(|cell| !others.contains(cell)));
+            assert_ne!(folds[own[0]], folds[others[0]]);
+            assert!(own.iter().all(|cell| folds[*cell] == folds[own[0]]));
+        }
+        assert_eq!(folds.len(), motions.cells());
+    }
+}

@@ -31,8 +31,9 @@ pub struct Choice {
     pub trials: Vec<Trial>,
 }
 
-/// Tries all weights by folds and takes the strongest that is no worse than the best by more than one standard error of
-/// their difference: folds of one motion are more alike than motions are, so they flatter weak priors.
+/// Tries all weights by folds and takes the middle (geometric mean) of the best one and of the strongest that is no worse
+/// by more than one standard error of their difference. Folds of one motion are more alike than motions are, so the best
+/// is flattered by them; the strongest stands at the edge of what the data allow.
 ///
 /// # Errors
 /// As [`Problem::solve`].
@@ -71,5 +72,8 @@ pub fn choose(
     };
     let trials: Vec<Trial> = (0..WEIGHTS.len()).map(trial).collect();
     let good = trials.iter().filter(|trial| trial.excess[0] <= trial.excess[1]);
-    Ok(Choice { weight: good.map(|trial| trial.weight).fold(WEIGHTS[0], f64::max), trials })
+    let strongest = good.map(|trial| trial.weight).fold(WEIGHTS[0], f64::max);
+    let best =
+        trials.iter().min_by(|a, b| a.error.total_cmp(&b.error)).map_or(strongest, |trial| trial.weight);
+    Ok(Choice { weight: (best * strongest).sqrt(), trials })
 }
