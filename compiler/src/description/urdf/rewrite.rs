@@ -67,11 +67,11 @@ mod tests {
     use super::*;
     use crate::description::model::Pose;
 
-    const URDF: &str = "<?xml version=\"1.0\"?>\n<robot name=\"r\"> <!-- a -- b -->\n  <link name=\"a\">\n\t<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>\n    <visual><geometry><mesh filename=\"ä.stl\"/></geometry></visual>\n  </link>\n  <link name='b'/>\n</robot>\n";
+    const URDF: &str = "<?xml version=\"1.0\"?>\n<robot name=\"r\"> <!-- a -- b -->\n  <link name=\"a\">\n\t<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial>\n    <visual><geometry><mesh filename=\"ä.stl\"/></geometry></visual>\n  </link>\n  <link name='b'/>\n  <joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint>\n</robot>\n";
 
     fn new() -> Inertial {
         let origin = Pose { xyz: [0.1, -1e-7, 0.0], rpy: [0.0; 3] };
-        Inertial { mass: 2.5, origin, inertia: [0.1, 0.0, -0.2, 0.3, 0.0, 0.4] }
+        Inertial { mass: 2.5, origin, inertia: [0.2, 0.0, -0.05, 0.3, 0.0, 0.4] }
     }
 
     #[test]
