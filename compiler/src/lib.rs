@@ -12,6 +12,7 @@ pub mod emit;
 pub mod exact;
 pub mod expression;
 pub mod front;
+pub mod identification;
 pub mod program;
 pub mod robot;
 pub mod states;

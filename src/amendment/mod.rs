@@ -6,7 +6,7 @@
 mod apply;
 pub mod diagnosis;
 pub mod estimate;
-mod files;
+pub mod files;
 pub mod history;
 pub mod picture;
 pub mod svg;

@@ -8,6 +8,7 @@ mod effects;
 mod evaluate;
 mod generate;
 mod history;
+mod identify;
 mod init;
 mod inspect;
 
@@ -27,6 +28,7 @@ pub enum Command {
     Effects(effects::Effects),
     Amend(amend::Amend),
     History(history::History),
+    Identify(identify::Identify),
 }
 
 impl Command {
@@ -43,6 +45,7 @@ impl Command {
             Self::Effects(command) => command.run(),
             Self::Amend(command) => command.run(),
             Self::History(command) => command.run(),
+            Self::Identify(command) => command.run(),
         }
     }
 }

@@ -5,6 +5,7 @@ mod feet;
 mod notes;
 mod quantity;
 use families::regressors;
+pub use families::regressors::parameter_names;
 mod readable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};

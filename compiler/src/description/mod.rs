@@ -12,6 +12,7 @@ pub(crate) mod urdf;
 pub use check::{CheckReport, LinkReport, check_report};
 pub use init::{init, init_text};
 pub use source::suggest;
+pub use urdf::with_inertials;
 
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
 use model::RobotDescription;

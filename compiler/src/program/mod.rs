@@ -3,6 +3,7 @@ mod count;
 mod evaluate;
 mod lower;
 mod model;
+mod regressor;
 mod schedule;
 mod torques;
 
@@ -10,6 +11,7 @@ pub use count::Operations;
 pub use evaluate::Evaluator;
 pub use lower::{Order, lower};
 pub use model::ProgramModel;
+pub use regressor::ProgramRegressor;
 pub use schedule::schedule;
 pub use torques::ProgramTorques;
 

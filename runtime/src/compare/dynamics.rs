@@ -17,6 +17,13 @@ pub struct Batch<'a> {
     pub a: &'a [f64],
 }
 
+impl<'a> Batch<'a> {
+    /// The states in these slices, `count × nq` and `count × nv` long.
+    pub fn new(count: usize, [q, v, a]: [&'a [f64]; 3]) -> Self {
+        Self { count, q, v, a }
+    }
+}
+
 /// Why a model gave no torques.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EvaluationError(

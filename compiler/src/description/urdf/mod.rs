@@ -3,6 +3,7 @@ mod attributes;
 pub(crate) mod bodies;
 mod elements;
 mod joints;
+mod rewrite;
 mod shapes;
 mod tree;
 mod xml;
@@ -10,6 +11,7 @@ mod xml;
 use super::model::{Inertial, Joint, Link, Pose, RobotDescription};
 use super::source::Messages;
 pub(crate) use elements::{JointPlaces, LinkPlaces};
+pub use rewrite::with_inertials;
 pub(crate) use tree::{Tree, WORLD};
 
 /// A URDF as far as it could be read, with the places of its parts for later messages.

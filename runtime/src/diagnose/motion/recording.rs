@@ -5,7 +5,7 @@ use crate::compare::{Missing, Options, Subject};
 use crate::diagnose::Source;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
-use crate::signal::Butterworth;
+use crate::signal::{Butterworth, Grid, Spline, resample};
 use std::ops::Range;
 use std::path::Path;
 
@@ -56,6 +56,26 @@ impl Recording {
         subject: &Subject,
         options: &Options,
     ) -> Result<Self, Diagnostics> {
+        let mut recording = Self::each(path, mapping, subject, options, false, &mut |_| Ok(()))?;
+        if recording.time.len() < 50 {
+            return Err(Diagnostics(vec![too_short(recording.time.len(), path)]));
+        }
+        recording.source = Source::of(path, recording.time.len()).map_err(|e| Diagnostics(vec![e]))?;
+        recording.noise = recording.effort.iter().map(|e| e.as_deref().map_or(0.0, white_noise)).collect();
+        Ok(recording)
+    }
+
+    /// Reads a log block by block and shows what was gathered so far after each; whoever looks may take samples out
+    /// ([`Self::clear`]), so that a log of any length fits. With `filter_efforts` efforts pass the same filter as
+    /// positions, so that both sides of a regression are equally late and smooth.
+    pub(crate) fn each(
+        path: &Path,
+        mapping: &Mapping,
+        subject: &Subject,
+        options: &Options,
+        filter_efforts: bool,
+        visit: &mut dyn FnMut(&mut Self) -> Result<(), Diagnostics>,
+    ) -> Result<Self, Diagnostics> {
         let mut reader = Reader::open(path, mapping)?;
         let mut plan = Plan::new(subject, &mut reader, options)?;
         let sampling = Sampling::probe(reader)?;
@@ -84,25 +104,33 @@ impl Recording {
         while let Some(block) = blocks.next_block()? {
             let range = within(&block, options);
             if !range.is_empty() {
-                recording.add(&plan, subject, &filter, &block, range).map_err(|e| unusable(e, path))?;
+                let efforts = filter_efforts.then_some(&filter);
+                recording
+                    .add(&plan, subject, (&filter, efforts), &block, range)
+                    .map_err(|e| unusable(e, path))?;
+                visit(&mut recording)?;
             }
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
-        if recording.time.len() < 50 {
-            let message = format!("only {} samples of the log can be used", recording.time.len());
-            let help = "at least a few seconds of motion are needed";
-            return Err(Diagnostics(vec![Diagnostic::error(message).in_file(path).help(help)]));
-        }
-        recording.source = Source::of(path, recording.time.len()).map_err(|e| Diagnostics(vec![e]))?;
-        recording.noise = recording.effort.iter().map(|e| e.as_deref().map_or(0.0, white_noise)).collect();
         Ok(recording)
+    }
+
+    /// Forgets all samples.
+    pub(crate) fn clear(&mut self) {
+        let effort = self.effort.iter().map(|e| e.as_ref().map(|_| Vec::new())).collect();
+        let transmission = self.transmission.iter().map(|t| t.as_ref().map(|_| Vec::new())).collect();
+        for values in [&mut self.time, &mut self.q, &mut self.v, &mut self.a] {
+            values.clear();
+        }
+        self.segments.clear();
+        (self.effort, self.transmission) = (effort, transmission);
     }
 
     fn add(
         &mut self,
         plan: &Plan,
         subject: &Subject,
-        filter: &Butterworth,
+        (filter, efforts): (&Butterworth, Option<&Butterworth>),
         block: &Block<'_>,
         range: Range<usize>,
     ) -> Result<(), Unusable> {
@@ -120,7 +148,10 @@ impl Recording {
         self.a.extend_from_slice(&states.a);
         for (joint, columns) in plan.joints.iter().enumerate() {
             if let (Some(values), Some(column)) = (&mut self.effort[joint], columns.effort) {
-                values.extend_from_slice(&block.columns[column][range.clone()]);
+                match efforts {
+                    Some(filter) => values.extend(filtered(block, column, filter, self.step, range.clone())),
+                    None => values.extend_from_slice(&block.columns[column][range.clone()]),
+                }
             }
             if let (Some(values), Some(motor), Some(position)) =
                 (&mut self.transmission[joint], columns.motor_position, columns.position)
@@ -166,6 +197,33 @@ impl Recording {
     pub fn samples(&self) -> usize {
         self.time.len()
     }
+}
+
+/// A column of a block after the filter, at the logged samples.
+fn filtered(
+    block: &Block<'_>,
+    column: usize,
+    filter: &Butterworth,
+    step: f64,
+    range: Range<usize>,
+) -> Vec<f64> {
+    let values = &block.columns[column];
+    if block.uniform {
+        return filter.zero_phase(values)[range].to_vec();
+    }
+    let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
+    let grid = Grid::covering(block.start, step, first, last);
+    match Spline::new(&filter.zero_phase(&resample(block.time, values, grid)), step) {
+        Some(spline) => block.time[range].iter().map(|t| spline.at(t - grid.start)[0]).collect(),
+        None => values[range].to_vec(),
+    }
+}
+
+/// Said of a log that leaves so few samples.
+pub(crate) fn too_short(samples: usize, path: &Path) -> Diagnostic {
+    Diagnostic::error(format!("only {samples} samples of the log can be used"))
+        .in_file(path)
+        .help("at least a few seconds of motion are needed")
 }
 
 fn within(block: &Block<'_>, options: &Options) -> Range<usize> {

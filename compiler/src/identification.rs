@@ -1,0 +1,57 @@
+//! What parameter identification needs of a robot: base parameters of the observed rows, and their regressor.
+use crate::compile::{Wish, compile, parameter_names};
+use crate::derive::newton_euler::generalised_forces;
+use crate::derive::{InertiaMode, Motions, RobotModel};
+use crate::description::model::RobotDescription;
+use crate::exact::{BaseParameters, ParameterList, StateSpace, base_parameters};
+use crate::expression::{Expr, Graph};
+use crate::program::ProgramRegressor;
+use crate::tree::Tree;
+use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::identify::BaseSet;
+
+/// The base parameters of these rows of the equations of motion (indices into `v`), in exact arithmetic.
+///
+/// # Errors
+/// As [`base_parameters`].
+pub fn observed_base(tree: &Tree, rows: &[usize]) -> Result<BaseParameters, Diagnostic> {
+    let graph = Graph::exact();
+    let model = RobotModel::new(&graph, tree, InertiaMode::Symbolic);
+    let forces = generalised_forces(&model, Motions::ALL, false);
+    let rows: Vec<Expr> = rows.iter().filter_map(|&row| forces.get(row)).map(|x| x.expr).collect();
+    base_parameters(&graph, &rows, &StateSpace::free(tree), ParameterList::Standard)
+}
+
+/// The base parameters of the observed rows and the columns of the regressor that belong to them.
+///
+/// # Errors
+/// As [`observed_base`] and [`compile`].
+pub fn base_regressor(
+    description: &RobotDescription,
+    tree: &Tree,
+    rows: &[usize],
+) -> Result<(BaseSet, ProgramRegressor), Diagnostic> {
+    let base = observed_base(tree, rows)?;
+    let names = parameter_names(tree);
+    let place = |column: usize| {
+        let name = &base.columns[column].name;
+        names.iter().position(|n| n == name).ok_or_else(|| {
+            Diagnostic::error(format!("the regressor has no column `{name}`"))
+                .help("links whose names differ only in characters that identifiers cannot have?")
+        })
+    };
+    let mut set = BaseSet::default();
+    let mut leading = Vec::new();
+    for parameter in &base.parameters {
+        set.names.push(parameter.text.clone());
+        set.units.push(parameter.unit);
+        leading.push(place(parameter.leading)?);
+        let sum = parameter.combination.iter().map(|term| Ok((place(term.column)?, term.coefficient)));
+        set.sums.push(sum.collect::<Result<_, Diagnostic>>()?);
+    }
+    let wish = Wish { family: "inverse_dynamics_regressor".to_owned(), subject: None };
+    let rigid = description.clone().without_effects();
+    let compiled = compile(&rigid, tree, &[wish])?;
+    let program = &compiled.functions[0].program;
+    Ok((set, ProgramRegressor::new(program, (tree.nq, tree.nv), &leading)))
+}

@@ -1,0 +1,273 @@
+//! The regression: which unknowns act in which rows, and the numbers of a batch of samples.
+use super::triangle::Triangle;
+use super::unknowns::{BaseSet, Extra, Part, Source, Unknown, plain};
+use crate::compare::{Batch, Subject};
+use crate::diagnose::{Channel as Kind, Experiment, Row};
+use nalgebra::DVector;
+
+/// The base regressor of many states.
+///
+/// A program in process implements it; so may anything else that evaluates a model.
+pub trait BatchRegressor: Sync {
+    /// Length of one configuration.
+    fn nq(&self) -> usize;
+    /// Length of one velocity: the number of rows.
+    fn nv(&self) -> usize;
+    /// Per row the columns that are not zero in every state.
+    fn pattern(&self) -> &[Vec<usize>];
+    /// Writes, for each row and each column of its pattern, the values of all samples one after the other.
+    fn evaluate(&self, batch: &Batch<'_>, out: &mut [f64]);
+}
+
+/// A row of the equations of motion that is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Joint, or `base/linear/x`, ….
+    pub name: String,
+    /// N m or N.
+    pub unit: &'static str,
+    /// Index in `v`.
+    pub row: usize,
+    /// Index of the joint; rows of the base have none.
+    pub joint: Option<usize>,
+    /// Unknowns that act here.
+    pub places: Vec<usize>,
+    /// Where their numbers come from.
+    sources: Vec<Source>,
+}
+
+/// What is estimated from which rows.
+pub struct Design<'a> {
+    /// Joints and base.
+    pub subject: &'a Subject,
+    /// What joints add.
+    pub extras: Vec<Extra>,
+    /// Columns.
+    pub unknowns: Vec<Unknown>,
+    /// Rows.
+    pub channels: Vec<Channel>,
+    /// None where rows come from an experiment in memory.
+    regressor: Option<&'a dyn BatchRegressor>,
+    /// Where the values of a row begin among those of a batch.
+    starts: Vec<usize>,
+}
+
+/// Columns of this part of their length are sums of others.
+const DEPENDENT: f64 = 1e-9;
+/// Random states on which grouping is decided, per unknown.
+const STATES: usize = 4;
+
+impl<'a> Design<'a> {
+    /// The regression of `rows` (indices into `v`) on base parameters and extras; extras that act exactly as base
+    /// parameters do are grouped with them.
+    pub fn new(
+        subject: &'a Subject,
+        base: &BaseSet,
+        regressor: &'a dyn BatchRegressor,
+        extras: Vec<Extra>,
+        rows: &[usize],
+    ) -> Self {
+        let pattern = regressor.pattern();
+        let starts = pattern
+            .iter()
+            .scan(0, |sum, row| {
+                *sum += row.len();
+                Some(*sum - row.len())
+            })
+            .collect();
+        let unknowns = plain(base, &extras, subject);
+        let regressor = Some(regressor);
+        let mut design = Self { subject, extras, unknowns, channels: Vec::new(), regressor, starts };
+        design.channels = rows.iter().map(|&row| design.channel(row)).collect();
+        design.group(rows);
+        design
+    }
+
+    /// The regression of the force and moment rows of an experiment in memory, such as a log of a free robot with forces
+    /// at its feet; [`Channel::row`] is the row of the experiment then.
+    pub fn of_table(subject: &'a Subject, base: &BaseSet, experiment: &dyn Experiment) -> Self {
+        let unknowns = plain(base, &[], subject);
+        let channel = |(row, of): (usize, &Row)| {
+            if !matches!(of.channel, Kind::BaseForce | Kind::BaseMoment) {
+                return None;
+            }
+            let inertial = experiment.inertial(row)?;
+            let acts = |k: &usize| base.leading(*k).is_some_and(|column| inertial.columns.contains(&column));
+            let places: Vec<usize> = (0..unknowns.len()).filter(acts).collect();
+            let sources = places.iter().map(|&k| Source::Base(k)).collect();
+            Some(Channel { name: of.name.clone(), unit: of.unit, row, joint: None, places, sources })
+        };
+        let channels = experiment.rows().iter().enumerate().filter_map(channel).collect();
+        Self { subject, extras: Vec::new(), unknowns, channels, regressor: None, starts: Vec::new() }
+    }
+
+    fn pattern(&self) -> &[Vec<usize>] {
+        self.regressor.map_or(&[], |regressor| regressor.pattern())
+    }
+
+    /// Lengths of a configuration and of a velocity.
+    fn widths(&self) -> (usize, usize) {
+        let (base, joints) = (self.subject.base, self.subject.joints.len());
+        (base.nq() + joints, base.nv() + joints)
+    }
+
+    fn channel(&self, row: usize) -> Channel {
+        let nb = self.subject.base.nv();
+        let joint = row.checked_sub(nb);
+        let pattern = &self.pattern()[row];
+        let acts = |unknown: &Unknown| match unknown.source {
+            Source::Base(column) => pattern.contains(&column),
+            Source::Extra(k) => joint.is_some_and(|j| self.extras[k].joint == j || self.extras[k].other == j),
+        };
+        let places: Vec<usize> = (0..self.unknowns.len()).filter(|&k| acts(&self.unknowns[k])).collect();
+        let (name, unit) = match joint {
+            Some(j) => (self.subject.joints[j].name.clone(), self.subject.joints[j].unit()),
+            None => base_row(self.subject, row),
+        };
+        Channel {
+            name,
+            unit,
+            row,
+            joint,
+            sources: places.iter().map(|&k| self.unknowns[k].source).collect(),
+            places,
+        }
+    }
+
+    /// Groups extras that act as base parameters do.
+    fn group(&mut self, rows: &[usize]) {
+        let total = self.probe();
+        let (factor, lengths) = (total.matrix(), total.lengths());
+        let mut dropped = Vec::new();
+        for k in 0..self.unknowns.len() {
+            let Source::Extra(extra) = self.unknowns[k].source else { continue };
+            let kept: Vec<usize> = (0..k).filter(|i| !dropped.contains(i)).collect();
+            let columns = factor.select_columns(&kept);
+            let target: DVector<f64> = factor.column(k).into_owned();
+            let Some(sum) = columns.clone().svd(true, true).solve(&target, 1e-12).ok() else { continue };
+            if (&columns * &sum - &target).norm() > DEPENDENT * lengths[k].max(f64::MIN_POSITIVE) {
+                continue;
+            }
+            dropped.push(k);
+            for (&i, &coefficient) in kept.iter().zip(sum.iter()) {
+                // A sum of a few lengths and ones: what is this small is rounding.
+                if coefficient.abs() > 1e-9 {
+                    let rounded = (coefficient * 1e9).round() / 1e9;
+                    let name = format!(" {} {}", signed(rounded), self.unknowns[k].name);
+                    self.unknowns[i].sum.push((Part::Extra(extra), rounded));
+                    self.unknowns[i].name.push_str(&name);
+                }
+            }
+        }
+        let mut index = 0;
+        self.unknowns.retain(|_| {
+            index += 1;
+            !dropped.contains(&(index - 1))
+        });
+        self.channels = rows.iter().map(|&row| self.channel(row)).collect();
+    }
+
+    /// The regression at random states, without measurements.
+    fn probe(&self) -> Triangle {
+        let count = STATES * self.unknowns.len().max(8);
+        let (nq, nv) = self.widths();
+        let mut random = Random(0x1dea);
+        let mut q: Vec<f64> = (0..count * nq).map(|_| 1.5 * random.next()).collect();
+        if self.subject.base == crate::compare::BaseKind::Floating {
+            for q in q.chunks_exact_mut(nq) {
+                let length = q[3..7].iter().map(|x| x * x).sum::<f64>().sqrt();
+                q[3..7].iter_mut().for_each(|x| *x /= length);
+            }
+        }
+        let v: Vec<f64> = (0..count * nv).map(|_| 2.0 * random.next()).collect();
+        let a: Vec<f64> = (0..count * nv).map(|_| 5.0 * random.next()).collect();
+        let batch = Batch { count, q: &q, v: &v, a: &a };
+        let mut work = Work::default();
+        self.evaluate(&batch, &mut work);
+        let mut total = Triangle::new(self.unknowns.len());
+        for channel in 0..self.channels.len() {
+            let mut part = Triangle::new(self.channels[channel].places.len());
+            let mut rows = Vec::new();
+            self.rows(channel, &batch, &work, &mut rows);
+            rows.resize(rows.len() + count, 0.0);
+            part.absorb(count, &mut rows);
+            total.merge(&part, &self.channels[channel].places, 1.0);
+        }
+        total
+    }
+
+    /// Evaluates the base regressor of a batch.
+    pub fn evaluate(&self, batch: &Batch<'_>, work: &mut Work) {
+        let entries: usize = self.pattern().iter().map(Vec::len).sum();
+        work.entries.resize(entries * batch.count, 0.0);
+        if let Some(regressor) = self.regressor {
+            regressor.evaluate(batch, &mut work.entries);
+        }
+    }
+
+    /// The columns of a channel for an evaluated batch, without the right-hand side.
+    pub fn rows(&self, channel: usize, batch: &Batch<'_>, work: &Work, out: &mut Vec<f64>) {
+        let channel = &self.channels[channel];
+        let (nb, nv, count) = (self.subject.base.nv(), self.widths().1, batch.count);
+        out.clear();
+        for source in &channel.sources {
+            match *source {
+                Source::Base(column) => {
+                    let pattern = &self.pattern()[channel.row];
+                    let place = pattern.iter().position(|c| *c == column).unwrap_or(0);
+                    let start = (self.starts[channel.row] + place) * count;
+                    out.extend_from_slice(&work.entries[start..start + count]);
+                }
+                Source::Extra(k) => {
+                    let (extra, joint) = (self.extras[k], channel.joint.unwrap_or(usize::MAX));
+                    let joints = |values: &'_ [f64], i: usize| -> std::ops::Range<usize> {
+                        debug_assert!(values.len() >= (i + 1) * nv);
+                        i * nv + nb..(i + 1) * nv
+                    };
+                    out.extend((0..count).map(|i| {
+                        let range = joints(batch.v, i);
+                        extra.torque(joint, &batch.v[range.clone()], &batch.a[range]).unwrap_or(0.0)
+                    }));
+                }
+            }
+        }
+    }
+
+    /// The matrix that makes unknowns of inertial parameters and extras: rows of (part, factor).
+    pub fn sums(&self) -> impl Iterator<Item = &[(Part, f64)]> {
+        self.unknowns.iter().map(|unknown| unknown.sum.as_slice())
+    }
+}
+
+fn signed(x: f64) -> String {
+    let size = if x.abs() == 1.0 { String::new() } else { format!(" {}", x.abs()) };
+    format!("{}{size}", if x < 0.0 { "-" } else { "+" })
+}
+
+fn base_row(subject: &Subject, row: usize) -> (String, &'static str) {
+    const FLOATING: [&str; 6] = ["linear/x", "linear/y", "linear/z", "angular/x", "angular/y", "angular/z"];
+    const PLANAR: [&str; 3] = ["x", "z", "pitch"];
+    let planar = subject.base == crate::compare::BaseKind::Planar;
+    let (name, linear) = if planar { (PLANAR[row], row < 2) } else { (FLOATING[row], row < 3) };
+    (format!("base/{name}"), if linear { "N" } else { "N m" })
+}
+
+/// Memory that batches share.
+#[derive(Debug, Default)]
+pub struct Work {
+    entries: Vec<f64>,
+}
+
+/// Numbers between -1 and 1, always the same.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        // SplitMix64.
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}

@@ -1,0 +1,211 @@
+//! Tall, skinny least squares in constant memory: a triangle takes rows in and keeps all that least squares needs.
+//!
+//! Rows `[W | y]` are folded into the triangular factor `R` of their QR decomposition by Householder reflections
+//! (Golub and Van Loan, 5.2 and 6.5), so `RᵀR = [W | y]ᵀ[W | y]` without the digits that forming this product would
+//! lose: the error grows with the condition number of W, not with its square.
+use nalgebra::{DMatrix, DVector};
+
+/// Rows whose square is this part of the diagonal's do not count.
+const NOTHING: f64 = 1e-40;
+/// Squares below this have lost digits.
+const TINY: f64 = 1e-280;
+
+/// The triangular factor of rows with `columns` unknowns and one right-hand side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangle {
+    /// Number of unknowns.
+    columns: usize,
+    /// Column after column, `(columns + 1)²`; below the diagonal nothing is ever read.
+    factor: Vec<f64>,
+    /// Number of rows taken in; with weights, of rows that count.
+    rows: usize,
+}
+
+impl Triangle {
+    /// No rows yet.
+    pub fn new(columns: usize) -> Self {
+        Self { columns, factor: vec![0.0; (columns + 1) * (columns + 1)], rows: 0 }
+    }
+
+    /// Number of unknowns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// Number of rows taken in.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Takes in `count` rows, given column after column (right-hand side last); the values are used up.
+    pub fn absorb(&mut self, count: usize, rows: &mut [f64]) {
+        self.rows += count;
+        self.reflect(count, rows);
+    }
+
+    fn reflect(&mut self, count: usize, rows: &mut [f64]) {
+        let width = self.columns + 1;
+        if count == 0 {
+            return;
+        }
+        for k in 0..width {
+            let (head, tail) = rows.split_at_mut((k + 1) * count);
+            let pivot = &mut head[k * count..];
+            let below = dot(pivot, pivot);
+            let top = self.factor[k * width + k];
+            // What is far below rounding changes nothing, and its square could underflow.
+            if below <= NOTHING * top * top || below < TINY {
+                continue;
+            }
+            let length = (top * top + below).sqrt();
+            // The sign that adds up instead of cancelling.
+            let first = if top > 0.0 { top + length } else { top - length };
+            let diagonal = if top > 0.0 { -length } else { length };
+            let scale = 2.0 / (first * first + below);
+            for (j, column) in tail.chunks_exact_mut(count).enumerate().map(|(j, c)| (k + 1 + j, c)) {
+                let corner = &mut self.factor[j * width + k];
+                let factor = scale * (first * *corner + dot(pivot, column));
+                *corner -= factor * first;
+                for (x, p) in column.iter_mut().zip(&*pivot) {
+                    *x -= factor * p;
+                }
+            }
+            self.factor[k * width + k] = diagonal;
+        }
+    }
+
+    /// Takes in the rows of another triangle, each multiplied by `weight`; its unknown `k` is unknown `places[k]` here.
+    pub fn merge(&mut self, other: &Self, places: &[usize], weight: f64) {
+        let (from, width) = (other.columns + 1, self.columns + 1);
+        let mut rows = vec![0.0; from * width];
+        for (k, to) in places.iter().copied().chain([self.columns]).enumerate() {
+            for i in 0..=k {
+                rows[to * from + i] = weight * other.factor[k * from + i];
+            }
+        }
+        self.rows += other.rows;
+        self.reflect(from, &mut rows);
+    }
+
+    /// Takes in the rows of a triangle over the same unknowns.
+    pub fn add(&mut self, other: &Self) {
+        let places: Vec<usize> = (0..self.columns).collect();
+        self.merge(other, &places, 1.0);
+    }
+
+    /// The square factor of the unknowns, `R` with `‖W θ − y‖² = ‖R θ − z‖² + rest`.
+    pub fn matrix(&self) -> DMatrix<f64> {
+        let width = self.columns + 1;
+        DMatrix::from_fn(
+            self.columns,
+            self.columns,
+            |i, j| {
+                if i <= j { self.factor[j * width + i] } else { 0.0 }
+            },
+        )
+    }
+
+    /// `z` of [`Self::matrix`].
+    pub fn right(&self) -> DVector<f64> {
+        let start = self.columns * (self.columns + 1);
+        DVector::from_column_slice(&self.factor[start..start + self.columns])
+    }
+
+    /// Sum of squares that no unknowns explain.
+    pub fn rest(&self) -> f64 {
+        self.factor.last().map_or(0.0, |x| x * x)
+    }
+
+    /// Sum of squares of the right-hand side.
+    pub fn right_squares(&self) -> f64 {
+        self.right().norm_squared() + self.rest()
+    }
+
+    /// Sum of squares left over by `theta`.
+    pub fn squares(&self, theta: &DVector<f64>) -> f64 {
+        (self.matrix() * theta - self.right()).norm_squared() + self.rest()
+    }
+
+    /// The normal equations' residual `Wᵀ (y − W θ)`.
+    pub fn score(&self, theta: &DVector<f64>) -> DVector<f64> {
+        let r = self.matrix();
+        r.tr_mul(&(self.right() - &r * theta))
+    }
+
+    /// Lengths of the columns of W.
+    pub fn lengths(&self) -> DVector<f64> {
+        let r = self.matrix();
+        DVector::from_iterator(self.columns, r.column_iter().map(|c| c.norm()))
+    }
+}
+
+/// Sum of products, in eight parts so that it runs in lanes.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let ((a8, a_rest), (b8, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (x, y) in a8.iter().zip(b8) {
+        for i in 0..8 {
+            sums[i] += x[i] * y[i];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rows of a little linear problem, column after column.
+    fn rows(count: usize, from: usize) -> Vec<f64> {
+        let at = |i: usize| (i + from) as f64;
+        let columns: [&dyn Fn(usize) -> f64; 4] =
+            [&|i| (0.3 * at(i)).sin(), &|i| (0.7 * at(i)).cos() + 0.2, &|i| 1.0 + 0.01 * at(i), &|i| {
+                2.0 * (0.3 * at(i)).sin() - 3.0 * ((0.7 * at(i)).cos() + 0.2) + 0.5 * (1.0 + 0.01 * at(i))
+            }];
+        columns.iter().flat_map(|c| (0..count).map(c).collect::<Vec<_>>()).collect()
+    }
+
+    #[test]
+    fn pieces_make_the_same_triangle_as_the_whole() {
+        let mut whole = Triangle::new(3);
+        whole.absorb(100, &mut rows(100, 0));
+        let mut first = Triangle::new(3);
+        first.absorb(33, &mut rows(33, 0));
+        let mut second = Triangle::new(3);
+        second.absorb(60, &mut rows(60, 33));
+        second.absorb(7, &mut rows(7, 93));
+        first.add(&second);
+        let gram = |t: &Triangle| t.matrix().tr_mul(&t.matrix());
+        assert!((gram(&whole) - gram(&first)).norm() < 1e-12 * gram(&whole).norm());
+        assert_eq!(first.rows(), 100);
+        let truth = DVector::from_column_slice(&[2.0, -3.0, 0.5]);
+        assert!(first.squares(&truth) < 1e-24);
+        assert!(first.score(&truth).norm() < 1e-12);
+        let nothing = DVector::zeros(3);
+        assert!((first.squares(&nothing) - first.right_squares()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn columns_that_hardly_exist_do_no_harm() {
+        let mut triangle = Triangle::new(2);
+        for round in 0..5 {
+            let tiny = 1e-160 * f64::from(round);
+            let mut rows: Vec<f64> = [tiny, -tiny, 1.0, 1.0, 2.0, 2.0].to_vec();
+            triangle.absorb(2, &mut rows);
+        }
+        assert!(triangle.matrix().iter().all(|x| x.is_finite()));
+        assert!((triangle.right_squares() - 40.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn weights_and_places() {
+        let mut part = Triangle::new(3);
+        part.absorb(50, &mut rows(50, 0));
+        let mut wide = Triangle::new(5);
+        wide.merge(&part, &[4, 0, 2], 2.0);
+        let theta = DVector::from_column_slice(&[-3.1, 7.0, 0.5, 9.0, 2.2]);
+        let own = DVector::from_column_slice(&[2.2, -3.1, 0.5]);
+        assert!((wide.squares(&theta) - 4.0 * part.squares(&own)).abs() < 1e-10);
+    }
+}
