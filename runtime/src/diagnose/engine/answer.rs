@@ -1,33 +1,18 @@
 //! The diagnosis of a log: search, final estimate, what is left, in numbers and words.
-use super::form::{Form, within_reach};
+use super::doubtful::idle;
 use super::polish::{Amended, Polished, polish};
-use super::search::{LEAST, Outcome, TRACE, consider, least, search};
-use super::setting::{BLOCKS, MOST, Setting, Trial, parallel};
-use super::smoother::{self, reach};
+use super::remainder::unexplained;
+use super::search::{Outcome, search};
+use super::setting::{BLOCKS, Setting};
+use super::simplest::simplest;
 use super::words;
 use crate::diagnose::anatomy::CadError;
-use crate::diagnose::{Channel, Diagnosis, Experiment, Fall, Found, Rejected, Step, Unexplained};
+use crate::diagnose::{Channel, Diagnosis, Experiment, Fall, Found, Rejected, Step};
 use crate::effect::{Effect, Location, Role};
 use std::collections::BTreeMap;
 
-/// A smooth function must lower a row's held-out squared error by this to call something unexplained.
-const UNEXPLAINED: f64 = 0.05;
-/// A residual of which so much varies slowly is no noise, whatever it goes with.
-const SLOW: f64 = 0.35;
-/// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
-const LOUD: f64 = 2.0;
-/// What varies over this time is slow, s.
-const SLOW_TIME: f64 = 0.15;
-/// Alternatives whose held-out error differs by less than this part of what the effect removes are named together.
-const ALIKE: f64 = 0.01;
-
 /// Most searches with a lower floor.
 const WEIGHINGS: usize = 2;
-
-/// They are as well if blocks of the judging data disagree about which is better, up to this part.
-const SCATTER: f64 = 0.05;
-/// The same for an effect with fewer parameters to stand in another one's place.
-const AS_GOOD: f64 = 0.001;
 
 /// How to diagnose.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,7 +129,7 @@ pub fn errors(experiment: &dyn Experiment, effects: &[Effect]) -> BTreeMap<Strin
 fn start(setting: &Setting<'_>, effect: &Effect) -> Effect {
     let stated = |name: &str| effect.parameters.get(name).copied();
     let forms = setting.candidates.iter().enumerate();
-    let mine = forms.filter(|(_, c)| c.form.kind == effect.kind && c.form.location == effect.location);
+    let mine = forms.filter(|(_, c)| c.form.is_of(effect) && c.form.fixed.is_empty());
     let best = mine
         .filter_map(|(index, _)| {
             let trial = setting.trial(&[index], setting.has_corrections())?;
@@ -172,186 +157,6 @@ fn start(setting: &Setting<'_>, effect: &Effect) -> Effect {
     start
 }
 
-/// Of explanations that are as good, the one with fewer effects, and on the likelier link.
-fn simplest(setting: &Setting<'_>, outcome: &mut Outcome) {
-    with_fewer_parameters(setting, outcome);
-    merge(setting, outcome);
-    likeliest_links(setting, outcome);
-}
-
-/// Of effects in whose place another one with fewer parameters does as well, that one.
-fn with_fewer_parameters(setting: &Setting<'_>, outcome: &mut Outcome) {
-    let deviance = |t: &Trial, set: &[usize]| t.cost - setting.price(set);
-    let count = |c: usize| setting.candidates[c].parameters;
-    for k in setting.standing.len()..outcome.active.len() {
-        let mut fewer = outcome.active.clone();
-        fewer.remove(k);
-        let (Some(bare), Some(rough)) =
-            (setting.trial(&fewer, outcome.corrected), setting.trial(&fewer, false))
-        else {
-            continue;
-        };
-        let here = deviance(&outcome.trial, &outcome.active);
-        let limit = here + (AS_GOOD * (deviance(&bare, &fewer) - here)).max(4.0);
-        let mine = outcome.active[k];
-        let tried = parallel(setting.candidates.len(), |c| {
-            if count(c) >= count(mine)
-                || consider(setting, &fewer, &bare, &rough, outcome.corrected, c).is_err()
-            {
-                return None;
-            }
-            let mut set = outcome.active.clone();
-            set[k] = c;
-            let trial = setting.trial(&set, outcome.corrected)?;
-            (deviance(&trial, &set) <= limit).then_some((c, set, trial))
-        });
-        let least = |a: &(usize, Vec<usize>, Trial), b: &(usize, Vec<usize>, Trial)| {
-            count(a.0).cmp(&count(b.0)).then(a.2.cost.total_cmp(&b.2.cost))
-        };
-        if let Some((_, set, trial)) = tried.into_iter().flatten().min_by(least) {
-            (outcome.active, outcome.trial) = (set, trial);
-        }
-    }
-}
-
-/// Friction that differs by direction is, but for the moment of reversal, friction and a bias: one effect for two.
-fn merge(setting: &Setting<'_>, outcome: &mut Outcome) {
-    let form = |c: usize| &setting.candidates[c].form;
-    let first = setting.standing.len();
-    let judged: Vec<usize> = outcome.active[first..].to_vec();
-    for &friction in judged.iter().filter(|&&c| form(c).kind == "coulomb_friction") {
-        let place = &form(friction).location;
-        let at = |kind: &str, c: usize| form(c).kind == kind && form(c).location == *place;
-        let Some(&bias) = judged.iter().find(|&&c| at("torque_bias", c)) else { continue };
-        let all = 0..setting.candidates.len();
-        let Some(both) = all.into_iter().find(|&c| at("asymmetric_coulomb_friction", c)) else { continue };
-        let bare: Vec<usize> =
-            outcome.active.iter().copied().filter(|&c| c != friction && c != bias).collect();
-        let set: Vec<usize> = bare.iter().copied().chain([both]).collect();
-        let (Some(without), Some(trial)) =
-            (setting.trial(&bare, outcome.corrected), setting.trial(&set, outcome.corrected))
-        else {
-            continue;
-        };
-        let deviance = |t: &Trial, set: &[usize]| t.cost - setting.price(set);
-        let (here, merged) = (deviance(&outcome.trial, &outcome.active), deviance(&trial, &set));
-        let removed = deviance(&without, &bare) - here;
-        if merged <= here + (ALIKE * removed).max(4.0) && setting.impossible(&set, &trial).is_none() {
-            (outcome.active, outcome.trial) = (set, trial);
-        }
-    }
-}
-
-/// Of links on which an effect explains as much, the heaviest is the likeliest to carry it; the others are named as
-/// alternatives.
-fn likeliest_links(setting: &Setting<'_>, outcome: &mut Outcome) {
-    for k in setting.standing.len()..outcome.active.len() {
-        let form = &setting.candidates[outcome.active[k]].form;
-        let Some(mut mass) = setting.carrier(outcome.active[k]) else { continue };
-        let mut fewer = outcome.active.clone();
-        fewer.remove(k);
-        let Some(bare) = setting.trial(&fewer, outcome.corrected) else { continue };
-        let removed =
-            bare.cost - setting.price(&fewer) - (outcome.trial.cost - setting.price(&outcome.active));
-        let limit = outcome.trial.cost + (ALIKE * removed).max(4.0);
-        let kind = form.kind;
-        for c in 0..setting.candidates.len() {
-            let Some(other) = setting.carrier(c).filter(|m| *m > mass) else { continue };
-            let mut set = outcome.active.clone();
-            set[k] = c;
-            let unwanted = setting.banned.contains(&c) || outcome.active.contains(&c);
-            if setting.candidates[c].form.kind != kind || unwanted {
-                continue;
-            }
-            let Some(trial) = setting.trial(&set, outcome.corrected) else { continue };
-            if trial.cost <= limit && setting.impossible(&set, &trial).is_none() {
-                (outcome.active, outcome.trial, mass) = (set, trial, other);
-            }
-        }
-    }
-}
-
-/// The effect that removes least from the judging data once everything is estimated exactly, if that is next to
-/// nothing.
-fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize, bool)> {
-    let change = setting.spread.change(&polished.corrections);
-    let errors = |effects: &[Effect], corrected: bool| -> Vec<f64> {
-        let mut amended = Amended::new(setting.judge, effects);
-        if corrected && !change.is_empty() {
-            amended.correct(&change);
-        }
-        let size = |row: usize, x: f64| match setting.judge.rows()[row].channel {
-            // While play is crossed the angle is anywhere: squares would be theirs.
-            Channel::Transmission => x.abs(),
-            _ => x * x,
-        };
-        let rows = 0..setting.judge.rows().len();
-        rows.map(|row| amended.residual(row).iter().map(|x| size(row, *x)).sum()).collect()
-    };
-    let judged = setting.standing.len()..polished.effects.len();
-    let falls = judged.clone().map(|k| {
-        let mut fewer = polished.effects.clone();
-        fewer.remove(k);
-        let fall = |corrected: bool| {
-            let (with, without) = (errors(&polished.effects, corrected), errors(&fewer, corrected));
-            let relative = without.iter().zip(&with).enumerate().map(|(row, (a, b))| {
-                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST / least(setting.judge.rows()[row].channel)
-            });
-            relative.fold(f64::NEG_INFINITY, f64::max)
-        };
-        // Also without corrections an effect must explain something.
-        (k, fall(false))
-    });
-    let reachable = |k: usize| {
-        let effect = &polished.effects[k];
-        let kind = effect.definition();
-        effect.parameters.iter().all(|(name, value)| {
-            kind.and_then(|kind| kind.parameter(name))
-                .is_none_or(|p| matches!(p.role, Role::Setting(_)) || within_reach(p.plausible, *value))
-        })
-    };
-    let several = polished.effects.len() > 1;
-    let doubtful = judged.clone().find(|&k| {
-        !reachable(k)
-            || !saturates(setting, polished, k)
-            || (several && is_cancelled(setting, &polished.effects[k]))
-    });
-    let least = || falls.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, fall)| *fall < 0.5 * LEAST);
-    doubtful.map(|k| (k, true)).or_else(|| least().map(|(k, _)| (k, false)))
-}
-
-/// Whether an effect makes far more than there is to explain, so that another one takes it back.
-fn is_cancelled(setting: &Setting<'_>, effect: &Effect) -> bool {
-    let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-    let (mut made, mut wanted) = (0.0, 0.0);
-    for (row, response) in setting.train.response(std::slice::from_ref(effect)) {
-        made += setting.weights[row] * squares(&response);
-        wanted += setting.weights[row] * squares(setting.train.residual(row));
-    }
-    made > MOST * wanted
-}
-
-/// Where a drive saturates, the true torque is the limit: what is left there must be no more than elsewhere. Otherwise
-/// the limit only hides that the model is wrong where torques are large. True for all other kinds.
-fn saturates(setting: &Setting<'_>, polished: &Polished, k: usize) -> bool {
-    let effect = &polished.effects[k];
-    if effect.kind != "torque_saturation" {
-        return true;
-    }
-    let experiment = setting.train;
-    let amended = Amended::new(experiment, &polished.effects);
-    experiment.response(std::slice::from_ref(effect)).iter().all(|(row, response)| {
-        let left = amended.residual(*row);
-        let mean = |inside: bool| {
-            let picked = left.iter().zip(response).filter(|(_, clipped)| (**clipped != 0.0) == inside);
-            let (sum, n) = picked.fold((0.0, 0.0_f64), |(sum, n), (x, _)| (sum + x * x, n + 1.0));
-            (sum / n.max(1.0), n)
-        };
-        let ((inside, count), (outside, _)) = (mean(true), mean(false));
-        count > 5.0 && inside < 4.0 * outside
-    })
-}
-
 /// The effects of a search, with the values of its fit.
 fn estimates(setting: &Setting<'_>, outcome: &Outcome) -> Vec<Effect> {
     (0..outcome.active.len())
@@ -362,10 +167,10 @@ fn estimates(setting: &Setting<'_>, outcome: &Outcome) -> Vec<Effect> {
         .collect()
 }
 
-struct Answer<'s> {
-    setting: &'s Setting<'s>,
-    outcome: &'s Outcome,
-    polished: &'s Polished,
+pub(super) struct Answer<'s> {
+    pub setting: &'s Setting<'s>,
+    pub outcome: &'s Outcome,
+    pub polished: &'s Polished,
 }
 
 impl Answer<'_> {
@@ -495,143 +300,6 @@ impl Answer<'_> {
         list.into_iter().map(|(_, found)| found).collect()
     }
 
-    /// Candidates that would do as well in the place of an effect that stands, alone or with another kind in the place
-    /// of a second one.
-    fn alternatives(&self, found: &[Found], order: &[usize]) -> Vec<Vec<Vec<Found>>> {
-        let active = &self.outcome.active;
-        if active.len() != self.polished.effects.len() {
-            return Vec::new();
-        }
-        let mut groups = Vec::new();
-        for (found, &k) in found.iter().zip(order) {
-            let (alike, near) = self.alike(active, k);
-            let mut group = vec![vec![found.clone()]];
-            group.extend(alike.iter().take(4).map(|&c| vec![self.alternative(active, k, c, found.share)]));
-            let other_kind = near.iter().find(|&&c| self.form(c).kind != found.effect.kind);
-            if let Some(&c) = other_kind {
-                group.extend(self.together(k, c, found.share));
-            }
-            if group.len() > 1 {
-                groups.push(group);
-            }
-        }
-        groups
-    }
-
-    fn form(&self, c: usize) -> &Form {
-        &self.setting.candidates[c].form
-    }
-
-    /// Alternatives that differ in two effects: `c` in the place of the `k`-th, and another kind, or another place, in
-    /// that of a second one; the best of each kind.
-    fn together(&self, k: usize, c: usize, share: f64) -> Vec<Vec<Found>> {
-        let (setting, outcome) = (self.setting, self.outcome);
-        let mut out = Vec::new();
-        for j in (setting.standing.len()..outcome.active.len()).filter(|j| *j != k) {
-            let mut bare = outcome.active.clone();
-            bare.remove(k.max(j));
-            bare.remove(k.min(j));
-            let Some(limit) = self.limit(&bare) else { continue };
-            let tried = parallel(setting.candidates.len(), |d| {
-                let mut set = outcome.active.clone();
-                (set[k], set[j]) = (c, d);
-                let elsewhere = !setting.meet(d, outcome.active[j]);
-                if elsewhere || outcome.active.contains(&d) || d == c || setting.stands(d) {
-                    return None;
-                }
-                let trial = setting.trial(&set, outcome.corrected)?;
-                let more = self.excess(&trial, &set);
-                let alike =
-                    self.as_well(&trial, &set, more, limit) && setting.impossible(&set, &trial).is_none();
-                alike.then_some((more, d))
-            });
-            let mut alike: Vec<(f64, usize)> = tried.into_iter().flatten().collect();
-            alike.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut kinds: Vec<&str> = Vec::new();
-            for (_, d) in alike {
-                if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 {
-                    kinds.push(self.form(d).kind);
-                    let mut set = outcome.active.clone();
-                    (set[k], set[j]) = (c, d);
-                    let first = self.alternative(&set, k, c, share);
-                    out.push(vec![first, self.alternative(&set, j, d, share)]);
-                }
-            }
-        }
-        out
-    }
-
-    /// Deviance of a set beyond that of the effects that stand.
-    fn excess(&self, trial: &Trial, set: &[usize]) -> f64 {
-        let (setting, outcome) = (self.setting, self.outcome);
-        let here = outcome.trial.cost - setting.price(&outcome.active);
-        trial.cost - setting.price(set) - here
-    }
-
-    /// Deviance that the effects missing in `bare` remove.
-    fn limit(&self, bare: &[usize]) -> Option<f64> {
-        let without = self.setting.trial(bare, self.outcome.corrected)?;
-        Some(self.excess(&without, bare))
-    }
-
-    /// Whether so much more deviance than that of the effects that stand is nothing, beside what they remove or beside
-    /// what blocks of the judging data disagree by.
-    fn as_well(&self, trial: &Trial, set: &[usize], more: f64, removed: f64) -> bool {
-        let chance = || self.setting.scatter(&self.outcome.trial, &self.outcome.active, trial, set);
-        more <= (ALIKE * removed).max(4.0) || (more <= SCATTER * removed && more <= chance())
-    }
-
-    /// A candidate in the place of an effect, with the values that fit there.
-    fn alternative(&self, set: &[usize], k: usize, c: usize, share: f64) -> Found {
-        let mut set = set.to_vec();
-        set[k] = c;
-        let effect = match self.setting.trial(&set, self.outcome.corrected) {
-            Some(trial) => self.form(c).effect(self.setting.coefficients(&set, &trial, k)),
-            None => Effect::new(self.form(c).kind, self.form(c).location.clone(), &[]),
-        };
-        Found { effect, ci95: BTreeMap::new(), share, doubts: Vec::new() }
-    }
-
-    /// Candidates that would do as well in the place of the `k`-th effect, and those that would nearly; best first, one
-    /// per kind and place.
-    fn alike(&self, active: &[usize], k: usize) -> (Vec<usize>, Vec<usize>) {
-        let (setting, corrected) = (self.setting, self.outcome.corrected);
-        let mut fewer = active.to_vec();
-        fewer.remove(k);
-        let Some(removed) = self.limit(&fewer) else { return Default::default() };
-        let mine = self.form(active[k]);
-        let tried = parallel(setting.candidates.len(), |c| {
-            let other = self.form(c);
-            let same = (other.kind, &other.location) == (mine.kind, &mine.location);
-            let elsewhere = !setting.meet(c, active[k]);
-            if same
-                || elsewhere
-                || active.contains(&c)
-                || setting.stands(c)
-                || generalises(other.kind, mine.kind)
-            {
-                return None;
-            }
-            let mut set = active.to_vec();
-            set[k] = c;
-            let trial = setting.trial(&set, corrected)?;
-            let more = self.excess(&trial, &set);
-            let near = more <= (SCATTER * removed).max(4.0) && setting.impossible(&set, &trial).is_none();
-            near.then(|| (more, c, self.as_well(&trial, &set, more, removed)))
-        });
-        let mut near: Vec<(f64, usize, bool)> = tried.into_iter().flatten().collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut kept: Vec<(usize, bool)> = Vec::new();
-        for (_, c, alike) in near {
-            let place = |c: usize| (self.form(c).kind, &self.form(c).location);
-            if !kept.iter().any(|&(o, _)| place(o) == place(c)) {
-                kept.push((c, alike));
-            }
-        }
-        let alike = kept.iter().filter(|(_, alike)| *alike).map(|(c, _)| *c).collect();
-        (alike, kept.into_iter().map(|(c, _)| c).collect())
-    }
-
     /// Why other kinds at the places in question do not stand, one line per kind and place.
     fn rejected(&self, diagnosis: &Diagnosis) -> Vec<Rejected> {
         let places: Vec<&str> = diagnosis
@@ -689,16 +357,6 @@ fn grouped(
     (rows, groups.into_iter().map(fall).collect())
 }
 
-/// A kind that contains the other as a special case explains whatever that explains.
-fn generalises(kind: &str, special: &str) -> bool {
-    matches!(
-        (kind, special),
-        ("asymmetric_coulomb_friction" | "stribeck_friction", "coulomb_friction")
-            | ("payload", "com_offset")
-            | ("parallel_spring" | "asymmetric_coulomb_friction", "torque_bias")
-    )
-}
-
 fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
     let Some(kind) = effect.definition() else { return Vec::new() };
     let mut doubts = Vec::new();
@@ -733,69 +391,4 @@ fn main_rows(experiment: &dyn Experiment) -> Vec<usize> {
     let order = ["post_impact_velocity", "cop", "effort", "base_force", "base_moment", "transmission"];
     let main = order.into_iter().find(|name| rows.iter().any(|r| r.channel.name() == *name));
     (0..rows.len()).filter(|&r| Some(rows[r].channel.name()) == main).collect()
-}
-
-/// Part of a residual's squares that survives averaging over [`SLOW_TIME`]; 0 for tables.
-fn slow_share(time: &[f64], residual: &[f64]) -> f64 {
-    let n = residual.len();
-    let step = if n > 1 { (time[n - 1] - time[0]) / (n - 1) as f64 } else { 0.0 };
-    // Tables count postures and impacts: their numbers are no times.
-    let half = (0.5 * SLOW_TIME / step.max(1e-9)) as usize;
-    if half < 4 || n < 20 * half || step >= 0.5 {
-        return 0.0;
-    }
-    let mut sums = vec![0.0; n + 1];
-    for i in 0..n {
-        sums[i + 1] = sums[i] + residual[i];
-    }
-    let averaged: f64 = (half..n - half)
-        .map(|i| ((sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64).powi(2))
-        .sum();
-    let all: f64 = residual[half..n - half].iter().map(|x| x * x).sum();
-    averaged / all.max(f64::MIN_POSITIVE)
-}
-
-/// Rows in which a smooth function of the signals would still lower the held-out error.
-fn unexplained(
-    train: &Amended<'_>,
-    judge: &Amended<'_>,
-    counts: &(dyn Fn(usize, usize) -> bool + Sync),
-    effects: &[Effect],
-) -> Vec<Unexplained> {
-    let own_blocks = std::ptr::eq(train.time().as_ptr(), judge.time().as_ptr());
-    let parts = parallel(train.rows().len(), |row| {
-        let what = &train.rows()[row];
-        let (a, b) = (smoother::signals(train, row), smoother::signals(judge, row));
-        if a.is_empty() {
-            return None;
-        }
-        let (r, s) = (train.residual(row), judge.residual(row));
-        // Where the joint reverses, friction is smeared by the filter: no reason to doubt the effects.
-        let smeared = effects.iter().any(|e| e.kind.contains("friction") || e.kind == "coupling");
-        let speed = |signals: &smoother::Signals| {
-            let v = &signals[1].1;
-            0.15 * (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt()
-        };
-        let (slow_a, slow_b) = if smeared { (speed(&a), speed(&b)) } else { (0.0, 0.0) };
-        let trains = |i: usize| a[1].1[i].abs() >= slow_a && (!own_blocks || !counts(i, r.len()));
-        let judges = |i: usize| b[1].1[i].abs() >= slow_b && counts(i, s.len());
-        let reach = reach((&a, r, &trains), (&b, s, &judges))?;
-        let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
-        let slow = slow_share(judge.time(), s);
-        let share = if smooth > UNEXPLAINED { smooth } else { slow };
-        // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
-        let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-        let matters = squares(s) > TRACE * squares(judge.nominal(row));
-        let size = squares(s) / (what.noise.powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
-        (matters && ((smooth > UNEXPLAINED && size > 1.0) || (slow > SLOW && size > LOUD.powi(2)))).then(
-            || {
-                let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
-                let signals = signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect();
-                Unexplained { joint: what.joint.clone().unwrap_or_else(|| what.name.clone()), share, signals }
-            },
-        )
-    });
-    let mut parts: Vec<Unexplained> = parts.into_iter().flatten().collect();
-    parts.sort_by(|a, b| b.share.total_cmp(&a.share));
-    parts
 }

@@ -6,6 +6,9 @@ use crate::effect::{Effect, Location};
 /// A column: rows that it touches, with one value per sample.
 pub(super) type Column = Vec<(usize, Vec<f64>)>;
 
+/// Gains nearer to one are one.
+const SAME_GAIN: f64 = 0.005;
+
 /// Parameters by name.
 pub(super) type Parameters = Vec<(&'static str, f64)>;
 
@@ -325,6 +328,15 @@ impl Form {
             && !(0.8..1.25).contains(&coefficients[0])
         {
             return Some("what lies beyond the limit does not fit".to_owned());
+        }
+        // No sensor's gain is known better than this.
+        if let ("torque_gain" | "force_sensor_gain", [c]) = (self.kind, coefficients)
+            && c.abs() < SAME_GAIN
+        {
+            return Some(format!(
+                "a gain that differs by {:.2} % is the sensor's tolerance",
+                100.0 * c.abs()
+            ));
         }
         // A slope over so much delay says nothing of a much smaller or larger one.
         if self.kind == "actuator_delay" && !(0.3..3.0).contains(&(coefficients[0] / self.setting)) {

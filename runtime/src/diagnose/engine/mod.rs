@@ -1,11 +1,15 @@
 //! The engine: from experiments to a [`Diagnosis`].
+mod alternatives;
 mod answer;
 mod bank;
+mod doubtful;
 mod fit;
 mod form;
 mod polish;
+mod remainder;
 mod search;
 mod setting;
+mod simplest;
 mod smoother;
 mod words;
 

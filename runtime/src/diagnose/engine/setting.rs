@@ -358,7 +358,11 @@ impl<'a> Setting<'a> {
     pub fn keep<'e>(&mut self, effects: &'e [Effect], corrected: bool) -> Vec<&'e Effect> {
         let mut left_out = Vec::new();
         for effect in effects {
-            let forms = (0..self.candidates.len()).filter(|&c| self.candidates[c].form.is_of(effect));
+            let searched = |c: &usize| {
+                let form = &self.candidates[*c].form;
+                form.is_of(effect) && form.fixed.is_empty()
+            };
+            let forms = (0..self.candidates.len()).filter(searched);
             let with = |c: usize| self.standing.iter().copied().chain([c]).collect::<Vec<usize>>();
             let tried = forms.filter_map(|c| Some((c, self.trial(&with(c), corrected)?.cost)));
             match tried.min_by(|a, b| a.1.total_cmp(&b.1)) {

@@ -68,15 +68,13 @@ fn sentence(found: &Found) -> String {
     let values: Vec<String> = found
         .ci95
         .iter()
-        .filter(|(_, [low, high])| (high - low).is_finite())
+        .filter(|(name, [low, high])| (high - low).is_finite() || effect.value(name) != 0.0)
         .map(|(name, [low, high])| {
-            format!(
-                "{name} {} {} (95 %: {} to {})",
-                short(effect.value(name)),
-                effect.unit(name),
-                short(*low),
-                short(*high)
-            )
+            let value = format!("{name} {} {}", short(effect.value(name)), effect.unit(name));
+            match (high - low).is_finite() {
+                true => format!("{value} (95 %: {} to {})", short(*low), short(*high)),
+                false => value,
+            }
         })
         .collect();
     let symptom = effect.definition().map_or("", |kind| kind.symptom);
