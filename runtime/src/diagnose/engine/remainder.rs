@@ -1,7 +1,6 @@
 //! What the effects leave unexplained.
 use super::polish::Amended;
-use super::search::TRACE;
-use super::setting::parallel;
+use super::setting::{QUIET, parallel};
 use super::smoother::{self, reach};
 use crate::diagnose::{Experiment, Unexplained};
 use crate::effect::Effect;
@@ -10,6 +9,8 @@ use crate::effect::Effect;
 const UNEXPLAINED: f64 = 0.05;
 /// A residual of which so much varies slowly is no noise, whatever it goes with.
 const SLOW: f64 = 0.35;
+/// Part of a row's squared error without effects that may be left: the inaccuracy of their forms.
+const TRACE: f64 = 2e-4;
 /// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
 const LOUD: f64 = 2.0;
 /// What varies over this time is slow, s.
@@ -67,7 +68,7 @@ pub(super) fn unexplained(
         let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let matters = squares(s) > TRACE * squares(judge.nominal(row));
         let size = squares(s) / (what.noise.powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
-        (matters && ((smooth > UNEXPLAINED && size > 1.0) || (slow > SLOW && size > LOUD.powi(2)))).then(
+        (matters && ((smooth > UNEXPLAINED && size > QUIET) || (slow > SLOW && size > LOUD.powi(2)))).then(
             || {
                 let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
                 let signals = signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect();

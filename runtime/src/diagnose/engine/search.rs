@@ -12,9 +12,9 @@ const LEAST_TRANSMISSION: f64 = 0.15;
 pub(super) fn least(channel: Channel) -> f64 {
     if channel == Channel::Transmission { LEAST_TRANSMISSION } else { LEAST }
 }
-/// Part of a row's squared error without any effect that an effect must remove: less is what the forms of the others
-/// leave.
-pub(super) const TRACE: f64 = 2e-4;
+/// Part of the squared error that a row had before any effect entered which each effect must remove: less is what the
+/// forms of the others leave.
+const TRACE: f64 = 1e-3;
 /// Most effects that are looked for.
 const MOST: usize = 12;
 /// Candidates of a joint that are combined.
@@ -37,7 +37,7 @@ pub(super) fn search(setting: &mut Setting<'_>, most: usize, entered: &dyn Fn(us
         return Some(plain);
     }
     let forms: Vec<_> = plain.active.iter().map(|&c| (c, setting.remembered(c))).collect();
-    let corrected = run(setting, most, true, entered)?;
+    let corrected = run_steady(setting, most, entered)?;
     let earned = corrections_earn(setting, &corrected.active, &corrected.trial);
     if earned && corrected.trial.cost < plain.trial.cost {
         return Some(corrected);
@@ -47,11 +47,28 @@ pub(super) fn search(setting: &mut Setting<'_>, most: usize, entered: &dyn Fn(us
     Some(plain)
 }
 
+/// A run with inertial corrections, without effects whose size hangs on these corrections.
+fn run_steady(setting: &mut Setting<'_>, most: usize, entered: &dyn Fn(usize)) -> Option<Outcome> {
+    let banned = setting.banned.clone();
+    let mut outcome = run(setting, most, true, entered)?;
+    for _ in 0..3 {
+        let Some(plain) = setting.trial(&outcome.active, false) else { break };
+        let judged = setting.standing.len()..outcome.active.len();
+        let unsteady = judged.rev().find(|&k| !steady(setting, &outcome.active, &outcome.trial, &plain, k));
+        let Some(k) = unsteady else { break };
+        setting.ban(outcome.active[k]);
+        outcome = run(setting, most, true, entered)?;
+    }
+    setting.banned = banned;
+    Some(outcome)
+}
+
 fn run(setting: &mut Setting<'_>, most: usize, corrected: bool, entered: &dyn Fn(usize)) -> Option<Outcome> {
     setting.linearise(&[], corrected);
     let mut active: Vec<usize> = setting.standing.clone();
     let standing = active.len();
     let mut trial = setting.trial(&active, corrected)?;
+    setting.reference.clone_from(&trial.errors);
     let mut reasons = BTreeMap::new();
     let mut banned: Vec<usize> = Vec::new();
     while active.len() - standing < most.min(MOST) && banned.len() < 4 * MOST {
@@ -75,7 +92,37 @@ fn run(setting: &mut Setting<'_>, most: usize, corrected: bool, entered: &dyn Fn
     }
     (active, trial) = exchange(setting, active, trial, corrected);
     (active, trial) = prune(setting, active, trial, corrected);
+    (active, trial) = relinearised(setting, active, trial, corrected);
     Some(Outcome { active, trial, corrected, reasons })
+}
+
+/// Drops effects that only made up for directions of a payload that were taken at another estimate.
+fn relinearised(
+    setting: &mut Setting<'_>,
+    mut active: Vec<usize>,
+    mut trial: Trial,
+    corrected: bool,
+) -> (Vec<usize>, Trial) {
+    let mut k = setting.standing.len();
+    while active.len() > 1 && k < active.len() {
+        let mut fewer = active.clone();
+        let gone = fewer.remove(k);
+        if fewer.iter().all(|&c| setting.candidates[c].form.kind != "payload") {
+            k += 1;
+            continue;
+        }
+        setting.linearise(&fewer, corrected);
+        let without = setting.trial(&fewer, corrected).filter(|t| setting.impossible(&fewer, t).is_none());
+        let rows = &setting.candidates[gone].rows;
+        match without.filter(|t| t.cost <= trial.cost || is_trace(setting, rows, t, &trial)) {
+            Some(better) => (active, trial) = (fewer, better),
+            None => {
+                setting.linearise(&active, corrected);
+                k += 1;
+            }
+        }
+    }
+    (active, trial)
 }
 
 /// The candidate whose entry lowers the cost most, if any may enter.
@@ -138,7 +185,7 @@ pub(super) fn consider(
         let of = if who == c { String::new() } else { "with it another effect is impossible: ".to_owned() };
         return Err(format!("{of}{why}"));
     }
-    if !steady(setting, &with, &trial, &plain) {
+    if !steady(setting, &with, &trial, &plain, active.len()) {
         return Err("its size hangs on how masses are corrected".to_owned());
     }
     let alone = largest_fall(setting, &candidate.rows, rough, &plain);
@@ -178,14 +225,13 @@ fn shares(setting: &Setting<'_>, a: usize, b: usize) -> bool {
     a.location == b.location && pair(a.kind, b.kind)
 }
 
-/// Whether the newcomer's size is much the same with and without inertial corrections. Effects on links compete with
+/// Whether an effect's size is much the same with and without inertial corrections. Effects on links compete with
 /// the corrections: theirs need not be.
-fn steady(setting: &Setting<'_>, with: &[usize], corrected: &Trial, plain: &Trial) -> bool {
-    let last = with.len() - 1;
-    if setting.candidates[with[last]].form.location.link.is_some() {
+fn steady(setting: &Setting<'_>, with: &[usize], corrected: &Trial, plain: &Trial, k: usize) -> bool {
+    if setting.candidates[with[k]].form.location.link.is_some() {
         return true;
     }
-    let (a, b) = (setting.coefficients(with, corrected, last), setting.coefficients(with, plain, last));
+    let (a, b) = (setting.coefficients(with, corrected, k), setting.coefficients(with, plain, k));
     let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
     let size = norm(&mut a.iter().copied()).max(norm(&mut b.iter().copied()));
     norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) <= 0.5 * size
@@ -202,7 +248,7 @@ fn largest_fall(setting: &Setting<'_>, rows: &[usize], before: &Trial, after: &T
 
 /// Whether the fall of error is next to nothing beside the errors that there were without any effect.
 fn is_trace(setting: &Setting<'_>, rows: &[usize], before: &Trial, after: &Trial) -> bool {
-    let trace = |r: usize| TRACE * setting.judge_sums.rows[r].squares();
+    let trace = |r: usize| TRACE * setting.reference[r];
     rows.iter().all(|&r| before.errors[r] - after.errors[r] <= trace(r))
 }
 

@@ -23,7 +23,7 @@ const EFFECT: f64 = 0.02;
 pub(super) const MOST: f64 = 4.0;
 
 /// Squared errors below so many times the noise's variance are noise: estimates of noise are no better.
-const QUIET: f64 = 1.5;
+pub(super) const QUIET: f64 = 2.0;
 
 /// A floor that effects lower further than to this part of it was none.
 const LOWER: f64 = 0.4;
@@ -53,6 +53,8 @@ pub(super) struct Setting<'a> {
     corrections: Option<Corrections>,
     /// Sum of squares per row below which errors are the measurement's noise, however small they become.
     quiet: Vec<f64>,
+    /// Squared errors by row before any effect entered.
+    pub reference: Vec<f64>,
     /// Candidates that the exact estimate made impossible.
     pub banned: Vec<usize>,
     /// Candidates that stand whatever the data say; first in every list of active ones.
@@ -134,6 +136,7 @@ impl<'a> Setting<'a> {
             floors: Vec::new(),
             corrections: None,
             quiet: Vec::new(),
+            reference: Vec::new(),
             banned: Vec::new(),
             standing: Vec::new(),
         };
