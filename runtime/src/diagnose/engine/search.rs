@@ -17,6 +17,8 @@ pub(super) fn least(channel: Channel) -> f64 {
 const TRACE: f64 = 1e-3;
 /// Most effects that are looked for.
 const MOST: usize = 12;
+/// Most entries, those included that did not last.
+const ROUNDS: usize = 24;
 /// Candidates of a joint that are combined.
 const POOL: usize = 12;
 
@@ -51,7 +53,7 @@ pub(super) fn search(setting: &mut Setting<'_>, most: usize, entered: &dyn Fn(us
 fn run_steady(setting: &mut Setting<'_>, most: usize, entered: &dyn Fn(usize)) -> Option<Outcome> {
     let banned = setting.banned.clone();
     let mut outcome = run(setting, most, true, entered)?;
-    for _ in 0..3 {
+    for _ in 0..2 {
         let Some(plain) = setting.trial(&outcome.active, false) else { break };
         let judged = setting.standing.len()..outcome.active.len();
         let unsteady = judged.rev().find(|&k| !steady(setting, &outcome.active, &outcome.trial, &plain, k));
@@ -71,7 +73,11 @@ fn run(setting: &mut Setting<'_>, most: usize, corrected: bool, entered: &dyn Fn
     setting.reference.clone_from(&trial.errors);
     let mut reasons = BTreeMap::new();
     let mut banned: Vec<usize> = Vec::new();
-    while active.len() - standing < most.min(MOST) && banned.len() < 4 * MOST {
+    // What enters may drive out what entered before, and the other way round: there is an end to it.
+    for _ in 0..ROUNDS {
+        if active.len() - standing >= most.min(MOST) {
+            break;
+        }
         let before = (active.clone(), trial.clone());
         let found = best(setting, &active, &trial, corrected, &banned, &mut reasons);
         let Some((candidate, better)) = found else { break };
