@@ -70,7 +70,8 @@ impl Change {
                 Some(Law::ForceSensorSaturation) => change.limits.push((place(), effect.value("limit"))),
                 Some(Law::GroundCompliance) => {
                     let [stiffness, damping] = ["stiffness", "damping"].map(|name| effect.value(name));
-                    change.soil = Some(Soil { stiffness, damping });
+                    // No stiffness would be no ground.
+                    change.soil = (stiffness > 0.0).then_some(Soil { stiffness, damping });
                 }
                 Some(Law::PointFeet) => change.level.point_feet = true,
                 Some(Law::NoImpact) => change.level.no_impact = true,

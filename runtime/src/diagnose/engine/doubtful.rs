@@ -34,8 +34,8 @@ pub(super) fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize,
             });
             relative.fold(f64::NEG_INFINITY, f64::max)
         };
-        // Also without corrections an effect must explain something.
-        (k, fall(false))
+        // Also without corrections an effect must explain something, unless nothing can be said without them.
+        (k, fall(setting.free))
     });
     let reachable = |k: usize| {
         let effect = &polished.effects[k];

@@ -34,6 +34,9 @@ pub(super) struct Outcome {
 /// Runs the search with and without inertial corrections, and takes what costs less: a single cause is preferred to
 /// corrections of many links, and these to many causes. `entered` is told how many effects stand.
 pub(super) fn search(setting: &mut Setting<'_>, most: usize, entered: &dyn Fn(usize)) -> Option<Outcome> {
+    if setting.free {
+        return run(setting, most, true, entered);
+    }
     let plain = run(setting, most, false, entered)?;
     if !setting.has_corrections() {
         return Some(plain);
@@ -191,11 +194,11 @@ pub(super) fn consider(
         let of = if who == c { String::new() } else { "with it another effect is impossible: ".to_owned() };
         return Err(format!("{of}{why}"));
     }
-    if !steady(setting, &with, &trial, &plain, active.len()) {
+    if !setting.free && !steady(setting, &with, &trial, &plain, active.len()) {
         return Err("its size hangs on how masses are corrected".to_owned());
     }
     let alone = largest_fall(setting, &candidate.rows, rough, &plain);
-    if alone < LEAST {
+    if alone < LEAST && !setting.free {
         return Err("it explains something only if masses move with it".to_owned());
     }
     let fall = largest_fall(setting, &candidate.rows, base, &trial).max(alone);

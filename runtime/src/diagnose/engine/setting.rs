@@ -53,6 +53,8 @@ pub(super) struct Setting<'a> {
     corrections: Option<Corrections>,
     /// Sum of squares per row below which errors are the measurement's noise, however small they become.
     quiet: Vec<f64>,
+    /// Inertial parameters are estimated freely: without them nothing can be said of the size of effects.
+    pub free: bool,
     /// Squared errors by row before any effect entered.
     pub reference: Vec<f64>,
     /// Candidates that the exact estimate made impossible.
@@ -137,6 +139,7 @@ impl<'a> Setting<'a> {
             corrections: None,
             quiet: Vec::new(),
             reference: Vec::new(),
+            free: options.widening > 1.0,
             banned: Vec::new(),
             standing: Vec::new(),
         };
