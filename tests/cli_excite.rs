@@ -97,8 +97,8 @@ fn fourier_series_tell_more_than_polynomials_and_keep_all_limits() {
     assert_kept(&fourier, &rows);
     assert_kept(&degree5, &others);
     // At the times at which the design judges its motions, to a quarter of a millisecond.
-    let (best, columns) = condition_number(&thinned(&rows, 160), 6);
-    let (other, _) = condition_number(&thinned(&others, 120), 6);
+    let (best, columns) = condition_number(&thinned(&rows, 640), 6);
+    let (other, _) = condition_number(&thinned(&others, 480), 6);
     println!("condition number: Fourier {best:.2}, degree 5 {other:.2}");
     assert_eq!(fourier["base_parameters"], columns);
     for (own, answer) in [(best, &fourier), (other, &degree5)] {
@@ -126,6 +126,34 @@ fn a_seed_always_gives_the_same_bytes() {
     let first = design("a.csv", "7");
     assert_eq!(first, design("b.csv", "7"));
     assert_ne!(first, design("c.csv", "8"));
+}
+
+#[test]
+fn a_trajectory_with_efforts_is_a_log() {
+    let file = scratch("excite_log").join("log.csv");
+    excite(&file, &["--starts", "1", "--evaluations", "20"]).ok();
+    let model = model("inverse_dynamics");
+    let torques =
+        trajectory(&file).into_iter().map(|state| evaluate(&model, "inverse_dynamics", &inputs(&state)));
+    let torques: Vec<Vec<f64>> = torques.collect();
+    let table = std::fs::read_to_string(&file).unwrap();
+    let mut lines = table.lines();
+    let names: Vec<String> = JOINTS.split(',').map(|joint| format!("{joint}/effort")).collect();
+    let mut log = format!("{},{}\n", lines.next().unwrap(), names.join(","));
+    for (line, tau) in lines.zip(&torques) {
+        let tau: Vec<String> = tau.iter().map(f64::to_string).collect();
+        log.push_str(&format!("{line},{}\n", tau.join(",")));
+    }
+    std::fs::write(&file, log).unwrap();
+    let answer = bipedc(&["identify", ROBOT, text(&file), "--cutoff", "20", "--friction", "none", "--json"])
+        .ok()
+        .json();
+    assert_eq!(answer["unseen"], serde_json::json!([]));
+    assert_eq!(answer["parameters"].as_array().unwrap().len(), 36);
+    for parameter in answer["parameters"].as_array().unwrap() {
+        let [value, nominal] = ["value", "nominal"].map(|key| parameter[key].as_f64().unwrap());
+        assert!((value - nominal).abs() < 1e-3 * nominal.abs().max(0.1), "{parameter}");
+    }
 }
 
 #[test]

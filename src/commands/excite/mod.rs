@@ -111,6 +111,8 @@ impl Excite {
             posture: &excited.posture,
             limits: &excited.limits,
         };
+        // Whether the file can be written shows before the search, not after it.
+        drop(Replacement::prepare(&self.out, "")?);
         let found = output::bar("searching", |progress| design(&machine, &request, progress))?;
         let count = (self.duration * self.rate).round() as usize + 1;
         Replacement::prepare(&self.out, &csv(&machine, &found, count))?.commit()?;

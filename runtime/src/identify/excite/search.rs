@@ -200,7 +200,8 @@ impl Search<'_, '_> {
     /// The motion that keeps its limits, and what it is worth.
     fn judged(&self, x: &[f64]) -> Result<Result<(Quality, Vec<f64>), Overload>, Diagnostic> {
         Ok(kept(self.machine, &self.basis, x, self.request.margin)?.map(|x| {
-            let motion = self.machine.motion(&self.basis, &x, 2 * self.basis.samples());
+            // More than the search has, so that both ends count no more than other times.
+            let motion = self.machine.motion(&self.basis, &x, 8 * self.basis.samples());
             let (condition_number, log_determinant) = self.regression.quality(&motion);
             (Quality { condition_number, log_determinant }, x)
         }))
