@@ -32,8 +32,9 @@ pub struct Peaks {
 pub fn peaks(machine: &Machine<'_>, motion: &Motion) -> Result<Vec<Peaks>, Diagnostic> {
     let (tau, joints) = (machine.torques(motion)?, machine.subject.joints.len());
     let of = |joint: usize| {
-        let most =
-            |values: &[f64]| values.iter().skip(joint).step_by(joints).fold(0.0, |m: f64, x| m.max(x.abs()));
+        // Unlike `f64::max`, this keeps what is no number.
+        let larger = |most: f64, x: &f64| if x.is_nan() || x.abs() > most { x.abs() } else { most };
+        let most = |values: &[f64]| values.iter().skip(joint).step_by(joints).fold(0.0, larger);
         let q = motion.q.iter().skip(joint).step_by(joints);
         Peaks {
             position: q
@@ -99,7 +100,8 @@ pub fn kept(
                 Overload { joint, effort: (peaks.effort, part * limits.effort) }
             });
             let worst = worst.max_by(|a, b| used(a).total_cmp(&used(b)));
-            Ok(worst.filter(|worst| !(worst.effort.0 <= worst.effort.1)))
+            // What is no number is the worst of all and no effort at all.
+            Ok(worst.filter(|worst| worst.effort.0.is_nan() || worst.effort.0 > worst.effort.1))
         };
     if overload(&x, count)?.is_none() {
         return Ok(Ok(x));

@@ -14,6 +14,9 @@ use std::time::{Duration, Instant};
 const PENALTIES: [f64; 2] = [10.0, 1000.0];
 /// Coefficients are at most this, in parts of half the range.
 const LARGEST: f64 = 3.0;
+/// Limits are penalties: no constraint is given to the minimiser.
+type Constraint = fn(&[f64], Option<&mut [f64]>, &mut ()) -> f64;
+
 /// What motions cost that do not tell everything.
 const NOTHING: f64 = 1e3;
 
@@ -247,8 +250,7 @@ impl Search<'_, '_> {
             };
             let tolerances = StopTols { ftol_abs: 1e-5, ..StopTols::default() };
             // The best is kept here, however the run ends.
-            let none: &[fn(&[f64], Option<&mut [f64]>, &mut ()) -> f64] = &[];
-            let _ = minimize(cost, &x, &bounds, none, (), each, Some(tolerances));
+            let _ = minimize(cost, &x, &bounds, &[] as &[Constraint], (), each, Some(tolerances));
             if let Some(error) = failure.into_inner() {
                 return Err(error);
             }

@@ -113,7 +113,8 @@ fn gradients_are_those_of_the_cost() {
         let motion = machine.motion(&basis, &x, 40);
         let regression = Regression::new(machine, &mut pseudo(3));
         assert_eq!(regression.unknowns(), 4);
-        let costs: [&dyn Fn(&Motion) -> (f64, Motion); 3] = [
+        type Cost<'a> = &'a dyn Fn(&Motion) -> (f64, Motion);
+        let costs: [Cost<'_>; 3] = [
             &|m| regression.cost(m, Criterion::Condition).unwrap(),
             &|m| regression.cost(m, Criterion::Information).unwrap(),
             &|m| excess(machine, m, 0.05).unwrap(),
