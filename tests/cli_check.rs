@@ -11,7 +11,7 @@ use std::process::Stdio;
 fn help_teaches_with_examples() {
     let run = bipedc(&["--help"]).ok();
     assert!(run.out.contains("bipedc generate robots/tulip"), "{}", run.out);
-    for name in ["init", "check", "generate", "inspect", "evaluate", "compare"] {
+    for name in ["init", "check", "generate", "inspect", "evaluate", "compare", "excite"] {
         let run = bipedc(&[name, "--help"]).ok();
         assert!(run.out.contains("Examples:") && run.out.contains(&format!("bipedc {name}")), "{}", run.out);
     }

@@ -6,6 +6,7 @@ mod compare;
 mod diagnose;
 mod effects;
 mod evaluate;
+mod excite;
 mod generate;
 mod history;
 mod identify;
@@ -29,6 +30,7 @@ pub enum Command {
     Amend(amend::Amend),
     History(history::History),
     Identify(identify::Identify),
+    Excite(excite::Excite),
 }
 
 impl Command {
@@ -46,6 +48,7 @@ impl Command {
             Self::Amend(command) => command.run(),
             Self::History(command) => command.run(),
             Self::Identify(command) => command.run(),
+            Self::Excite(command) => command.run(),
         }
     }
 }

@@ -258,11 +258,11 @@ pub struct Work {
     entries: Vec<f64>,
 }
 
-/// Numbers between -1 and 1, always the same.
-struct Random(u64);
+/// Numbers between -1 and 1 that depend on the seed alone.
+pub(super) struct Random(pub u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         // SplitMix64.
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

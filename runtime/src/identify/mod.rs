@@ -10,6 +10,7 @@ mod accumulate;
 mod design;
 mod essential;
 mod estimate;
+pub mod excite;
 mod motions;
 #[cfg(feature = "sdp")]
 pub mod physical;

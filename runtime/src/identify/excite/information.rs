@@ -1,0 +1,208 @@
+//! How much a motion tells: the regression that it would make, and how that changes with the motion.
+use super::machine::{Machine, Motion};
+use crate::identify::Triangle;
+use nalgebra::{DMatrix, DVector};
+
+/// Columns of this part of their length are sums of others.
+const DEPENDENT: f64 = 1e-9;
+/// The smooth condition number is made of this power of the eigenvalues of the scaled information.
+const POWER: i32 = 4;
+/// Step of central differences of the regressor, rad and rad/s, rad/s².
+const STEP: f64 = 1e-5;
+
+/// What is made small.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Criterion {
+    /// Condition number of the regressor with columns of length 1 (thesis 5.16).
+    Condition,
+    /// Minus the logarithm of the determinant of the information `WᵀW` (D-optimal).
+    Information,
+}
+
+/// The regression of the moving joints' rows on what these rows tell.
+pub struct Regression<'r, 'm> {
+    machine: &'r Machine<'m>,
+    /// Where the columns of each row begin in a batch's values.
+    starts: Vec<usize>,
+    /// Columns of the base regressor that are no sums of others while only the moving joints move.
+    columns: Vec<usize>,
+}
+
+impl<'r, 'm> Regression<'r, 'm> {
+    /// Finds the columns; `random` gives numbers between -1 and 1.
+    pub fn new(machine: &'r Machine<'m>, random: &mut dyn FnMut() -> f64) -> Self {
+        let pattern = machine.regressor.pattern();
+        let starts = pattern
+            .iter()
+            .scan(0, |sum, row| {
+                *sum += row.len();
+                Some(*sum - row.len())
+            })
+            .collect();
+        let mut columns: Vec<usize> = machine.moving.iter().flat_map(|&row| pattern[row].clone()).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        let mut regression = Self { machine, starts, columns };
+        regression.group(random);
+        regression
+    }
+
+    /// Drops columns that are sums of those before them at random states.
+    fn group(&mut self, random: &mut dyn FnMut() -> f64) {
+        let (machine, joints) = (self.machine, self.machine.subject.joints.len());
+        let count = 4 * self.columns.len().max(8);
+        let mut states = Motion {
+            count,
+            q: machine.posture.repeat(count),
+            v: vec![0.0; count * joints],
+            a: vec![0.0; count * joints],
+        };
+        for i in 0..count {
+            for &joint in machine.moving {
+                let at = i * joints + joint;
+                (states.q[at], states.v[at], states.a[at]) = (1.5 * random(), 2.0 * random(), 5.0 * random());
+            }
+        }
+        let rows = self.rows(&states);
+        let mut kept: Vec<DVector<f64>> = Vec::new();
+        let mut place = 0;
+        self.columns.retain(|_| {
+            let column = rows.column(place).into_owned();
+            place += 1;
+            let mut rest = column.clone();
+            // Twice is enough (Parlett).
+            for _ in 0..2 {
+                for direction in &kept {
+                    rest.axpy(-direction.dot(&rest), direction, 1.0);
+                }
+            }
+            let independent = rest.norm() > DEPENDENT * column.norm();
+            if independent {
+                kept.push(rest.normalize());
+            }
+            independent
+        });
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// The regressor of the moving joints' torques; rows: joint after joint, all states of each.
+    pub fn rows(&self, motion: &Motion) -> DMatrix<f64> {
+        let (pattern, count) = (self.machine.regressor.pattern(), motion.count);
+        let mut entries = vec![0.0; pattern.iter().map(Vec::len).sum::<usize>() * count];
+        self.machine.regressor.evaluate(&motion.batch(), &mut entries);
+        let mut rows = DMatrix::zeros(self.machine.moving.len() * count, self.columns.len());
+        for (k, &row) in self.machine.moving.iter().enumerate() {
+            for (place, column) in pattern[row].iter().enumerate() {
+                let Ok(to) = self.columns.binary_search(column) else { continue };
+                let from = (self.starts[row] + place) * count;
+                rows.column_mut(to).as_mut_slice()[k * count..][..count]
+                    .copy_from_slice(&entries[from..from + count]);
+            }
+        }
+        rows
+    }
+
+    /// Singular value decomposition of a regressor: lengths of its columns, singular values of the scaled one, largest
+    /// first, and right singular vectors as rows. `None` if a column is zero.
+    fn spectrum(&self, rows: &DMatrix<f64>) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
+        let mut triangle = Triangle::new(self.columns.len());
+        let mut values = rows.as_slice().to_vec();
+        values.resize(values.len() + rows.nrows(), 0.0);
+        triangle.absorb(rows.nrows(), &mut values);
+        let lengths = triangle.lengths();
+        if lengths.iter().any(|length| !(length.is_finite() && *length > 1e-100)) {
+            return None;
+        }
+        let mut factor = triangle.matrix();
+        factor.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, length)| column /= *length);
+        let svd = factor.try_svd(false, true, f64::EPSILON, 10_000)?;
+        Some((lengths, svd.singular_values, svd.v_t?))
+    }
+
+    /// Condition number of the regressor with columns of length 1, and `ln det WᵀW`; infinite and minus infinite if
+    /// the motion does not tell everything.
+    pub fn quality(&self, motion: &Motion) -> (f64, f64) {
+        let Some((lengths, singular, _)) = self.spectrum(&self.rows(motion)) else {
+            return (f64::INFINITY, f64::NEG_INFINITY);
+        };
+        let (most, least) = (singular.max(), singular.min());
+        if least <= 1e-13 * most {
+            return (f64::INFINITY, f64::NEG_INFINITY);
+        }
+        let logarithms = singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln());
+        (most / least, logarithms.sum())
+    }
+
+    /// The smooth cost and its derivative by each element of the regressor; `None` where it is infinite.
+    ///
+    /// With `S` the scaled regressor, `C = SᵀS = V Λ Vᵀ` and a cost `Σ φ(λ)` the derivative by `C` is `Φ = V φ'(Λ) Vᵀ`,
+    /// so by column k of the regressor `2/‖w_k‖ ((SΦ)_k − s_k (CΦ)_kk)`: the second part is the scaling's.
+    fn slopes(&self, rows: &DMatrix<f64>, criterion: Criterion) -> Option<(f64, DMatrix<f64>)> {
+        let (lengths, singular, v_t) = self.spectrum(rows)?;
+        let lambda = singular.map(|s| s * s);
+        if lambda.min() <= 1e-24 {
+            return None;
+        }
+        let size = lambda.len() as f64;
+        let (cost, slope, scaled) = match criterion {
+            Criterion::Condition => {
+                // (ln Σ λᵖ + ln Σ λ⁻ᵖ)/2p: between ln κ and ln κ + ln(n)/p.
+                let p = f64::from(POWER);
+                let (up, down): (f64, f64) =
+                    (lambda.iter().map(|l| l.powi(POWER)).sum(), lambda.iter().map(|l| l.powi(-POWER)).sum());
+                let slope = lambda.map(|l| 0.5 * (l.powi(POWER - 1) / up - l.powi(-POWER - 1) / down));
+                (0.5 * (up.ln() + down.ln()) / p, slope, true)
+            }
+            Criterion::Information => {
+                let logarithms: f64 = singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln()).sum();
+                (-logarithms / size, lambda.map(|l| -1.0 / (l * size)), false)
+            }
+        };
+        let phi = v_t.tr_mul(&(DMatrix::from_diagonal(&slope) * &v_t));
+        let mut unit = rows.clone();
+        unit.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, length)| column /= *length);
+        let mut out = &unit * phi;
+        for (k, mut column) in out.column_iter_mut().enumerate() {
+            let part = if scaled { unit.column(k).dot(&column) } else { 0.0 };
+            column.axpy(-part, &unit.column(k), 1.0);
+            column *= 2.0 / lengths[k];
+        }
+        Some((cost, out))
+    }
+
+    /// The smooth cost of a motion and its derivatives by positions, velocities and accelerations, laid out like them;
+    /// `None` where it is infinite.
+    ///
+    /// The regressor's own derivatives are central differences (exact for velocities and accelerations, up to rounding:
+    /// it is of second degree in them).
+    pub fn cost(&self, motion: &Motion, criterion: Criterion) -> Option<(f64, Motion)> {
+        let (cost, slopes) = self.slopes(&self.rows(motion), criterion)?;
+        let joints = self.machine.subject.joints.len();
+        let none = vec![0.0; motion.count * joints];
+        let mut gradient = Motion { count: motion.count, q: none.clone(), v: none.clone(), a: none };
+        for &joint in self.machine.moving {
+            for order in 0..3 {
+                let [up, down] =
+                    [STEP, -STEP].map(|step| self.rows(&shifted(motion, order, joint, joints, step)));
+                let change = (up - down) / (2.0 * STEP);
+                let product = change.component_mul(&slopes);
+                // Rows: joint after joint, all states of each.
+                for (r, row) in product.row_iter().enumerate() {
+                    gradient.order_mut(order)[(r % motion.count) * joints + joint] += row.sum();
+                }
+            }
+        }
+        Some((cost, gradient))
+    }
+}
+
+/// The motion with one joint's position (0), velocity (1) or acceleration (2) changed.
+pub fn shifted(motion: &Motion, order: usize, joint: usize, joints: usize, step: f64) -> Motion {
+    let mut other = motion.clone();
+    other.order_mut(order).iter_mut().skip(joint).step_by(joints).for_each(|x| *x += step);
+    other
+}

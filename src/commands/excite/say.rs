@@ -1,0 +1,189 @@
+//! The answer, for people and as JSON.
+use crate::output::table;
+use bipedc_runtime::identify::excite::{Designed, Family, Limits, Machine, Peaks, Quality, Request};
+use serde::Serialize;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What was found.
+#[derive(Debug, Serialize)]
+pub struct Answer {
+    robot: String,
+    file: PathBuf,
+    rows: usize,
+    trajectory: &'static str,
+    /// Harmonics or degree.
+    order: usize,
+    duration: f64,
+    base_parameters: usize,
+    before: Quality,
+    after: Quality,
+    joints: Vec<Joint>,
+    /// Positions of joints that do not move.
+    held: Vec<Held>,
+    margin: f64,
+    seed: u64,
+    starts: usize,
+    evaluations: usize,
+    out_of_time: bool,
+    assumptions: Vec<String>,
+}
+
+/// How near a joint comes to its limits.
+#[derive(Debug, Serialize)]
+struct Joint {
+    name: String,
+    position: (f64, f64),
+    position_limits: (f64, f64),
+    velocity: f64,
+    velocity_limit: Option<f64>,
+    acceleration: f64,
+    acceleration_limit: Option<f64>,
+    effort: f64,
+    effort_limit: Option<f64>,
+    effort_unit: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+struct Held {
+    name: String,
+    position: f64,
+}
+
+impl Answer {
+    /// Without the file.
+    pub fn new(
+        robot: &str,
+        machine: &Machine<'_>,
+        request: &Request,
+        found: &Designed,
+        assumed: &[String],
+    ) -> Self {
+        let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
+        let described = &machine.subject.joints;
+        let joint = |((&joint, limits), peaks): ((&usize, &Limits), &Peaks)| Joint {
+            name: described[joint].name.clone(),
+            position: peaks.position,
+            position_limits: limits.position,
+            velocity: peaks.velocity,
+            velocity_limit: finite(limits.velocity),
+            acceleration: peaks.acceleration,
+            acceleration_limit: finite(limits.acceleration),
+            effort: peaks.effort,
+            effort_limit: finite(limits.effort),
+            effort_unit: described[joint].unit(),
+        };
+        let held = (0..described.len()).filter(|joint| !machine.moving.contains(joint));
+        let held =
+            held.map(|k| Held { name: described[k].name.clone(), position: machine.posture[k] }).collect();
+        let (trajectory, order) = match request.family {
+            Family::Polynomial(degree) => ("polynomial", degree),
+            Family::Fourier(harmonics) => ("fourier", harmonics),
+        };
+        Self {
+            robot: robot.to_owned(),
+            file: PathBuf::new(),
+            rows: 0,
+            trajectory,
+            order,
+            duration: request.duration,
+            base_parameters: found.unknowns,
+            before: found.before,
+            after: found.after,
+            joints: machine.moving.iter().zip(machine.limits).zip(&found.peaks).map(joint).collect(),
+            held,
+            margin: request.margin,
+            seed: request.seed,
+            starts: found.starts,
+            evaluations: found.evaluations,
+            out_of_time: found.out_of_time,
+            assumptions: assumed.to_vec(),
+        }
+    }
+
+    /// Where the trajectory went.
+    pub fn with_file(mut self, file: &Path, rows: usize) -> Self {
+        (self.file, self.rows) = (file.to_path_buf(), rows);
+        self
+    }
+}
+
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for assumption in &self.assumptions {
+            writeln!(f, "assumed: {assumption}")?;
+        }
+        for held in &self.held {
+            writeln!(f, "held: `{}` at {:.4}", held.name, held.position)?;
+        }
+        let kind = match self.trajectory {
+            "fourier" => format!("Fourier series with {} harmonics, at rest at both ends", self.order),
+            _ => format!("polynomials of degree {}, in motion at both ends", self.order),
+        };
+        writeln!(f, "{} s of {kind}; {} base parameters", self.duration, self.base_parameters)?;
+        writeln!(
+            f,
+            "condition number {:.1} (random start: {:.1}); ln det of the information {:.1} (random start: {:.1})",
+            self.after.condition_number,
+            self.before.condition_number,
+            self.after.log_determinant,
+            self.before.log_determinant
+        )?;
+        writeln!(f, "{} starts, {} evaluations, seed {}\n", self.starts, self.evaluations, self.seed)?;
+        let head = [
+            "joint",
+            "position, rad",
+            "limits",
+            "velocity, rad/s",
+            "limit",
+            "acceleration, rad/s²",
+            "limit",
+            "effort, N m",
+            "limit",
+            "used",
+        ];
+        f.write_str(&table(&head, self.joints.iter().map(Joint::row).collect(), 1))?;
+        if self.joints.iter().any(|joint| joint.effort_unit == "N") {
+            writeln!(f, "joints that slide: m, m/s, m/s², N")?;
+        }
+        if self.out_of_time {
+            writeln!(f, "\nwarning: time ran out: another run with this seed may give another motion")?;
+        }
+        writeln!(
+            f,
+            "\n{} rows in {}; collisions were not checked: try it slowly first",
+            self.rows,
+            self.file.display()
+        )
+    }
+}
+
+impl Joint {
+    fn row(&self) -> Vec<String> {
+        let limit = |limit: Option<f64>| limit.map_or_else(|| "-".to_owned(), |limit| format!("{limit:.2}"));
+        vec![
+            self.name.clone(),
+            format!("{:.3} … {:.3}", self.position.0, self.position.1),
+            format!("{:.3} … {:.3}", self.position_limits.0, self.position_limits.1),
+            format!("{:.2}", self.velocity),
+            limit(self.velocity_limit),
+            format!("{:.2}", self.acceleration),
+            limit(self.acceleration_limit),
+            format!("{:.2}", self.effort),
+            limit(self.effort_limit),
+            format!("{:.0} %", 100.0 * self.used()),
+        ]
+    }
+
+    /// The part of the nearest limit that is used.
+    fn used(&self) -> f64 {
+        let (low, high) = self.position_limits;
+        let (center, room) = (0.5 * (low + high), 0.5 * (high - low));
+        let position = (self.position.1 - center).max(center - self.position.0) / room;
+        let part = |peak: f64, limit: Option<f64>| limit.map_or(0.0, |limit| peak / limit);
+        position
+            .max(part(self.velocity, self.velocity_limit))
+            .max(part(self.acceleration, self.acceleration_limit))
+            .max(part(self.effort, self.effort_limit))
+    }
+}

@@ -1,0 +1,102 @@
+//! A robot ready for the design of motions.
+use crate::failure::Failure;
+use crate::measurements::subject;
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::Wish;
+use bipedc_compiler::description::model::{Joint, JointKind};
+use bipedc_compiler::identification::base_regressor;
+use bipedc_compiler::program::{ProgramRegressor, ProgramTorques};
+use bipedc_runtime::compare::{BaseKind, Subject};
+use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::identify::excite::Limits;
+use bipedc_runtime::identify::joint;
+use std::f64::consts::PI;
+
+/// Everything that the design needs of a robot.
+pub struct Excited {
+    pub subject: Subject,
+    pub regressor: ProgramRegressor,
+    pub torques: ProgramTorques,
+    /// Indices of the joints that move.
+    pub moving: Vec<usize>,
+    /// Positions of those that do not.
+    pub posture: Vec<f64>,
+    /// Of the joints that move.
+    pub limits: Vec<Limits>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+}
+
+impl Excited {
+    /// Derives what the moving joints' torques tell; no names: all joints with an actuator.
+    pub fn new(robot: &Robot, names: &[String], acceleration: Option<f64>) -> Result<Self, Failure> {
+        let tree = robot.tree()?;
+        let subject = subject(&tree)?;
+        if subject.base != BaseKind::Fixed {
+            return Err(Diagnostic::error("motions are designed for robots whose base is fixed")
+                .help("bolt the robot down with --base fixed (and --root LINK)")
+                .into());
+        }
+        let actuated = (0..tree.joints.len()).filter(|&j| tree.joints[j].actuated);
+        let mut moving = match names {
+            [] => actuated.collect::<Vec<_>>(),
+            names => names.iter().map(|name| joint(&subject, name)).collect::<Result<_, _>>()?,
+        };
+        moving.sort_unstable();
+        moving.dedup();
+        if moving.is_empty() {
+            return Err(Diagnostic::error("the robot has no joint with an actuator")
+                .help("name joints with --joints")
+                .into());
+        }
+        let rigid = robot.clone().without_effects();
+        let (_, regressor) = base_regressor(&rigid.description, &rigid.tree()?, &moving)?;
+        let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+        let torques = ProgramTorques::new(&robot.compile_only(&[wish])?)?;
+        let described = |name: &str| robot.description.joints.iter().find(|joint| joint.name == name);
+        let mut assumptions = Vec::new();
+        let joints: Vec<Option<&Joint>> = subject.joints.iter().map(|j| described(&j.name)).collect();
+        let resting = |joint: &Option<&Joint>| {
+            let (low, high) = joint.and_then(|j| j.position_limits).unwrap_or((0.0, 0.0));
+            if low <= high { 0.0_f64.clamp(low, high) } else { 0.0 }
+        };
+        let posture = joints.iter().map(resting).collect();
+        let limits = moving
+            .iter()
+            .map(|&k| limits_of(&subject.joints[k].name, joints[k], acceleration, &mut assumptions))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { subject, regressor, torques, moving, posture, limits, assumptions })
+    }
+}
+
+/// A joint's limits as described; what is assumed is said.
+fn limits_of(
+    name: &str,
+    joint: Option<&Joint>,
+    acceleration: Option<f64>,
+    assumptions: &mut Vec<String>,
+) -> Result<Limits, Diagnostic> {
+    let position = match joint.and_then(|joint| joint.position_limits) {
+        Some(limits) => limits,
+        None if joint.is_some_and(|joint| joint.kind == JointKind::Prismatic) => {
+            return Err(Diagnostic::error(format!("joint `{name}` slides and has no position limits"))
+                .help("give it <limit lower=\"…\" upper=\"…\"/> in the URDF"));
+        }
+        None => {
+            assumptions.push(format!("`{name}` has no position limits: -π to π rad"));
+            (-PI, PI)
+        }
+    };
+    let mut stated = |what: &str, limit: Option<f64>| {
+        limit.unwrap_or_else(|| {
+            assumptions.push(format!("`{name}` has no {what} limit: none is kept"));
+            f64::INFINITY
+        })
+    };
+    Ok(Limits {
+        position,
+        velocity: stated("velocity", joint.and_then(|joint| joint.velocity_limit)),
+        effort: stated("effort", joint.and_then(|joint| joint.effort_limit)),
+        acceleration: acceleration.unwrap_or(f64::INFINITY),
+    })
+}

@@ -1,0 +1,217 @@
+//! `bipedc excite`: motions designed for identification.
+#[path = "support/cli.rs"]
+#[allow(dead_code)]
+mod cli;
+mod support;
+
+use bipedc_compiler::compile::Wish;
+use bipedc_compiler::program::ProgramModel;
+use bipedc_runtime::Argument;
+use bipedc_runtime::nalgebra::DMatrix;
+use cli::{Run, bipedc, scratch, text};
+use serde_json::Value;
+use std::path::Path;
+use support::{Inputs, evaluate, read_robot};
+
+const ROBOT: &str = "robots/tulip_v1_leg";
+/// All joints, so that the base regressor of the whole leg is the oracle.
+const JOINTS: &str =
+    "right_hip_yaw,right_hip_roll,right_hip_pitch,right_knee_pitch,right_ankle_pitch,right_ankle_roll";
+
+fn excite(file: &Path, options: &[&str]) -> Run {
+    let fixed = ["excite", ROBOT, "--joints", JOINTS, "--acceleration", "20", "--json", "--out", text(file)];
+    bipedc(&[&fixed, options].concat())
+}
+
+/// Positions, velocities and accelerations of all joints, row after row.
+fn trajectory(file: &Path) -> Vec<[Vec<f64>; 3]> {
+    let table = std::fs::read_to_string(file).unwrap();
+    let mut lines = table.lines();
+    assert!(lines.next().unwrap().starts_with("time,right_hip_yaw/position,right_hip_yaw/velocity"));
+    let row = |line: &str| {
+        let values: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        [1, 2, 3].map(|from| values[from..].iter().copied().step_by(3).collect())
+    };
+    lines.map(row).collect()
+}
+
+fn model(function: &str) -> ProgramModel {
+    let wish = Wish { family: function.to_owned(), subject: None };
+    ProgramModel::new(read_robot("tulip_v1_leg").compile_only(&[wish]).unwrap())
+}
+
+fn inputs([q, v, a]: &[Vec<f64>; 3]) -> Inputs {
+    let of =
+        |inputs: Inputs, (argument, values): (Argument, &Vec<f64>)| inputs.with(argument, values.clone());
+    [(Argument::Q, q), (Argument::V, v), (Argument::A, a)].into_iter().fold(Inputs::default(), of)
+}
+
+/// Condition number of the stacked base regressor (thesis 5.9), columns of length 1, by its singular values.
+fn condition_number(trajectory: &[[Vec<f64>; 3]], joints: usize) -> (f64, usize) {
+    let function = "inverse_dynamics_base_regressor";
+    let model = model(function);
+    let blocks: Vec<Vec<f64>> =
+        trajectory.iter().map(|state| evaluate(&model, function, &inputs(state))).collect();
+    let columns = blocks[0].len() / joints;
+    let mut stacked =
+        DMatrix::from_fn(blocks.len() * joints, columns, |i, j| blocks[i / joints][j * joints + i % joints]);
+    stacked.column_iter_mut().for_each(|mut column| _ = column.normalize_mut());
+    let singular = stacked.singular_values();
+    (singular.max() / singular.min(), columns)
+}
+
+/// So many rows, evenly from the first to the last.
+fn thinned(rows: &[[Vec<f64>; 3]], count: usize) -> Vec<[Vec<f64>; 3]> {
+    let last = (rows.len() - 1) as f64;
+    (0..count).map(|i| rows[(last * i as f64 / (count - 1) as f64).round() as usize].clone()).collect()
+}
+
+/// Without a single violation, at every row of the file.
+fn assert_kept(answer: &Value, trajectory: &[[Vec<f64>; 3]]) {
+    let model = model("inverse_dynamics");
+    let number = |value: &Value| value.as_f64().unwrap();
+    for state in trajectory {
+        let tau = evaluate(&model, "inverse_dynamics", &inputs(state));
+        for (k, joint) in answer["joints"].as_array().unwrap().iter().enumerate() {
+            let (low, high) = (number(&joint["position_limits"][0]), number(&joint["position_limits"][1]));
+            assert!((low..=high).contains(&state[0][k]), "{joint}: {}", state[0][k]);
+            for (value, limit) in
+                [(state[1][k], "velocity"), (state[2][k], "acceleration"), (tau[k], "effort")]
+            {
+                assert!(value.abs() <= number(&joint[format!("{limit}_limit")]), "{joint}: {limit} {value}");
+            }
+        }
+    }
+}
+
+#[test]
+fn fourier_series_tell_more_than_polynomials_and_keep_all_limits() {
+    let folder = scratch("excite_limits");
+    let (series, powers) = (folder.join("fourier.csv"), folder.join("degree5.csv"));
+    // Ten times as many rows as samples at which the design keeps its limits; no margin.
+    let search = ["--starts", "2", "--evaluations", "120", "--margin", "0"];
+    let fourier = excite(&series, &[&search[..], &["--rate", "2000"]].concat()).ok().json();
+    let degree5 = excite(&powers, &[&search[..], &["--rate", "2000", "--degree5"]].concat()).ok().json();
+    let (rows, others) = (trajectory(&series), trajectory(&powers));
+    assert_eq!(rows.len(), 20_001);
+    assert_kept(&fourier, &rows);
+    assert_kept(&degree5, &others);
+    // At the times at which the design judges its motions, to a quarter of a millisecond.
+    let (best, columns) = condition_number(&thinned(&rows, 640), 6);
+    let (other, _) = condition_number(&thinned(&others, 480), 6);
+    println!("condition number: Fourier {best:.2}, degree 5 {other:.2}");
+    assert_eq!(fourier["base_parameters"], columns);
+    for (own, answer) in [(best, &fourier), (other, &degree5)] {
+        let said = answer["after"]["condition_number"].as_f64().unwrap();
+        assert!((said / own - 1.0).abs() < 0.003, "{said} instead of {own}");
+    }
+    let before = fourier["before"]["condition_number"].as_f64().unwrap();
+    assert!(best < 0.5 * before, "{best} after {before}");
+    assert!(best < other, "{best} against {other}");
+    // At rest at both ends.
+    for state in [&rows[0], &rows[rows.len() - 1]] {
+        assert!(state[1].iter().chain(&state[2]).all(|x| *x == 0.0), "{state:?}");
+    }
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "temporaries are left");
+}
+
+#[test]
+fn a_seed_always_gives_the_same_bytes() {
+    let folder = scratch("excite_seed");
+    let design = |name: &str, seed: &str| {
+        let file = folder.join(name);
+        excite(&file, &["--starts", "1", "--evaluations", "20", "--seed", seed]).ok();
+        std::fs::read(file).unwrap()
+    };
+    let first = design("a.csv", "7");
+    assert_eq!(first, design("b.csv", "7"));
+    assert_ne!(first, design("c.csv", "8"));
+}
+
+#[test]
+fn a_trajectory_with_efforts_is_a_log() {
+    let file = scratch("excite_log").join("log.csv");
+    excite(&file, &["--starts", "1", "--evaluations", "20"]).ok();
+    let model = model("inverse_dynamics");
+    let torques =
+        trajectory(&file).into_iter().map(|state| evaluate(&model, "inverse_dynamics", &inputs(&state)));
+    let torques: Vec<Vec<f64>> = torques.collect();
+    let table = std::fs::read_to_string(&file).unwrap();
+    let mut lines = table.lines();
+    let names: Vec<String> = JOINTS.split(',').map(|joint| format!("{joint}/effort")).collect();
+    let mut log = format!("{},{}\n", lines.next().unwrap(), names.join(","));
+    for (line, tau) in lines.zip(&torques) {
+        let tau: Vec<String> = tau.iter().map(f64::to_string).collect();
+        log.push_str(&format!("{line},{}\n", tau.join(",")));
+    }
+    std::fs::write(&file, log).unwrap();
+    let answer = bipedc(&["identify", ROBOT, text(&file), "--cutoff", "20", "--friction", "none", "--json"])
+        .ok()
+        .json();
+    assert_eq!(answer["unseen"], serde_json::json!([]));
+    assert_eq!(answer["parameters"].as_array().unwrap().len(), 36);
+    for parameter in answer["parameters"].as_array().unwrap() {
+        let [value, nominal] = ["value", "nominal"].map(|key| parameter[key].as_f64().unwrap());
+        assert!((value - nominal).abs() < 1e-3 * nominal.abs().max(0.1), "{parameter}");
+    }
+}
+
+#[test]
+fn joints_that_do_not_move_are_held() {
+    let file = scratch("excite_held").join("knee.csv");
+    let run = bipedc(&[
+        "excite",
+        ROBOT,
+        "--joints",
+        "right_hip_pitch,right_knee_pitch",
+        "--starts",
+        "1",
+        "--evaluations",
+        "30",
+        "--degree5",
+        "--out",
+        text(&file),
+    ])
+    .ok();
+    for words in ["held: `right_hip_yaw` at 0", "polynomials of degree 5", "condition number", "rows in"] {
+        assert!(run.out.contains(words), "no `{words}` in {}", run.out);
+    }
+    for [q, v, _] in trajectory(&file) {
+        assert!([0, 1, 4, 5].iter().all(|k: &usize| q[*k] == 0.0 && v[*k] == 0.0));
+    }
+}
+
+#[test]
+fn what_is_impossible_is_said() {
+    let folder = scratch("excite_impossible");
+    let out = folder.join("never.csv");
+    let fails = |arguments: &[&str], words: &[&str]| {
+        bipedc(&[&["excite"], arguments, &["--out", text(&out)]].concat()).fails_with(words);
+        assert!(!out.exists());
+    };
+    fails(&["robots/tulip"], &["base is fixed", "--base fixed"]);
+    fails(&[ROBOT, "--joints", "elbow"], &["no joint `elbow`", "right_knee_pitch"]);
+    fails(&[ROBOT, "--duration", "-1"], &["--duration is -1"]);
+    fails(&[ROBOT, "--time-limit", "0"], &["--time-limit is 0"]);
+    fails(&[ROBOT, "--margin", "95"], &["--margin is 95"]);
+    fails(&[ROBOT, "--harmonics", "1"], &["1 harmonics"]);
+    fails(&[ROBOT, "--acceleration", "nan"], &["--acceleration is NaN"]);
+    // A hip that cannot carry the leg.
+    let weak = folder.join("weak.urdf");
+    let urdf = std::fs::read_to_string(support::project().join(ROBOT).join("robot.urdf")).unwrap();
+    let limit = r#"lower="-0.5" upper="0.35" effort="20""#;
+    assert!(urdf.contains(limit));
+    std::fs::write(&weak, urdf.replace(limit, r#"lower="-0.5" upper="0.35" effort="0.1""#)).unwrap();
+    let weakly = [
+        text(&weak),
+        "--base",
+        "fixed",
+        "--joints",
+        "right_hip_roll",
+        "--starts",
+        "2",
+        "--evaluations",
+        "20",
+    ];
+    fails(&weakly, &["no motion keeps the limits", "`right_hip_roll` needs", "N m"]);
+}
