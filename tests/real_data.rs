@@ -6,6 +6,8 @@
 mod humanoid;
 #[path = "../examples/real_data/pendulum.rs"]
 mod pendulum;
+// Its words are for the page of the example.
+#[allow(dead_code)]
 #[path = "../examples/real_data/run.rs"]
 mod run;
 #[path = "../examples/real_data/servo.rs"]
