@@ -1,6 +1,6 @@
 //! Amending a robot's description, with a history of what was done, and the way back.
 //!
-//! [`amend`] writes `[[effect]]` tables into `biped.toml` and a step into the history beside it; [`undo`] takes the
+//! [`amend`] writes `[[effect]]` tables into `biped.toml` and a step into the history beside it; [`undo()`] takes the
 //! last step back, byte for byte. Nothing is written unless the amended description reads, holds exactly the effects
 //! that were asked for and says otherwise the same as before.
 mod apply;

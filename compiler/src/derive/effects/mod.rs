@@ -2,7 +2,7 @@
 //!
 //! With L the rigid-body model's torque at a joint (its row of `D a + H − Jᵀ f`), the true torque is
 //! `T = L + Σ laws(q, v, a, L)` and the log reports `u = readings(T)`, both in the order of the description.
-//! Inverse dynamics goes this way; forward dynamics goes back ([`forward`]).
+//! Inverse dynamics goes this way; forward dynamics goes back (`forward`).
 mod derivatives;
 mod forward;
 mod law;
