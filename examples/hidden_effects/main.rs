@@ -34,6 +34,9 @@ struct Arguments {
     /// Cases at the same time
     #[arg(long, value_name = "N", default_value_t = 1)]
     jobs: usize,
+    /// Draw other numbers: magnitudes, motions and noise; 0 is the committed scoreboard
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
     /// Score the experiments of tests/data/examples instead
     #[arg(long)]
     examples: bool,
@@ -71,8 +74,11 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let plans: Vec<_> =
+    let mut plans: Vec<_> =
         generator::all().into_iter().filter(|plan| plan.name.contains(&arguments.only)).collect();
+    if arguments.seed != 0 {
+        plans.iter_mut().for_each(|plan| plan.seed = format!("{} {}", plan.name, arguments.seed));
+    }
     if arguments.list {
         plans.iter().for_each(|plan| println!("{}", plan.name));
         return Ok(());

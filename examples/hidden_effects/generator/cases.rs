@@ -186,6 +186,7 @@ pub fn all() -> Vec<Plan> {
         let index = cases.len();
         cases.push(Plan {
             name: format!("{name}-{}", same + 1),
+            seed: format!("{name}-{}", same + 1),
             group,
             robot,
             experiment,

@@ -46,7 +46,7 @@ pub struct Recording {
 /// Draws, simulates and measures a case.
 pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
     let nominal = read(folder, true)?;
-    let mut random = Random::named(&plan.name);
+    let mut random = Random::named(&plan.seed);
     // What happens at low speed shows where there is much of it.
     let slow = plan.parts.iter().any(|part| part.kind == "stribeck_friction");
     let pace = if slow { 0.35 } else { 1.0 };

@@ -26,7 +26,7 @@ struct Impact {
 /// Draws and measures a case.
 pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
     let robot = read(folder, false)?;
-    let mut random = Random::named(&plan.name);
+    let mut random = Random::named(&plan.seed);
     let mut truth = Truth::new(plan);
     truth.rate_hz = 0.0;
     draw::effects(plan, &robot.description, &mut truth, &mut random);

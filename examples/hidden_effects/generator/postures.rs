@@ -54,7 +54,7 @@ fn rigid(robot: &Robot) -> Result<Rigid, Failure> {
 /// Draws and measures a case.
 pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
     let nominal = read(folder, false)?;
-    let mut random = Random::named(&plan.name);
+    let mut random = Random::named(&plan.seed);
     let mut truth = Truth::new(plan);
     truth.rate_hz = 0.0;
     draw::effects(plan, &nominal.description, &mut truth, &mut random);

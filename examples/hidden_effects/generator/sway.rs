@@ -99,7 +99,7 @@ impl Motion {
 /// Draws and measures a case.
 pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
     let nominal = read(folder, false)?;
-    let mut random = Random::named(&plan.name);
+    let mut random = Random::named(&plan.seed);
     let mut truth = Truth::new(plan);
     truth.rate_hz = plan.rate.min(500.0);
     draw::effects(plan, &nominal.description, &mut truth, &mut random);

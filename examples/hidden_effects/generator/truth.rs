@@ -47,8 +47,10 @@ pub struct Part {
 /// A case before its numbers are drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Unique; also the seed.
+    /// Unique.
     pub name: String,
+    /// What the random numbers follow from: the name, and a number that makes other cases of the same kinds.
+    pub seed: String,
     /// Why it is there.
     pub group: Group,
     /// Folder of the robot.

@@ -157,6 +157,16 @@ impl Plan {
             let joints = names::list(no_position.iter().map(String::as_str), 40);
             self.assumptions.push(format!("joints without a position column stand still at zero: {joints}"));
         }
+        // Its torque was measured, so it was there; the model would be held against a motion that is not its own.
+        for name in no_position.iter().filter(|name| !no_effort.contains(name)) {
+            let message = format!(
+                "the log has `{name}/effort` but no column `{name}/position`: the joint is taken to stand still at zero"
+            );
+            let help = format!(
+                "log `{name}/position` (rad), or give its column's name with --mapping; else take `{name}/effort` out"
+            );
+            self.warnings.push(place(Diagnostic::warning(message)).help(help));
+        }
         Ok(())
     }
 

@@ -55,6 +55,10 @@ impl<'r> Known<'r> {
     /// Reports a link that does not exist.
     pub(super) fn check_link(&self, name: &str, place: Place, what: &str, messages: &mut Messages<'_>) {
         let Some(robot) = self.robot else { return };
+        // Without a tree there is no root to be the base by default, which is reported already.
+        if name.is_empty() && robot.tree.is_none() {
+            return;
+        }
         if robot.links.iter().all(|link| link.name != name) {
             let names: Vec<&str> = robot.links.iter().map(|link| link.name.as_str()).collect();
             let message = format!("{what}: the URDF has no link `{}`", short(name));
