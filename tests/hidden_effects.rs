@@ -92,3 +92,27 @@ fn our_formulas_agree_with_the_examples() {
         assert!((oracle / truth.oracle - 1.0).abs() < tolerance, "{name}: {oracle} {}", truth.oracle);
     }
 }
+
+/// The ground's compliance shows in no force: base and joints tell how deep the soles lie.
+#[test]
+fn soft_ground_is_found_from_sinking_soles() {
+    let (truth, folder) = made("swaying_ground_compliance-1", "soft");
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_bipedc"))
+        .args(["diagnose", "--json"])
+        .args([root().join("robots/tulip"), folder.join("train.csv")])
+        .arg("--validate")
+        .arg(folder.join("validation.csv"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let effects = answer["effects"].as_array().unwrap();
+    assert_eq!((effects.len(), &effects[0]["kind"]), (1, &"ground_compliance".into()), "{effects:?}");
+    let stiffness = effects[0]["parameters"]["stiffness"].as_f64().unwrap();
+    let wanted = truth.effects[0].value("stiffness");
+    assert!((stiffness / wanted - 1.0).abs() < 0.15, "{stiffness} N/m for {wanted} N/m");
+    // Corner heights fall to the noise of base and joints.
+    let sole = &answer["rms"]["sole"];
+    let [before, after] = ["before", "after"].map(|key| sole[key].as_f64().unwrap());
+    assert!(after < 0.1 * before, "{before} m to {after} m");
+}

@@ -61,7 +61,7 @@ fn panel(svg: &mut String, group: &[&Stair], top: f64) {
         let _ = writeln!(
             svg,
             "<text x=\"{right}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#444\">noise {}</text>",
-            at + 13.0,
+            at - 4.0,
             rounded(noise)
         );
     }

@@ -2,7 +2,7 @@
 use super::accumulate::{Log, Settings, Sums, Weighting, accumulate, fold_table};
 use super::design::{BatchRegressor, Design};
 use super::essential::essential;
-use super::estimate::{Estimate, Method};
+use super::estimate::{Estimate, Fit, Method};
 use super::motions::Motions;
 use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, Problem, check, choose};
 use super::result::Identification;
@@ -131,17 +131,7 @@ pub fn identify(
     let nominal = nominal(&design, &parts.anatomy.parameters());
     let (estimate, sums) =
         estimated((&design, parts.base), feed, &motions, &settings, options, (&raw, &nominal))?;
-    if estimate.seen.is_empty() {
-        return Err(one(Diagnostic::error("the data tell none of the parameters")
-            .help("record a motion in which all joints move")));
-    }
-    let fit = estimate.fit(&design, &sums);
-    if let Some(k) = (0..fit.theta.len()).find(|&k| !fit.theta[k].is_finite()) {
-        let message = format!("the estimate of `{}` is no number", design.unknowns[k].name);
-        return Err(one(
-            Diagnostic::error(message).help("are positions and efforts of the logs in SI units?")
-        ));
-    }
+    let fit = checked_fit(&estimate, &design, &sums).map_err(one)?;
     let folds = motions.folds();
     let essential = essential(&estimate, &design, &raw, &folds);
     progress(0.5);
@@ -186,6 +176,22 @@ pub fn identify(
         validation,
     };
     Ok(Answer { identification, links })
+}
+
+/// The fit, if the data tell anything and all of it is a number.
+fn checked_fit(estimate: &Estimate, design: &Design<'_>, sums: &Sums) -> Result<Fit, Diagnostic> {
+    if estimate.seen.is_empty() {
+        return Err(Diagnostic::error("the data tell none of the parameters")
+            .help("record a motion in which all joints move"));
+    }
+    let fit = estimate.fit(design, sums);
+    match fit.theta.iter().position(|theta| !theta.is_finite()) {
+        None => Ok(fit),
+        Some(k) => {
+            let message = format!("the estimate of `{}` is no number", design.unknowns[k].name);
+            Err(Diagnostic::error(message).help("are positions and efforts of the logs in SI units?"))
+        }
+    }
 }
 
 fn design<'a>(parts: &Parts<'a>, feed: &Feed<'_>, options: &Options) -> Design<'a> {

@@ -84,36 +84,16 @@ impl<'a> Setting<'a> {
     ) -> Self {
         let judge = validation.unwrap_or(train);
         let spread = Spread::new(train, &options.cad, options.widening);
-        let mut forms: Vec<Form> =
-            places.iter().flat_map(|(kind, location)| forms_of(train, kind, location)).collect();
-        let payloads = places.iter().filter(|(kind, _)| *kind == "payload");
-        let masses: Vec<Form> = payloads.filter_map(|(_, at)| Form::mass_only(train, at)).collect();
-        forms.extend(masses);
+        let forms = all_forms(train, places);
         let columns = columns_of(train, &forms);
         progress(0.2);
         let judge_columns = validation.map(|v| columns_of(v, &forms));
         progress(0.4);
-        let mut ids = Vec::with_capacity(forms.len());
-        let mut next = 0;
-        for columns in &columns {
-            ids.push((next..next + columns.len()).collect::<Vec<_>>());
-            next += columns.len();
-        }
         let banks = banks_of(train, &spread, &columns);
         progress(0.7);
         let judge_banks = validation.zip(judge_columns).map(|(v, columns)| banks_of(v, &spread, &columns));
         progress(0.9);
-        let candidates = forms
-            .into_iter()
-            .zip(&columns)
-            .zip(&ids)
-            .map(|((form, columns), ids)| {
-                let rows = touched(&form, columns, train);
-                let idle = columns.iter().filter(|column| column.is_empty()).count();
-                Candidate::new(form, ids, rows, &spread, idle)
-            })
-            .filter(|candidate| !candidate.rows.is_empty())
-            .collect();
+        let candidates = candidates_of(train, forms, &columns, &spread);
         let own_blocks = validation.is_none();
         let (train_blocks, judge_blocks): (Vec<usize>, Vec<usize>) = if own_blocks {
             (0..BLOCKS).partition(|b| b % 3 != 1)
@@ -397,6 +377,34 @@ impl<'a> Setting<'a> {
     pub fn has_corrections(&self) -> bool {
         self.corrections.is_some()
     }
+}
+
+/// All forms of all kinds and places, those that are named as alternatives only last.
+fn all_forms(experiment: &dyn Experiment, places: &[(&'static str, Location)]) -> Vec<Form> {
+    let searched = places.iter().flat_map(|(kind, location)| forms_of(experiment, kind, location));
+    let payloads = places.iter().filter(|(kind, _)| *kind == "payload");
+    searched.chain(payloads.filter_map(|(_, at)| Form::mass_only(experiment, at))).collect()
+}
+
+/// Forms with their columns, numbered in order; those that show nowhere are left out.
+fn candidates_of(
+    experiment: &dyn Experiment,
+    forms: Vec<Form>,
+    columns: &[Vec<Column>],
+    spread: &Spread,
+) -> Vec<Candidate> {
+    let mut next = 0;
+    let mut candidates = Vec::with_capacity(forms.len());
+    for (form, columns) in forms.into_iter().zip(columns) {
+        let ids: Vec<usize> = (next..next + columns.len()).collect();
+        next += columns.len();
+        let rows = touched(&form, columns, experiment);
+        let idle = columns.iter().filter(|column| column.is_empty()).count();
+        if !rows.is_empty() {
+            candidates.push(Candidate::new(form, &ids, rows, spread, idle));
+        }
+    }
+    candidates
 }
 
 fn forms_of(experiment: &dyn Experiment, kind: &'static str, location: &Location) -> Vec<Form> {

@@ -138,12 +138,11 @@ pub(super) fn reach(
     train: (&Signals, &[f64], &dyn Fn(usize) -> bool),
     judge: (&Signals, &[f64], &dyn Fn(usize) -> bool),
 ) -> Option<Reach> {
-    let pick = |signals: &Signals, residual: &[f64], counts: &dyn Fn(usize) -> bool| -> Vec<usize> {
-        let _ = signals;
+    let pick = |residual: &[f64], counts: &dyn Fn(usize) -> bool| -> Vec<usize> {
         (0..residual.len()).step_by(stride(residual.len())).filter(|&i| counts(i)).collect()
     };
-    let rows = pick(train.0, train.1, train.2);
-    let others = pick(judge.0, judge.1, judge.2);
+    let rows = pick(train.1, train.2);
+    let others = pick(judge.1, judge.2);
     if rows.len() < 100 || others.len() < 50 || train.0.is_empty() {
         return None;
     }

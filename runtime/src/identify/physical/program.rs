@@ -141,7 +141,7 @@ impl<'a> Problem<'a> {
         let n = self.slopes.ncols();
         let refused = |why: String| {
             Diagnostic::error(format!("no physically possible parameters were found: {why}"))
-                .help("are bounds such as the total mass compatible with each other?")
+                .help("warnings about the log come first: correct its units, signs and missing columns; then bounds that contradict each other")
         };
         let back = quadratic.triangle.solve_upper_triangular(&DMatrix::identity(n, n));
         let back = back.ok_or_else(|| refused("the regression is singular".to_owned()))?;
