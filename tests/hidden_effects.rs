@@ -37,8 +37,7 @@ fn cases_are_as_many_as_promised() {
         assert!(bipedc_runtime::effect::kind(part.kind).is_some(), "no kind `{}`", part.kind);
         *kinds.entry(part.kind).or_default() += 1;
     }
-    // Spinning feet show in no channel of a log with forces and centre of pressure alone.
-    let unseen = ["spin_friction", "formula", "point_feet", "no_impact", "single_mass", "decoupled_planes"];
+    let unseen = ["formula", "point_feet", "no_impact", "single_mass", "decoupled_planes"];
     for kind in bipedc_runtime::effect::KINDS.iter().filter(|kind| !unseen.contains(&kind.name)) {
         let cases = kinds.get(kind.name).copied().unwrap_or(0);
         assert!(cases >= 2, "`{}` is in {cases} cases", kind.name);
@@ -93,26 +92,44 @@ fn our_formulas_agree_with_the_examples() {
     }
 }
 
-/// The ground's compliance shows in no force: base and joints tell how deep the soles lie.
-#[test]
-fn soft_ground_is_found_from_sinking_soles() {
-    let (truth, folder) = made("swaying_ground_compliance-1", "soft");
+/// What the command says about a case, and what was hidden.
+fn diagnosed(name: &str) -> (serde_json::Value, Truth) {
+    let (truth, folder) = made(name, "diagnosed");
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_bipedc"))
         .args(["diagnose", "--json"])
-        .args([root().join("robots/tulip"), folder.join("train.csv")])
+        .args([root().join("robots").join(&truth.robot), folder.join("train.csv")])
         .arg("--validate")
         .arg(folder.join("validation.csv"))
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    (serde_json::from_slice(&output.stdout).unwrap(), truth)
+}
+
+/// The one effect that was found is of this kind, and its parameter within 15 %.
+fn is_found(answer: &serde_json::Value, truth: &Truth, kind: &str, parameter: &str) {
     let effects = answer["effects"].as_array().unwrap();
-    assert_eq!((effects.len(), &effects[0]["kind"]), (1, &"ground_compliance".into()), "{effects:?}");
-    let stiffness = effects[0]["parameters"]["stiffness"].as_f64().unwrap();
-    let wanted = truth.effects[0].value("stiffness");
-    assert!((stiffness / wanted - 1.0).abs() < 0.15, "{stiffness} N/m for {wanted} N/m");
+    assert_eq!((effects.len(), &effects[0]["kind"]), (1, &kind.into()), "{effects:?}");
+    let found = effects[0]["parameters"][parameter].as_f64().unwrap();
+    let wanted = truth.effects[0].value(parameter);
+    assert!((found / wanted - 1.0).abs() < 0.15, "{found} for {wanted}");
+}
+
+/// The ground's compliance shows in no force: base and joints tell how deep the soles lie.
+#[test]
+fn soft_ground_is_found_from_sinking_soles() {
+    let (answer, truth) = diagnosed("swaying_ground_compliance-1");
+    is_found(&answer, &truth, "ground_compliance", "stiffness");
     // Corner heights fall to the noise of base and joints.
     let sole = &answer["rms"]["sole"];
     let [before, after] = ["before", "after"].map(|key| sole[key].as_f64().unwrap());
     assert!(after < 0.1 * before, "{before} m to {after} m");
+}
+
+#[test]
+fn a_spinning_foot_is_found_from_flat_impacts() {
+    let (answer, truth) = diagnosed("flatimpacts_spin_friction-1");
+    is_found(&answer, &truth, "spin_friction", "radius");
+    let after = answer["rms_after"].as_f64().unwrap();
+    assert!(after < 1.1 * truth.oracle && truth.oracle < 0.2 * truth.nominal, "{after} {truth:?}");
 }

@@ -26,6 +26,10 @@ fn slip(friction: f64) -> Effect {
     Effect::new("foot_slip", Location::default(), &[("friction", friction)])
 }
 
+fn spin(radius: f64) -> Effect {
+    Effect::new("spin_friction", Location::default(), &[("radius", radius)])
+}
+
 fn all(experiment: &dyn Experiment) -> Vec<usize> {
     (0..experiment.rows().len()).collect()
 }
@@ -196,10 +200,20 @@ fn a_flat_foot_in_space_obeys_the_laws_of_contact() {
     let source = Box::new(Cursor::new(text.into_bytes()));
     let reader = Reader::from_source(Path::new("made.csv"), source, &Mapping::default()).unwrap();
     let experiment = ImpactExperiment::from_reader(subjects.robot(&tulip::Tulip, &[]), reader, None).unwrap();
-    let mut slid = 0;
-    for effects in [vec![], vec![restitution(0.3)], vec![slip(0.3)], vec![slip(0.25), restitution(0.2)]] {
-        let bounce = effects.iter().map(|e| e.value("coefficient")).fold(0.0, f64::max);
-        let friction = effects.iter().map(|e| e.value("friction")).fold(0.0, f64::max);
+    let (mut slid, mut turned) = (0, 0);
+    for effects in [
+        vec![],
+        vec![restitution(0.3)],
+        vec![slip(0.3)],
+        vec![slip(0.25), restitution(0.2)],
+        vec![spin(0.004)],
+        vec![spin(0.02), slip(0.3), restitution(0.1)],
+    ] {
+        let value = |kind: &str, name: &str| effects.iter().find(|e| e.kind == kind).map(|e| e.value(name));
+        let bounce = value("impact_restitution", "coefficient").unwrap_or(0.0);
+        let friction = value("foot_slip", "friction").unwrap_or(0.0);
+        let radius =
+            value("spin_friction", "radius").map(|r| r * if friction > 0.0 { friction } else { 1.0 });
         let response = experiment.response(&effects);
         for (i, (q, logged, turn)) in states.iter().enumerate() {
             let explained = |row: usize| response.iter().find(|(r, _)| *r == row).map_or(0.0, |(_, v)| v[i]);
@@ -211,8 +225,8 @@ fn a_flat_foot_in_space_obeys_the_laws_of_contact() {
             let (before, after) = (model(logged), model(&after));
             let six = DMatrix::from_vec(6, 18, call("jacobian_of_right_foot", q, 108));
             let rotation = Matrix3::from_column_slice(&call("rotation_of_right_foot", q, 9));
-            let below = rotation * Vector3::new(0.0, 0.0, -0.055);
-            // Twist of the sole's origin: v + ω × r.
+            let below = rotation * Vector3::new(0.03, 0.0, -0.055);
+            // Twist of the middle of the sole: v + ω × r.
             let twist = |v: &DVector<f64>| {
                 let t = &six * v;
                 let omega = Vector3::new(t[3], t[4], t[5]);
@@ -220,13 +234,23 @@ fn a_flat_foot_in_space_obeys_the_laws_of_contact() {
             };
             let ((v0, w0), (v1, w1)) = (twist(&before), twist(&after));
             assert!((v1.z + bounce * v0.z).abs() < 1e-9, "the sole bounces: {} after {}", v1.z, v0.z);
-            assert!((w1.xy() + w0.xy() * bounce).norm() < 1e-9 && w1.z.abs() < 1e-9, "{w1} after {w0}");
+            assert!((w1.xy() + w0.xy() * bounce).norm() < 1e-9, "{w1} after {w0}");
             // The impulse is a wrench on the foot and nothing else.
             let mass = DMatrix::from_vec(18, 18, call("mass_matrix", q, 324));
             let push = mass * (&after - &before);
             let wrench = six.transpose().svd(true, true).solve(&push, 1e-10).unwrap();
             assert!((six.transpose() * &wrench - &push).norm() < 1e-8 * push.norm());
             let (tangential, normal) = (wrench.rows(0, 2).norm(), wrench[2]);
+            let (force, moment) = (Vector3::new(wrench[0], wrench[1], normal), wrench.fixed_rows::<3>(3));
+            let about = moment[2] - below.cross(&force).z;
+            if w1.z.abs() > 1e-9 {
+                turned += 1;
+                let limit = radius.expect("only with this effect") * normal;
+                assert!((about.abs() - limit).abs() < 1e-8 * normal, "turning: {about} {limit}");
+                assert!(about * w1.z < 0.0, "against the turning");
+            } else {
+                assert!(radius.is_none_or(|radius| about.abs() <= radius * normal * (1.0 + 1e-9)));
+            }
             let slide = v1.xy();
             if slide.norm() > 1e-9 {
                 slid += 1;
@@ -241,5 +265,5 @@ fn a_flat_foot_in_space_obeys_the_laws_of_contact() {
             }
         }
     }
-    assert!(slid >= 3, "only {slid} of them slide");
+    assert!(slid >= 3 && turned >= 3, "only {slid} of them slide, {turned} turn");
 }

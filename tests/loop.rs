@@ -120,6 +120,29 @@ fn friction_is_seen_added_compensated_and_taken_back() {
     assert_eq!(error(&folder), before);
 }
 
+/// A wrong number in the description is estimated again, written back, and taken back.
+#[test]
+fn refitted_effects_are_written_back() {
+    let folder = robot("loop_refit");
+    let wrong = ["amend", text(&folder), "--effect", "coulomb_friction", "--joint", JOINT];
+    bipedc(&[&wrong[..], &["--set", "torque=0.1"]].concat()).ok();
+    let original = std::fs::read_to_string(folder.join("biped.toml")).unwrap();
+    let before = error(&folder);
+
+    let answer = bipedc(&["diagnose", text(&folder), TRAIN, "--validate", JUDGE, "--refit", "--json"]).ok();
+    let file = folder.join("diagnosis.json");
+    std::fs::write(&file, &answer.out).unwrap();
+    let standing = answer.json()["standing"][0].clone();
+    let interval = &standing["ci95"]["torque"];
+    assert!(interval[0].as_f64() < Some(0.4) && interval[1].as_f64() > Some(0.4), "{standing}");
+
+    bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+    assert_eq!(standing["parameters"]["torque"].as_f64(), Some(parameter(&folder, "torque")));
+    assert!(error(&folder) < 0.5 * before && error(&folder) <= 1.1 * oracle());
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    assert_eq!(std::fs::read_to_string(folder.join("biped.toml")).unwrap(), original);
+}
+
 /// Inverse dynamics differs by the law, in this joint alone; `generate` writes that program.
 fn the_law_is_in_the_code(folder: &Path) {
     let row = row(folder);

@@ -75,6 +75,8 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
     if selection.corrections {
         effects.extend(diagnosis.inertial_corrections.iter().map(|found| proposed(found, None, wish)));
     }
+    // Effects that stood already and were estimated again belong to the estimates of the others.
+    effects.extend(diagnosis.standing.iter().map(|found| proposed(found, None, Wish::Put)));
     let training = (!diagnosis.training.file.is_empty()).then(|| diagnosis.training.clone());
     let validation = diagnosis.validation.clone();
     Ok(Proposal { effects, origin: origin.to_owned(), training, validation, errors, note })

@@ -28,34 +28,39 @@ pub fn staircase(stairs: &[Stair]) -> String {
     }
     let mut top = 0.0;
     for (group, height) in groups.iter().zip(heights) {
-        panel(&mut svg, group, top);
+        let largest = group.iter().flat_map(|stair| [stair.before, stair.after]).fold(0.0_f64, f64::max);
+        Panel { group, top, largest }.draw(&mut svg);
         top += height;
     }
     svg + "</svg>\n"
 }
 
-fn panel(svg: &mut String, group: &[&Stair], top: f64) {
-    let largest = group.iter().flat_map(|stair| [stair.before, stair.after]).fold(0.0_f64, f64::max);
-    let y = |value: f64| top + TOP + HEIGHT * (1.0 - if largest > 0.0 { value / largest } else { 0.0 });
-    let wide = (WIDTH - LEFT - 20.0) / (group.len() as f64 + 1.0);
-    let x = |index: usize| LEFT + wide * index as f64;
-    let floor = y(0.0);
-    let _ = writeln!(
-        svg,
-        "<text x=\"10\" y=\"{:.1}\" font-weight=\"bold\">{}</text>",
-        top + 22.0,
-        escaped(&heading(group[0]))
-    );
-    let _ = writeln!(
-        svg,
-        "<path d=\"M{LEFT} {:.1}V{floor:.1}H{:.1}\" fill=\"none\" stroke=\"#666\"/>",
-        top + TOP - 8.0,
-        WIDTH - 20.0
-    );
-    if let Some(noise) =
-        group.iter().map(|stair| stair.noise).rfind(|noise| *noise > 0.0 && *noise <= largest)
-    {
-        let (right, at) = (WIDTH - 20.0, y(noise));
+/// Where the numbers of one panel are drawn.
+struct Panel<'a> {
+    group: &'a [&'a Stair],
+    top: f64,
+    largest: f64,
+}
+
+impl Panel<'_> {
+    fn x(&self, index: usize) -> f64 {
+        LEFT + self.wide() * index as f64
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        let part = if self.largest > 0.0 { value / self.largest } else { 0.0 };
+        self.top + TOP + HEIGHT * (1.0 - part)
+    }
+
+    fn wide(&self) -> f64 {
+        (WIDTH - LEFT - 20.0) / (self.group.len() as f64 + 1.0)
+    }
+
+    /// A dashed line, with its label above so that it stays clear of the numbers below the axis.
+    fn noise(&self, svg: &mut String) {
+        let known = self.group.iter().map(|stair| stair.noise);
+        let Some(noise) = known.rev().find(|noise| *noise > 0.0 && *noise <= self.largest) else { return };
+        let (right, at) = (WIDTH - 20.0, self.y(noise));
         let _ =
             writeln!(svg, "<path d=\"M{LEFT} {at:.1}H{right}\" stroke=\"#666\" stroke-dasharray=\"4 4\"/>");
         let _ = writeln!(
@@ -65,35 +70,43 @@ fn panel(svg: &mut String, group: &[&Stair], top: f64) {
             rounded(noise)
         );
     }
-    let mut line = format!("M{:.1} {:.1}H{:.1}", x(0), y(group[0].before), x(1));
-    let mut labels = number(x(0) + wide / 2.0, y(group[0].before), group[0].before);
-    for (index, stair) in group.iter().enumerate() {
-        let _ = write!(line, "V{:.1}H{:.1}", y(stair.after), x(index + 2));
-        labels += &number(x(index + 1) + wide / 2.0, y(stair.after), stair.after);
-        let _ = writeln!(
-            labels,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            x(index + 1) + wide / 2.0,
-            floor + 14.0,
-            index + 1
-        );
-        let said = format!(
-            "{}  {} (step {}, {}): {}",
-            index + 1,
-            stair.label,
-            stair.step,
-            day(&stair.date),
-            quantity(stair.after, &stair.unit)
-        );
-        let _ = writeln!(
-            labels,
-            "<text x=\"{LEFT}\" y=\"{:.1}\">{}</text>",
-            floor + 18.0 + LINE * (index as f64 + 1.0),
-            escaped(&said)
-        );
+
+    /// Number below the axis and line of the legend of one step.
+    fn step(&self, svg: &mut String, index: usize, stair: &Stair) {
+        let floor = self.y(0.0);
+        let at = self.x(index + 1) + self.wide() / 2.0;
+        svg.push_str(&number(at, self.y(stair.after), stair.after));
+        let number = index + 1;
+        let below = floor + 14.0;
+        let _ = writeln!(svg, "<text x=\"{at:.1}\" y=\"{below:.1}\" text-anchor=\"middle\">{number}</text>");
+        let (label, date) = (&stair.label, day(&stair.date));
+        let after = quantity(stair.after, &stair.unit);
+        let said = escaped(&format!("{number}  {label} (step {}, {date}): {after}", stair.step));
+        let line = floor + 18.0 + LINE * number as f64;
+        let _ = writeln!(svg, "<text x=\"{LEFT}\" y=\"{line:.1}\">{said}</text>");
     }
-    let _ = writeln!(svg, "<path d=\"{line}\" fill=\"none\" stroke=\"#0057b7\" stroke-width=\"2.5\"/>");
-    svg.push_str(&labels);
+
+    fn draw(&self, svg: &mut String) {
+        let first = self.group[0];
+        let title = escaped(&heading(first));
+        let _ =
+            writeln!(svg, "<text x=\"10\" y=\"{:.1}\" font-weight=\"bold\">{title}</text>", self.top + 22.0);
+        let _ = writeln!(
+            svg,
+            "<path d=\"M{LEFT} {:.1}V{:.1}H{:.1}\" fill=\"none\" stroke=\"#666\"/>",
+            self.top + TOP - 8.0,
+            self.y(0.0),
+            WIDTH - 20.0
+        );
+        self.noise(svg);
+        let mut line = format!("M{:.1} {:.1}H{:.1}", self.x(0), self.y(first.before), self.x(1));
+        for (index, stair) in self.group.iter().enumerate() {
+            let _ = write!(line, "V{:.1}H{:.1}", self.y(stair.after), self.x(index + 2));
+        }
+        let _ = writeln!(svg, "<path d=\"{line}\" fill=\"none\" stroke=\"#0057b7\" stroke-width=\"2.5\"/>");
+        svg.push_str(&number(self.x(0) + self.wide() / 2.0, self.y(first.before), first.before));
+        self.group.iter().enumerate().for_each(|(index, stair)| self.step(svg, index, stair));
+    }
 }
 
 fn number(x: f64, y: f64, value: f64) -> String {

@@ -155,6 +155,9 @@ const CONTACT: &[(Experiment, Entry)] = &[
     (Experiment::Impacts, ("three_link", "foot_slip", "")),
 ];
 
+/// Feet that strike flat; last, so that the sampling of the others does not depend on them.
+const FLAT: &[Entry] = &[("tulip", "spin_friction", ""), ("biped_3d", "spin_friction", "")];
+
 const CLEAN: &[(Experiment, &str)] = &[
     (Experiment::Hanging, "tulip"),
     (Experiment::Hanging, "five_link"),
@@ -218,6 +221,9 @@ pub fn all() -> Vec<Plan> {
     }
     for &(robot, kind, at) in OUTSIDE {
         add(format!("outside_{kind}"), Group::Outside, robot, Experiment::Hanging, &[(kind, at)]);
+    }
+    for &(robot, kind, at) in FLAT {
+        add(format!("flatimpacts_{kind}"), Group::Single, robot, Experiment::FlatImpacts, &[(kind, at)]);
     }
     cases
 }

@@ -127,6 +127,7 @@ fn contact(part: &Part, own: &Scales, size: f64, r: &mut Random) -> Vec<(&'stati
         }
         "impact_restitution" => vec![("coefficient", r.log_range(0.1, 0.4))],
         "foot_slip" => vec![("friction", r.log_range(0.15, 0.4))],
+        "spin_friction" => vec![("radius", r.log_range(0.01, 0.04))],
         "position_friction" => vec![("torque", size), ("depth", 0.9), ("periods", r.range(5.0, 9.0))],
         "warming_friction" => vec![("torque", 0.2 * size), ("growth", 0.16 * size)],
         "cubic_spring" => {

@@ -6,6 +6,7 @@ mod cases;
 mod contact;
 mod draw;
 mod drive;
+mod flat_impacts;
 mod hanging;
 mod impacts;
 mod inertia;
@@ -60,6 +61,7 @@ pub fn generate(plan: &Plan, robots: &Path, folder: &Path) -> Result<Truth, Fail
         Experiment::Swaying => sway::generate(plan, &robot)?,
         Experiment::Postures => postures::generate(plan, &robot)?,
         Experiment::Impacts => impacts::generate(plan, &robot)?,
+        Experiment::FlatImpacts => flat_impacts::generate(plan, &robot)?,
     };
     if !(made.truth.nominal.is_finite() && made.truth.oracle.is_finite()) {
         return Err(failure(format!("{}: the simulation is unstable", plan.name)));

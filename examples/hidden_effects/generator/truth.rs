@@ -15,6 +15,8 @@ pub enum Experiment {
     Postures,
     /// Velocities just before and after impacts of the right foot.
     Impacts,
+    /// The same in space, where the foot strikes flat and turns.
+    FlatImpacts,
 }
 
 /// Why the case is there.

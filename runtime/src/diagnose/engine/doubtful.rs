@@ -51,8 +51,29 @@ pub(super) fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize,
             || !saturates(setting, polished, k)
             || (several && is_cancelled(setting, &polished.effects[k]))
     });
+    let falls = falls.map(|(k, fall)| (k, if uncertain(polished, k) { f64::NEG_INFINITY } else { fall }));
     let least = || falls.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, fall)| *fall < 0.5 * LEAST);
     doubtful.map(|k| (k, true)).or_else(|| least().map(|(k, _)| (k, false)))
+}
+
+/// Whether all that an effect might be includes that it is nothing.
+fn uncertain(polished: &Polished, k: usize) -> bool {
+    let effect = &polished.effects[k];
+    // Where nothing is there: these are never nothing at zero.
+    let limited =
+        effect.kind.ends_with("_saturation") || matches!(effect.kind.as_str(), "foot_slip" | "spin_friction");
+    let place = |name: &str| {
+        matches!(name, "rest_angle" | "phase" | "periods_per_turn" | "stribeck_velocity")
+            || effect.kind == "payload" && name != "mass"
+    };
+    let sizes = || polished.half_width[k].iter().filter(|(name, _)| !place(name));
+    !limited
+        && sizes().next().is_some()
+        && sizes().all(|(name, half)| {
+            let nothing = if name == "gain" { 1.0 } else { 0.0 };
+            // Compliance and elasticity are nothing where the stiffness is infinite: their error bars tell no zero.
+            name != "stiffness" && (effect.value(name) - nothing).abs() < *half
+        })
 }
 
 /// Whether an effect makes far more than there is to explain, so that another one takes it back.

@@ -42,6 +42,7 @@ pub(super) fn settings(kind: &str) -> &'static [f64] {
         "stribeck_friction" => &[0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0],
         "actuator_delay" => &[0.001, 0.004, 0.015],
         "foot_slip" => &[0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8],
+        "spin_friction" => &[0.005, 0.01, 0.02, 0.05],
         _ => &[0.0],
     }
 }
@@ -88,6 +89,7 @@ fn probes(kind: &str, setting: f64) -> Option<Vec<Probe>> {
         "actuator_delay" => vec![slope("delay", setting)],
         "torque_saturation" | "force_sensor_saturation" => vec![vec![(1.0, vec![("limit", setting)])]],
         "foot_slip" => vec![vec![(1.0, vec![("friction", setting)])]],
+        "spin_friction" => vec![vec![(1.0, vec![("radius", setting)])]],
         "encoder_offset" => vec![slope("offset", 1e-4)],
         "gravity_tilt" | "ground_slope" => vec![slope("roll", 1e-4), slope("pitch", 1e-4)],
         "backlash" => vec![unit("gap")],
@@ -145,6 +147,7 @@ pub(super) fn recover(kind: &str, setting: f64, c: &[f64]) -> Parameters {
         ("actuator_delay", [c]) => vec![("delay", *c)],
         ("torque_saturation" | "force_sensor_saturation", [_]) => vec![("limit", setting)],
         ("foot_slip", [_]) => vec![("friction", setting)],
+        ("spin_friction", [_]) => vec![("radius", setting)],
         ("encoder_offset", [c]) => vec![("offset", *c)],
         ("gravity_tilt" | "ground_slope", [r, p]) => vec![("roll", *r), ("pitch", *p)],
         ("backlash", [c]) => vec![("gap", *c)],
@@ -324,7 +327,7 @@ impl Form {
     /// Whether the coefficients make a physically possible effect; else which parameter is impossible.
     pub fn impossible(&self, coefficients: &[f64]) -> Option<String> {
         // The excess over the limit counts once: a factor far from one is another effect.
-        if (self.kind.ends_with("_saturation") || self.kind == "foot_slip")
+        if (self.kind.ends_with("_saturation") || matches!(self.kind, "foot_slip" | "spin_friction"))
             && !(0.8..1.25).contains(&coefficients[0])
         {
             return Some("what lies beyond the limit does not fit".to_owned());

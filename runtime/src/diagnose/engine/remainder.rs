@@ -13,6 +13,8 @@ const SLOW: f64 = 0.35;
 const TRACE: f64 = 2e-4;
 /// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
 const LOUD: f64 = 2.0;
+/// So many times the noise is no noise, where the rows are too few to see what goes with what.
+const FEW: f64 = 3.0;
 /// What varies over this time is slow, s.
 const SLOW_TIME: f64 = 0.15;
 
@@ -47,10 +49,20 @@ pub(super) fn unexplained(
     let parts = parallel(train.rows().len(), |row| {
         let what = &train.rows()[row];
         let (a, b) = (smoother::signals(train, row), smoother::signals(judge, row));
+        let (r, s) = (train.residual(row), judge.residual(row));
+        // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
+        let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+        let matters = squares(s) > TRACE * squares(judge.nominal(row));
+        let size = squares(s) / (what.noise.powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
+        let named = |share: f64, signals: Vec<String>| Unexplained {
+            joint: what.joint.clone().unwrap_or_else(|| what.name.clone()),
+            share,
+            signals,
+        };
+        let too_few = || (matters && size > FEW.powi(2)).then(|| named(1.0 - 1.0 / size, Vec::new()));
         if a.is_empty() {
             return None;
         }
-        let (r, s) = (train.residual(row), judge.residual(row));
         // Where the joint reverses, friction is smeared by the filter: no reason to doubt the effects.
         let smeared = effects.iter().any(|e| e.kind.contains("friction") || e.kind == "coupling");
         let speed = |signals: &smoother::Signals| {
@@ -60,19 +72,14 @@ pub(super) fn unexplained(
         let (slow_a, slow_b) = if smeared { (speed(&a), speed(&b)) } else { (0.0, 0.0) };
         let trains = |i: usize| a[1].1[i].abs() >= slow_a && (!own_blocks || !counts(i, r.len()));
         let judges = |i: usize| b[1].1[i].abs() >= slow_b && counts(i, s.len());
-        let reach = reach((&a, r, &trains), (&b, s, &judges))?;
+        let Some(reach) = reach((&a, r, &trains), (&b, s, &judges)) else { return too_few() };
         let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
         let slow = slow_share(judge.time(), s);
         let share = if smooth > UNEXPLAINED { smooth } else { slow };
-        // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
-        let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-        let matters = squares(s) > TRACE * squares(judge.nominal(row));
-        let size = squares(s) / (what.noise.powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
         (matters && ((smooth > UNEXPLAINED && size > QUIET) || (slow > SLOW && size > LOUD.powi(2)))).then(
             || {
                 let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
-                let signals = signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect();
-                Unexplained { joint: what.joint.clone().unwrap_or_else(|| what.name.clone()), share, signals }
+                named(share, signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect())
             },
         )
     });

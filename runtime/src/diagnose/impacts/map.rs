@@ -16,13 +16,15 @@ pub(super) struct Contact {
     pub restitution: f64,
     /// Tangential per normal impulse; infinite: no slip.
     pub friction: f64,
+    /// Impulse about the vertical per normal impulse, m; infinite: a flat foot does not turn.
+    pub spin: f64,
     /// Velocities do not jump.
     pub none: bool,
 }
 
 impl Default for Contact {
     fn default() -> Self {
-        Self { restitution: 0.0, friction: f64::INFINITY, none: false }
+        Self { restitution: 0.0, friction: f64::INFINITY, spin: f64::INFINITY, none: false }
     }
 }
 
@@ -32,6 +34,8 @@ struct Rows {
     tangential: usize,
     /// Which of the rows bounce: the normal one and turning about horizontal axes.
     bounces: Vec<bool>,
+    /// The row of turning about the vertical, of a flat foot in space.
+    vertical: Option<usize>,
 }
 
 /// What an impact is computed from.
@@ -68,6 +72,16 @@ impl ImpactExperiment<'_> {
         let reach = factor.solve(&rows.transpose());
         let impulse = (&rows * &reach).lu().solve(&(&rows * &free));
         impulse.map_or(-&free, |impulse| reach * impulse - free)
+    }
+
+    /// Impulse about the vertical per normal impulse that holds the foot of an impact, m. `None`: it cannot turn.
+    pub(super) fn turning(&self, i: usize, nominal: &Changed) -> Option<f64> {
+        let (q, before) = self.state(i, nominal);
+        let rows = self.rows_at(&q, nominal);
+        let reach = self.mass_matrix(&q, nominal).cholesky()?.solve(&rows.jacobian.transpose());
+        let held = Strike { rows: &rows, reach: &reach, before: &before }.impulse(&nominal.contact)?;
+        let ratio = held[rows.vertical?].abs() / held[rows.tangential];
+        (ratio > 0.0 && ratio.is_finite()).then_some(ratio)
     }
 
     /// How velocities after depend on those before (nominal contact), `I − M⁻¹ Jᵀ (J M⁻¹ Jᵀ)⁻¹ J`, and a basis of
@@ -134,13 +148,13 @@ impl ImpactExperiment<'_> {
         matrix
     }
 
-    /// The contact's rows in axes of the ground, at the sole's origin or at the foot's point.
+    /// The contact's rows in axes of the ground, at the middle of the sole or at the foot's point.
     fn rows_at(&self, q: &[f64], changed: &Changed) -> Rows {
         let (foot, nv) = (&self.robot.feet[self.foot], self.calls.nv);
         let mut six = Vec::new();
         self.foot_calls.jacobian(&self.calls, q, &mut six);
         let sole = self.foot_calls.sole(&self.calls, foot, q);
-        let at = sole.below + sole.rotation * if self.flat { Vector3::zeros() } else { foot.center() };
+        let at = sole.below + sole.rotation * foot.center();
         let ground: Matrix3<f64> = (changed.world.tilt.transpose() * changed.world.slope).transpose();
         let columns = six.chunks_exact(6).map(|c| {
             let (linear, angular) = (Vector3::new(c[0], c[1], c[2]), Vector3::new(c[3], c[4], c[5]));
@@ -160,27 +174,78 @@ impl ImpactExperiment<'_> {
         });
         let tangential = linear.len() - 1;
         let bounces = (0..count).map(|r| r == tangential || r > tangential && angular[r - linear.len()] != 2);
-        Rows { jacobian, tangential, bounces: bounces.collect() }
+        let vertical = angular.iter().position(|axis| *axis == 2).map(|k| linear.len() + k);
+        Rows { jacobian, tangential, bounces: bounces.collect(), vertical }
     }
 }
 
 impl Impact {
     fn after(&self, contact: &Contact) -> Option<DVector<f64>> {
-        let rows = &self.rows;
         let factor = self.mass.clone().cholesky()?;
-        let reach = factor.solve(&rows.jacobian.transpose());
-        let speed = &rows.jacobian * &self.before;
-        let gain = &rows.jacobian * &reach;
+        let reach = factor.solve(&self.rows.jacobian.transpose());
+        let strike = Strike { rows: &self.rows, reach: &reach, before: &self.before };
+        let held = strike.impulse(contact)?;
+        let impulse = match self.rows.vertical {
+            Some(k) if held[k].abs() > contact.spin * held[self.rows.tangential] => {
+                self.spinning(k, -held[k].signum(), contact, &reach).unwrap_or(held)
+            }
+            _ => held,
+        };
+        Some(&self.before + reach * impulse)
+    }
+
+    /// The impulse of a foot that turns about the vertical (row `k`): limited by the normal impulse, against the
+    /// turning just after. `first` is the sense of turning that is tried first.
+    fn spinning(
+        &self,
+        k: usize,
+        first: f64,
+        contact: &Contact,
+        reach: &DMatrix<f64>,
+    ) -> Option<DVector<f64>> {
+        let rows = &self.rows;
+        [first, -first].into_iter().find_map(|sense| {
+            // The normal impulse brings that about the vertical along.
+            let brought = -sense * contact.spin;
+            let mut along = reach.clone();
+            along.column_mut(rows.tangential).axpy(brought, &reach.column(k), 1.0);
+            let fewer = Rows {
+                jacobian: rows.jacobian.clone().remove_row(k),
+                tangential: rows.tangential,
+                bounces: rows.bounces.iter().enumerate().filter(|(r, _)| *r != k).map(|(_, b)| *b).collect(),
+                vertical: None,
+            };
+            let along = along.remove_column(k);
+            let strike = Strike { rows: &fewer, reach: &along, before: &self.before };
+            let impulse = strike.impulse(contact)?;
+            let left = rows.jacobian.row(k) * (&self.before + along * &impulse);
+            let normal = impulse[rows.tangential];
+            (normal > 0.0 && left[0] * sense >= 0.0).then(|| impulse.insert_row(k, brought * normal))
+        })
+    }
+}
+
+/// A contact whose impulses act on the velocities through `reach`.
+struct Strike<'a> {
+    rows: &'a Rows,
+    reach: &'a DMatrix<f64>,
+    before: &'a DVector<f64>,
+}
+
+impl Strike<'_> {
+    fn impulse(&self, contact: &Contact) -> Option<DVector<f64>> {
+        let rows = self.rows;
+        let speed = &rows.jacobian * self.before;
+        let gain = &rows.jacobian * self.reach;
         let bounce = |r: usize| if rows.bounces[r] { -contact.restitution } else { 0.0 };
         let wanted = DVector::from_fn(speed.len(), |r, _| (bounce(r) - 1.0) * speed[r]);
         let impulse = gain.clone().lu().solve(&wanted)?;
         let push = impulse.rows(0, rows.tangential).norm();
         if push <= contact.friction * impulse[rows.tangential] {
-            return Some(&self.before + reach * impulse);
+            return Some(impulse);
         }
         // Where no sliding obeys the law, friction jams the foot.
-        let sliding = self.sliding(contact.friction, &gain, &wanted, &speed, &impulse);
-        Some(&self.before + reach * sliding.unwrap_or(impulse))
+        Some(self.sliding(contact.friction, &gain, &wanted, &speed, &impulse).unwrap_or(impulse))
     }
 
     /// The impulse of a foot that slides: friction times the normal impulse, against the sliding just after. Of

@@ -8,7 +8,9 @@
 //! With λ the impulse, `J` the rows of the contact: `M (v⁺ − v⁻) = Jᵀ λ`. `impact_restitution`: the normal velocities
 //! after are −coefficient times those before (of a flat foot those of all its corners), the tangential ones zero.
 //! `foot_slip`: where a foot that sticks would need a tangential impulse beyond friction times the normal one, it
-//! slides and the impulse points against the sliding. Both hold together.
+//! slides and the impulse points against the sliding. `spin_friction`: a flat foot in space goes on turning about the
+//! vertical through the middle of its sole where stopping it would need an impulse beyond radius · friction times the
+//! normal one. All hold together.
 //!
 //! Inertial effects change the mass matrix: its columns are inverse dynamics of unit accelerations, and what changed
 //! parameters add to them is the model's regressor at the same accelerations, exact since it is linear. A rotor's
@@ -23,6 +25,11 @@ use super::world::World;
 use super::{Experiment, Inertial, Robot, Row};
 use crate::effect::{Effect, Law, Location};
 use map::Contact;
+
+/// Ratio of neighbouring values from which the search of a limit starts,
+const SEED_RATIO: f64 = 1.1;
+/// and their number.
+const MOST_SEEDS: usize = 32;
 
 /// Impacts against a model; built by [`ImpactExperiment::read`].
 pub struct ImpactExperiment<'a> {
@@ -72,6 +79,11 @@ impl ImpactExperiment<'_> {
             match effect.definition().map(|kind| kind.law) {
                 Some(Law::Restitution) => changed.contact.restitution = effect.value("coefficient"),
                 Some(Law::Slip) => changed.contact.friction = effect.value("friction"),
+                Some(Law::SpinFriction) => {
+                    let slip = effects.iter().find(|other| other.kind == "foot_slip");
+                    let friction = slip.unwrap_or(effect).value("friction");
+                    changed.contact.spin = effect.value("radius") * friction;
+                }
                 Some(Law::NoImpact) => changed.contact.none = true,
                 _ if effect.kind == "rotor_inertia" => {
                     if let Some(index) = joint(self.robot.subject, effect.location.joint.as_deref()) {
@@ -119,6 +131,9 @@ impl Experiment for ImpactExperiment<'_> {
     }
     fn candidates(&self) -> Vec<(&'static str, Location)> {
         let mut out = vec![("impact_restitution", Location::default()), ("foot_slip", Location::default())];
+        if self.flat && !self.robot.planar() {
+            out.push(("spin_friction", Location::default()));
+        }
         let links = self
             .robot
             .link_places(|body| self.inertial.iter().any(|i| i.columns.iter().any(|c| c / 10 == body)));
@@ -129,6 +144,19 @@ impl Experiment for ImpactExperiment<'_> {
             out.extend(self.robot.joint_places().map(|place| (kind, place)));
         }
         out
+    }
+    /// A turning foot: what would hold it tells in which range its limit shows.
+    fn seeds(&self, kind: &str, _location: &Location) -> Option<Vec<f64>> {
+        if kind != "spin_friction" {
+            return None;
+        }
+        let nominal = self.nominal();
+        let held = (0..self.number.len()).filter_map(|i| self.turning(i, &nominal));
+        let mut held: Vec<f64> = held.collect();
+        held.sort_by(f64::total_cmp);
+        let (least, most) = (held.get(held.len() / 20).copied()?, held.last().copied()?);
+        let steps = (most / least).ln() / SEED_RATIO.ln();
+        Some((0..=(steps as usize).min(MOST_SEEDS)).map(|k| most / SEED_RATIO.powi(k as i32 + 1)).collect())
     }
     fn inertial_count(&self) -> usize {
         self.parameters.len()
