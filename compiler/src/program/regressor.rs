@@ -2,7 +2,7 @@
 use super::{Evaluator, Instruction, Operand, Program};
 use bipedc_runtime::compare::Batch;
 use bipedc_runtime::identify::BatchRegressor;
-use bipedc_runtime::lanes::{F64_NATIVE_LANES, F64Native};
+use bipedc_runtime::lanes::F64x8;
 use bipedc_runtime::{Argument, Real, State};
 
 /// Chosen columns of a compiled regressor.
@@ -79,9 +79,10 @@ impl BatchRegressor for ProgramRegressor {
         &self.pattern
     }
     fn evaluate(&self, batch: &Batch<'_>, out: &mut [f64]) {
-        const LANES: usize = F64_NATIVE_LANES;
-        let mut workspace = self.evaluator.workspace::<F64Native>();
-        let zero = F64Native::constant(0.0);
+        // More states than a register holds: what interpreting a step costs is shared by all of them.
+        const LANES: usize = 8;
+        let mut workspace = self.evaluator.workspace::<F64x8>();
+        let zero = F64x8::constant(0.0);
         let mut lanes = [vec![zero; self.nq], vec![zero; self.nv], vec![zero; self.nv]];
         let mut results = vec![zero; self.evaluator.outputs()];
         for first in (0..batch.count).step_by(LANES) {
@@ -90,7 +91,7 @@ impl BatchRegressor for ProgramRegressor {
                 let width = lanes.len();
                 for (k, lane) in lanes.iter_mut().enumerate() {
                     // The last sample fills lanes that would be empty.
-                    *lane = F64Native::from_array(std::array::from_fn(|i| {
+                    *lane = F64x8::from_array(std::array::from_fn(|i| {
                         values[(first + i.min(count - 1)) * width + k]
                     }));
                 }

@@ -44,34 +44,15 @@ impl Triangle {
     }
 
     fn reflect(&mut self, count: usize, rows: &mut [f64]) {
-        let width = self.columns + 1;
         if count == 0 {
             return;
         }
-        for k in 0..width {
-            let (head, tail) = rows.split_at_mut((k + 1) * count);
-            let pivot = &mut head[k * count..];
-            let below = dot(pivot, pivot);
-            let top = self.factor[k * width + k];
-            // What is far below rounding changes nothing, and its square could underflow.
-            if below <= NOTHING * top * top || below < TINY {
-                continue;
-            }
-            let length = (top * top + below).sqrt();
-            // The sign that adds up instead of cancelling.
-            let first = if top > 0.0 { top + length } else { top - length };
-            let diagonal = if top > 0.0 { -length } else { length };
-            let scale = 2.0 / (first * first + below);
-            for (j, column) in tail.chunks_exact_mut(count).enumerate().map(|(j, c)| (k + 1 + j, c)) {
-                let corner = &mut self.factor[j * width + k];
-                let factor = scale * (first * *corner + dot(pivot, column));
-                *corner -= factor * first;
-                for (x, p) in column.iter_mut().zip(&*pivot) {
-                    *x -= factor * p;
-                }
-            }
-            self.factor[k * width + k] = diagonal;
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+            // SAFETY: the processor has what the function is compiled for.
+            return unsafe { wide::reflect(&mut self.factor, self.columns + 1, count, rows) };
         }
+        reflect::<false>(&mut self.factor, self.columns + 1, count, rows);
     }
 
     /// Takes in the rows of another triangle, each multiplied by `weight`; its unknown `k` is unknown `places[k]` here.
@@ -139,13 +120,59 @@ impl Triangle {
     }
 }
 
-/// Sum of products, in eight parts so that it runs in lanes.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let ((a8, a_rest), (b8, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    for (x, y) in a8.iter().zip(b8) {
-        for i in 0..8 {
-            sums[i] += x[i] * y[i];
+/// Folds `count` rows (column after column, `width` columns) into an upper triangular factor. `FUSED`: multiply and add
+/// in one step, for processors that have it.
+#[inline(always)]
+fn reflect<const FUSED: bool>(triangle: &mut [f64], width: usize, count: usize, rows: &mut [f64]) {
+    for k in 0..width {
+        let (head, tail) = rows.split_at_mut((k + 1) * count);
+        let pivot = &head[k * count..];
+        let below = dot::<FUSED>(pivot, pivot);
+        let top = triangle[k * width + k];
+        // What is far below rounding changes nothing, and its square could underflow.
+        if below <= NOTHING * top * top || below < TINY {
+            continue;
+        }
+        let length = (top * top + below).sqrt();
+        // The sign that adds up instead of cancelling.
+        let first = if top > 0.0 { top + length } else { top - length };
+        let diagonal = if top > 0.0 { -length } else { length };
+        let scale = 2.0 / (first * first + below);
+        for (j, column) in tail.chunks_exact_mut(count).enumerate().map(|(j, c)| (k + 1 + j, c)) {
+            let corner = &mut triangle[j * width + k];
+            let factor = scale * (first * *corner + dot::<FUSED>(pivot, column));
+            *corner -= factor * first;
+            for (x, p) in column.iter_mut().zip(pivot) {
+                *x = times_plus::<FUSED>(-factor, *p, *x);
+            }
+        }
+        triangle[k * width + k] = diagonal;
+    }
+}
+
+/// The same, compiled for wide registers whatever the rest of the program is compiled for.
+#[cfg(target_arch = "x86_64")]
+mod wide {
+    #[target_feature(enable = "avx2,fma")]
+    pub(super) fn reflect(triangle: &mut [f64], width: usize, count: usize, rows: &mut [f64]) {
+        super::reflect::<true>(triangle, width, count, rows);
+    }
+}
+
+#[inline(always)]
+fn times_plus<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// Sum of products, in sixteen parts so that it runs in lanes.
+#[inline(always)]
+fn dot<const FUSED: bool>(a: &[f64], b: &[f64]) -> f64 {
+    const PARTS: usize = 16;
+    let mut sums = [0.0; PARTS];
+    let ((a_parts, a_rest), (b_parts, b_rest)) = (a.as_chunks::<PARTS>(), b.as_chunks::<PARTS>());
+    for (x, y) in a_parts.iter().zip(b_parts) {
+        for i in 0..PARTS {
+            sums[i] = times_plus::<FUSED>(x[i], y[i], sums[i]);
         }
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
