@@ -66,10 +66,13 @@ fn thinned(rows: &[[Vec<f64>; 3]], count: usize) -> Vec<[Vec<f64>; 3]> {
     (0..count).map(|i| rows[(last * i as f64 / (count - 1) as f64).round() as usize].clone()).collect()
 }
 
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap()
+}
+
 /// Without a single violation, at every row of the file.
 fn assert_kept(answer: &Value, trajectory: &[[Vec<f64>; 3]]) {
     let model = model("inverse_dynamics");
-    let number = |value: &Value| value.as_f64().unwrap();
     for state in trajectory {
         let tau = evaluate(&model, "inverse_dynamics", &inputs(state));
         for (k, joint) in answer["joints"].as_array().unwrap().iter().enumerate() {
@@ -128,32 +131,75 @@ fn a_seed_always_gives_the_same_bytes() {
     assert_ne!(first, design("c.csv", "8"));
 }
 
+/// Adds the columns of the efforts that the model needs, with normally distributed noise (N m), to a trajectory's file.
+fn add_efforts(file: &Path, noise: f64) {
+    let model = model("inverse_dynamics");
+    let mut random = 1_u64;
+    let mut uniform = || {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((random >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    };
+    let mut normal = || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+    let table = std::fs::read_to_string(file).unwrap();
+    let mut lines = table.lines();
+    let names: Vec<String> = JOINTS.split(',').map(|joint| format!("{joint}/effort")).collect();
+    let mut log = format!("{},{}\n", lines.next().unwrap(), names.join(","));
+    for (line, state) in lines.zip(trajectory(file)) {
+        let tau = evaluate(&model, "inverse_dynamics", &inputs(&state));
+        let tau: Vec<String> = tau.iter().map(|tau| (tau + noise * normal()).to_string()).collect();
+        log.push_str(&format!("{line},{}\n", tau.join(",")));
+    }
+    std::fs::write(file, log).unwrap();
+}
+
+fn identified(file: &Path, more: &[&str]) -> Value {
+    let words = ["identify", ROBOT, text(file), "--cutoff", "20", "--friction", "none", "--json"];
+    bipedc(&[&words[..], more].concat()).ok().json()
+}
+
 #[test]
 fn a_trajectory_with_efforts_is_a_log() {
     let file = scratch("excite_log").join("log.csv");
     excite(&file, &["--starts", "1", "--evaluations", "20"]).ok();
-    let model = model("inverse_dynamics");
-    let torques =
-        trajectory(&file).into_iter().map(|state| evaluate(&model, "inverse_dynamics", &inputs(&state)));
-    let torques: Vec<Vec<f64>> = torques.collect();
-    let table = std::fs::read_to_string(&file).unwrap();
-    let mut lines = table.lines();
-    let names: Vec<String> = JOINTS.split(',').map(|joint| format!("{joint}/effort")).collect();
-    let mut log = format!("{},{}\n", lines.next().unwrap(), names.join(","));
-    for (line, tau) in lines.zip(&torques) {
-        let tau: Vec<String> = tau.iter().map(f64::to_string).collect();
-        log.push_str(&format!("{line},{}\n", tau.join(",")));
-    }
-    std::fs::write(&file, log).unwrap();
-    let answer = bipedc(&["identify", ROBOT, text(&file), "--cutoff", "20", "--friction", "none", "--json"])
-        .ok()
-        .json();
+    add_efforts(&file, 0.0);
+    let answer = identified(&file, &[]);
     assert_eq!(answer["unseen"], serde_json::json!([]));
     assert_eq!(answer["parameters"].as_array().unwrap().len(), 36);
     for parameter in answer["parameters"].as_array().unwrap() {
         let [value, nominal] = ["value", "nominal"].map(|key| parameter[key].as_f64().unwrap());
         assert!((value - nominal).abs() < 1e-3 * nominal.abs().max(0.1), "{parameter}");
     }
+}
+
+/// The measure of the thesis (5.16): series against polynomials of degree 5 by the same limits, and what that is worth
+/// with equal noise. The joints with a motor move.
+#[test]
+fn standard_errors_fall_with_the_condition_number() {
+    let folder = scratch("excite_errors");
+    let designed = |name: &str, more: &[&str]| {
+        let file = folder.join(name);
+        let words =
+            ["excite", ROBOT, "--acceleration", "20", "--json", "--rate", "250", "--out", text(&file)];
+        let search = ["--criterion", "unscaled", "--starts", "1", "--evaluations", "400"];
+        let answer = bipedc(&[&words[..], &search, more].concat()).ok().json();
+        add_efforts(&file, 0.05);
+        let parameters = identified(&file, &["--estimator", "ordinary"])["parameters"].clone();
+        let errors = parameters.as_array().unwrap().iter().map(|p| number(&p["independent_error"]));
+        (number(&answer["after"]["unscaled_condition_number"]), errors.collect::<Vec<f64>>())
+    };
+    let (series, finer) = designed("series.csv", &["--harmonics", "10"]);
+    let (powers, coarser) = designed("powers.csv", &["--degree5"]);
+    let (resting, coarsest) = designed("resting.csv", &["--degree5", "--at-rest"]);
+    let fall = |errors: &[f64]| {
+        let ratios = errors.iter().zip(&finer).map(|(a, b)| (a / b).ln());
+        (ratios.sum::<f64>() / finer.len() as f64).exp()
+    };
+    let [moving, still] = [&coarser, &coarsest].map(|errors| fall(errors));
+    println!(
+        "condition numbers {series:.1}, {powers:.1}, {resting:.1}; errors {moving:.2}, {still:.2} times as large"
+    );
+    assert!(series < powers / 3.0 && powers < resting);
+    assert!(moving > 1.5 && still > moving);
 }
 
 #[test]

@@ -28,7 +28,8 @@ A log of a poor motion tells some parameters only together. This looks for the j
 Below 100 is good; above some hundreds expect parameters that the log does not tell.
 
 Trajectories are finite Fourier series: they repeat after --duration and start and end at rest, so that they may be run
-over and over. With --degree5 they are polynomials of degree 5 as in the thesis; these may begin and end in motion.
+over and over. With --degree5 they are polynomials of degree 5 as in the thesis; these may begin and end in motion
+unless --at-rest.
 Then: run the motion on the robot, log positions and efforts, and ask `bipedc identify`.
 
 Always try a designed motion slowly and in simulation first: collisions are not checked.
@@ -39,6 +40,8 @@ docs/experiments.md explains the method and every key of --json.";
 enum By {
     /// Condition number of the regressor with columns of length 1
     Condition,
+    /// Condition number of the regressor as it stands, in SI units (as in the thesis, 5.16)
+    Unscaled,
     /// Minus the logarithm of the determinant of the information
     Information,
 }
@@ -61,6 +64,9 @@ pub struct Excite {
     /// Polynomials of degree 5 instead of Fourier series
     #[arg(long, conflicts_with = "harmonics")]
     degree5: bool,
+    /// Polynomials that begin and end without velocity
+    #[arg(long, requires = "degree5")]
+    at_rest: bool,
     /// Where the trajectory goes
     #[arg(long, value_name = "TRAJECTORY.csv")]
     out: PathBuf,
@@ -160,11 +166,16 @@ impl Excite {
             None => None,
         };
         Ok(Request {
-            family: if self.degree5 { Family::Polynomial(5) } else { Family::Fourier(self.harmonics) },
+            family: match (self.degree5, self.at_rest) {
+                (true, true) => Family::RestingPolynomial(5),
+                (true, false) => Family::Polynomial(5),
+                _ => Family::Fourier(self.harmonics),
+            },
             duration: self.duration,
             margin: self.margin / 100.0,
             criterion: match self.criterion {
                 By::Condition => Criterion::Condition,
+                By::Unscaled => Criterion::Unscaled,
                 By::Information => Criterion::Information,
             },
             seed: self.seed,

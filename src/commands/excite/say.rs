@@ -78,6 +78,7 @@ impl Answer {
             held.map(|k| Held { name: described[k].name.clone(), position: machine.posture[k] }).collect();
         let (trajectory, order) = match request.family {
             Family::Polynomial(degree) => ("polynomial", degree),
+            Family::RestingPolynomial(degree) => ("resting_polynomial", degree),
             Family::Fourier(harmonics) => ("fourier", harmonics),
         };
         Self {
@@ -118,14 +119,19 @@ impl fmt::Display for Answer {
         }
         let kind = match self.trajectory {
             "fourier" => format!("Fourier series with {} harmonics, at rest at both ends", self.order),
+            "resting_polynomial" => {
+                format!("polynomials of degree {}, at rest at both ends", self.order)
+            }
             _ => format!("polynomials of degree {}, in motion at both ends", self.order),
         };
         writeln!(f, "{} s of {kind}; {} base parameters", self.duration, self.base_parameters)?;
         writeln!(
             f,
-            "condition number {:.1} (random start: {:.1}); ln det of the information {:.1} (random start: {:.1})",
+            "condition number {:.1} (random start: {:.1}), in SI units {:.1} ({:.1}); ln det of the information {:.1} ({:.1})",
             self.after.condition_number,
             self.before.condition_number,
+            self.after.unscaled_condition_number,
+            self.before.unscaled_condition_number,
             self.after.log_determinant,
             self.before.log_determinant
         )?;

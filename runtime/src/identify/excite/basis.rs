@@ -7,6 +7,8 @@ use std::f64::consts::TAU;
 pub enum Family {
     /// Polynomials of this degree in time (thesis 5.17); they may begin and end in motion.
     Polynomial(usize),
+    /// The same with velocity zero at start and end, so that a robot can begin and end them.
+    RestingPolynomial(usize),
     /// Finite Fourier series with this many harmonics of 1/duration: periodic, and at rest (velocity and acceleration
     /// zero) at start and end.
     Fourier(usize),
@@ -18,7 +20,8 @@ pub struct Basis {
     family: Family,
     /// s.
     duration: f64,
-    /// Directions of sine and of cosine coefficients that keep the start at rest.
+    /// Directions of sine and of cosine coefficients, or of odd and of even ones of polynomials, that keep the ends at
+    /// rest.
     sines: Vec<DVector<f64>>,
     cosines: Vec<DVector<f64>>,
 }
@@ -32,6 +35,14 @@ impl Basis {
             sines = complement(&DVector::from_element(harmonics, 1.0));
             cosines = complement(&DVector::from_fn(harmonics, |k, _| (k + 1) as f64));
         }
+        if let Family::RestingPolynomial(degree) = family {
+            // Slopes of Legendre polynomials at the ends: P_k'(±1) = (±1)^(k-1) k (k + 1)/2.
+            let slopes = |first: usize| {
+                let slopes = (first..=degree).step_by(2).map(|k| (k * (k + 1)) as f64 / 2.0);
+                complement(&DVector::from_iterator((degree + 2 - first) / 2, slopes))
+            };
+            (sines, cosines) = (slopes(1), slopes(2));
+        }
         Self { family, duration, sines, cosines }
     }
 
@@ -39,7 +50,7 @@ impl Basis {
     pub fn len(&self) -> usize {
         match self.family {
             Family::Polynomial(degree) => degree + 1,
-            Family::Fourier(_) => 1 + self.sines.len() + self.cosines.len(),
+            Family::Fourier(_) | Family::RestingPolynomial(_) => 1 + self.sines.len() + self.cosines.len(),
         }
     }
 
@@ -56,7 +67,7 @@ impl Basis {
     /// Samples that show every wave well.
     pub fn samples(&self) -> usize {
         match self.family {
-            Family::Polynomial(degree) => 12 * degree.max(5),
+            Family::Polynomial(degree) | Family::RestingPolynomial(degree) => 12 * degree.max(5),
             Family::Fourier(harmonics) => 16 * harmonics.max(4),
         }
     }
@@ -65,6 +76,7 @@ impl Basis {
     pub fn at(&self, time: f64) -> [Vec<f64>; 3] {
         match self.family {
             Family::Polynomial(degree) => self.legendre(degree, time),
+            Family::RestingPolynomial(degree) => self.resting(degree, time),
             Family::Fourier(harmonics) => self.waves(harmonics, time),
         }
     }
@@ -84,6 +96,18 @@ impl Basis {
         p[1].iter_mut().for_each(|x| *x *= rate);
         p[2].iter_mut().for_each(|x| *x *= rate * rate);
         p
+    }
+
+    fn resting(&self, degree: usize, time: f64) -> [Vec<f64>; 3] {
+        self.legendre(degree, time).map(|p| {
+            let every_second = |first: usize| {
+                DVector::from_iterator((degree + 2 - first) / 2, p[first..].iter().copied().step_by(2))
+            };
+            let (odd, even) = (every_second(1), every_second(2));
+            let odd = self.sines.iter().map(|direction| direction.dot(&odd));
+            let even = self.cosines.iter().map(|direction| direction.dot(&even));
+            [p[0]].into_iter().chain(odd).chain(even).collect()
+        })
     }
 
     fn waves(&self, harmonics: usize, time: f64) -> [Vec<f64>; 3] {
@@ -129,7 +153,7 @@ mod tests {
 
     #[test]
     fn derivatives_are_those_of_the_values() {
-        for family in [Family::Polynomial(5), Family::Fourier(4)] {
+        for family in [Family::Polynomial(5), Family::RestingPolynomial(5), Family::Fourier(4)] {
             let basis = Basis::new(family, 7.0);
             let h = 1e-5;
             for step in 0..20 {
@@ -142,6 +166,15 @@ mod tests {
                     assert!((a[k] - (v_up[k] - v_down[k]) / (2.0 * h)).abs() < 1e-8, "{family:?} {k}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn resting_polynomials_start_and_end_at_rest() {
+        let basis = Basis::new(Family::RestingPolynomial(5), 10.0);
+        assert_eq!(basis.len(), 4);
+        for [_, v, _] in [basis.at(0.0), basis.at(10.0)] {
+            assert!(v.iter().all(|v| v.abs() < 1e-14), "{v:?}");
         }
     }
 

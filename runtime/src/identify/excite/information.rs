@@ -2,6 +2,7 @@
 use super::machine::{Machine, Motion};
 use crate::identify::Triangle;
 use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 
 /// Columns of this part of their length are sums of others.
 const DEPENDENT: f64 = 1e-9;
@@ -13,10 +14,23 @@ const STEP: f64 = 1e-5;
 /// What is made small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
-    /// Condition number of the regressor with columns of length 1 (thesis 5.16).
+    /// Condition number of the regressor with columns of length 1: it depends on no units.
     Condition,
+    /// Condition number of the regressor as it stands, in SI units (thesis 5.9, 5.16).
+    Unscaled,
     /// Minus the logarithm of the determinant of the information `WᵀW` (D-optimal).
     Information,
+}
+
+/// What a motion is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Quality {
+    /// Condition number of the regressor with columns of length 1.
+    pub condition_number: f64,
+    /// Condition number of the regressor in SI units.
+    pub unscaled_condition_number: f64,
+    /// `ln det WᵀW` over the samples at which motions are judged, SI units.
+    pub log_determinant: f64,
 }
 
 /// The regression of the moving joints' rows on what these rows tell.
@@ -106,9 +120,8 @@ impl<'r, 'm> Regression<'r, 'm> {
         rows
     }
 
-    /// Singular value decomposition of a regressor: lengths of its columns, singular values of the scaled one, largest
-    /// first, and right singular vectors as rows. `None` if a column is zero.
-    fn spectrum(&self, rows: &DMatrix<f64>) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
+    /// The triangular factor of a regressor and the lengths of its columns. `None` if a column is zero.
+    fn factor(&self, rows: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let mut triangle = Triangle::new(self.columns.len());
         let mut values = rows.as_slice().to_vec();
         values.resize(values.len() + rows.nrows(), 0.0);
@@ -117,24 +130,36 @@ impl<'r, 'm> Regression<'r, 'm> {
         if lengths.iter().any(|length| !(length.is_finite() && *length > 1e-100)) {
             return None;
         }
-        let mut factor = triangle.matrix();
-        factor.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, length)| column /= *length);
-        let svd = factor.try_svd(false, true, f64::EPSILON, 10_000)?;
-        Some((lengths, svd.singular_values, svd.v_t?))
+        Some((triangle.matrix(), lengths))
     }
 
-    /// Condition number of the regressor with columns of length 1, and `ln det WᵀW`; infinite and minus infinite if
-    /// the motion does not tell everything.
-    pub fn quality(&self, motion: &Motion) -> (f64, f64) {
-        let Some((lengths, singular, _)) = self.spectrum(&self.rows(motion)) else {
-            return (f64::INFINITY, f64::NEG_INFINITY);
+    /// Singular value decomposition of a regressor whose columns are divided by `lengths`: singular values, largest
+    /// first, and right singular vectors as rows.
+    fn spectrum(mut factor: DMatrix<f64>, lengths: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        factor.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, length)| column /= *length);
+        let svd = factor.try_svd(false, true, f64::EPSILON, 10_000)?;
+        Some((svd.singular_values, svd.v_t?))
+    }
+
+    /// What a motion is worth; infinite condition numbers if it does not tell everything.
+    pub fn quality(&self, motion: &Motion) -> Quality {
+        let nothing = Quality {
+            condition_number: f64::INFINITY,
+            unscaled_condition_number: f64::INFINITY,
+            log_determinant: f64::NEG_INFINITY,
         };
+        let Some((factor, lengths)) = self.factor(&self.rows(motion)) else { return nothing };
+        let plain = factor.singular_values();
+        let Some((singular, _)) = Self::spectrum(factor, &lengths) else { return nothing };
         let (most, least) = (singular.max(), singular.min());
         if least <= 1e-13 * most {
-            return (f64::INFINITY, f64::NEG_INFINITY);
+            return nothing;
         }
-        let logarithms = singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln());
-        (most / least, logarithms.sum())
+        Quality {
+            condition_number: most / least,
+            unscaled_condition_number: plain.max() / plain.min(),
+            log_determinant: singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln()).sum(),
+        }
     }
 
     /// The smooth cost and its derivative by each element of the regressor; `None` where it is infinite.
@@ -142,20 +167,24 @@ impl<'r, 'm> Regression<'r, 'm> {
     /// With `S` the scaled regressor, `C = SᵀS = V Λ Vᵀ` and a cost `Σ φ(λ)` the derivative by `C` is `Φ = V φ'(Λ) Vᵀ`,
     /// so by column k of the regressor `2/‖w_k‖ ((SΦ)_k − s_k (CΦ)_kk)`: the second part is the scaling's.
     fn slopes(&self, rows: &DMatrix<f64>, criterion: Criterion) -> Option<(f64, DMatrix<f64>)> {
-        let (lengths, singular, v_t) = self.spectrum(rows)?;
+        let (factor, mut lengths) = self.factor(rows)?;
+        if criterion == Criterion::Unscaled {
+            lengths.fill(1.0);
+        }
+        let (singular, v_t) = Self::spectrum(factor, &lengths)?;
         let lambda = singular.map(|s| s * s);
-        if lambda.min() <= 1e-24 {
+        if lambda.min() <= 1e-24 * lambda.max() {
             return None;
         }
         let size = lambda.len() as f64;
         let (cost, slope, scaled) = match criterion {
-            Criterion::Condition => {
+            Criterion::Condition | Criterion::Unscaled => {
                 // (ln Σ λᵖ + ln Σ λ⁻ᵖ)/2p: between ln κ and ln κ + ln(n)/p.
                 let p = f64::from(POWER);
                 let (up, down): (f64, f64) =
                     (lambda.iter().map(|l| l.powi(POWER)).sum(), lambda.iter().map(|l| l.powi(-POWER)).sum());
                 let slope = lambda.map(|l| 0.5 * (l.powi(POWER - 1) / up - l.powi(-POWER - 1) / down));
-                (0.5 * (up.ln() + down.ln()) / p, slope, true)
+                (0.5 * (up.ln() + down.ln()) / p, slope, criterion == Criterion::Condition)
             }
             Criterion::Information => {
                 let logarithms: f64 = singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln()).sum();

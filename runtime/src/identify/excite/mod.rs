@@ -11,7 +11,7 @@ mod search;
 mod tests;
 
 pub use basis::{Basis, Family};
-pub use information::{Criterion, Regression};
+pub use information::{Criterion, Quality, Regression};
 pub use limits::{Peaks, peaks};
 pub use machine::{Limits, Machine, Motion};
-pub use search::{Designed, Quality, Request, design};
+pub use search::{Designed, Request, design};

@@ -1,11 +1,10 @@
 //! The search for a motion that tells much.
 use super::basis::{Basis, Family};
-use super::information::{Criterion, Regression};
+use super::information::{Criterion, Quality, Regression};
 use super::limits::{Overload, Peaks, excess, fine, kept, peaks};
 use super::machine::{Machine, Motion, dot};
 use crate::diagnostic::Diagnostic;
 use crate::identify::design::Random;
-use serde::Serialize;
 use slsqp::{StopTols, minimize};
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
@@ -39,15 +38,6 @@ pub struct Request {
     pub evaluations: usize,
     /// After this the best so far is the answer.
     pub time_limit: Option<Duration>,
-}
-
-/// What a motion is worth.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Quality {
-    /// Of the regressor with columns of length 1.
-    pub condition_number: f64,
-    /// `ln det WᵀW` (SI units); differences between motions mean something.
-    pub log_determinant: f64,
 }
 
 /// A motion and how it was found.
@@ -157,6 +147,7 @@ fn check(request: &Request) -> Result<(), Diagnostic> {
     }
     let (count, least) = match request.family {
         Family::Polynomial(degree) => (degree, 2),
+        Family::RestingPolynomial(degree) => (degree, 3),
         Family::Fourier(harmonics) => (harmonics, 2),
     };
     if !(least..=50).contains(&count) {
@@ -205,14 +196,14 @@ impl Search<'_, '_> {
         Ok(kept(self.machine, &self.basis, x, self.request.margin)?.map(|x| {
             // More than the search has, so that both ends count no more than other times.
             let motion = self.machine.motion(&self.basis, &x, 8 * self.basis.samples());
-            let (condition_number, log_determinant) = self.regression.quality(&motion);
-            (Quality { condition_number, log_determinant }, x)
+            (self.regression.quality(&motion), x)
         }))
     }
 
     fn better(&self, one: &Quality, other: &Quality) -> bool {
         match self.request.criterion {
             Criterion::Condition => one.condition_number < other.condition_number,
+            Criterion::Unscaled => one.unscaled_condition_number < other.unscaled_condition_number,
             Criterion::Information => one.log_determinant > other.log_determinant,
         }
     }

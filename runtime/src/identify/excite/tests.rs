@@ -114,8 +114,9 @@ fn gradients_are_those_of_the_cost() {
         let regression = Regression::new(machine, &mut pseudo(3));
         assert_eq!(regression.unknowns(), 4);
         type Cost<'a> = &'a dyn Fn(&Motion) -> (f64, Motion);
-        let costs: [Cost<'_>; 3] = [
+        let costs: [Cost<'_>; 4] = [
             &|m| regression.cost(m, Criterion::Condition).unwrap(),
+            &|m| regression.cost(m, Criterion::Unscaled).unwrap(),
             &|m| regression.cost(m, Criterion::Information).unwrap(),
             &|m| excess(machine, m, 0.05).unwrap(),
         ];
