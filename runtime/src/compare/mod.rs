@@ -18,6 +18,7 @@ mod run;
 mod statistics;
 pub(crate) mod trajectory;
 
+pub(crate) use base::rest;
 pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
 pub use experiment::{Reading, channels_of};
 pub use options::{BaseKind, CANDIDATES, Joint, Options, Subject, VelocitySource};

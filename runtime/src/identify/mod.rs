@@ -8,6 +8,8 @@
 //! of samples.
 mod accumulate;
 mod design;
+#[cfg(feature = "sdp")]
+pub mod elastic;
 mod essential;
 mod estimate;
 pub mod excite;

@@ -45,6 +45,8 @@ pub enum Feed<'a> {
     Logs(&'a [Log<'a>]),
     /// Logs of a free robot with forces at its feet, in memory.
     Tables(&'a [&'a dyn Experiment]),
+    /// Samples that were folded in already.
+    Folded(&'a Sums),
 }
 
 impl Feed<'_> {
@@ -65,6 +67,8 @@ impl Feed<'_> {
                 }
                 Ok(sums)
             }
+            // Residuals cannot be weighed one by one any more: callers leave Huber's estimator out.
+            Self::Folded(sums) => Ok((*sums).clone()),
         }
     }
 }
@@ -205,7 +209,7 @@ fn fastest(parts: &Parts<'_>) -> Vec<f64> {
 }
 
 /// The unknowns for these inertial parameters, extras zero.
-fn nominal(design: &Design<'_>, parameters: &[f64]) -> DVector<f64> {
+pub(super) fn nominal(design: &Design<'_>, parameters: &[f64]) -> DVector<f64> {
     let value = |sum: &[(super::Part, f64)]| -> f64 {
         let term = |(part, factor): &(super::Part, f64)| match part {
             super::Part::Inertial(k) => factor * parameters[*k],

@@ -136,22 +136,41 @@ pub struct ExtraChoice {
     pub rotors: Vec<usize>,
     /// Pairs of joints whose drives turn together.
     pub coupled: Vec<(usize, usize)>,
+    /// These and no others, whatever else is chosen.
+    pub exactly: Option<Vec<Extra>>,
 }
 
 impl Default for ExtraChoice {
     fn default() -> Self {
-        Self { viscous: true, coulomb: true, offset: true, rotors: Vec::new(), coupled: Vec::new() }
+        Self {
+            viscous: true,
+            coulomb: true,
+            offset: true,
+            rotors: Vec::new(),
+            coupled: Vec::new(),
+            exactly: None,
+        }
     }
 }
 
 impl ExtraChoice {
     /// No friction, no offset: rigid bodies alone.
     pub fn none() -> Self {
-        Self { viscous: false, coulomb: false, offset: false, rotors: Vec::new(), coupled: Vec::new() }
+        Self {
+            viscous: false,
+            coulomb: false,
+            offset: false,
+            rotors: Vec::new(),
+            coupled: Vec::new(),
+            exactly: None,
+        }
     }
 
     /// All extras of the joints that are observed.
     pub fn list(&self, observed: &[usize]) -> Vec<Extra> {
+        if let Some(extras) = &self.exactly {
+            return extras.clone();
+        }
         let mut list = Vec::new();
         for &joint in observed {
             let laws = [

@@ -1,0 +1,300 @@
+//! All steps of the identification of series elastic drives in their order.
+use super::super::accumulate::{Log, Sums};
+use super::super::design::Design;
+use super::super::estimate::{Estimate, Method};
+use super::super::motions::Motions;
+use super::super::physical::Bound;
+use super::super::result::Identification;
+use super::super::run::{Answer, Feed, Judge, Options, Parts, identify, nominal};
+use super::super::summary::student;
+use super::super::unknowns::{Extra, ExtraChoice, Law};
+use super::check::{odd, stops};
+use super::fold::{Folded, Folding, fold};
+use super::look::Look;
+use super::solve::{Estimator, Laws, Solved, Solver, Steps};
+use super::summary::{DriveSummary, Found};
+use super::train::Train;
+use crate::compare::Subject;
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use nalgebra::DVector;
+use serde::Serialize;
+
+/// Rows that a motor's regression needs per unknown.
+const ROWS: usize = 10;
+
+/// The robot, its drives and logs.
+pub struct ElasticParts<'a> {
+    /// Bodies and the observed joints; its surveys are those of `looks`.
+    pub parts: Parts<'a>,
+    /// Drives.
+    pub trains: &'a [Train],
+    /// What each log shows.
+    pub looks: &'a [Look],
+    /// Logs that teach.
+    pub logs: &'a [Log<'a>],
+}
+
+/// How to identify.
+#[derive(Debug, Clone)]
+pub struct Elastic {
+    /// What motors and stiff drives consist of.
+    pub laws: Laws,
+    /// Part of a motor's largest speed below which its samples do not count.
+    pub slow: f64,
+    /// One after the other or at once.
+    pub steps: Steps,
+    /// How residuals count.
+    pub estimator: Estimator,
+    /// Weight of the described bodies; none: chosen by folds.
+    pub weight: Option<f64>,
+    /// What is known beside the data.
+    pub bounds: Vec<Bound>,
+    /// Go on although signals seem to be mixed up.
+    pub anyway: bool,
+}
+
+/// The answer: of the drives, of the bodies, and the links' new inertias.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ElasticAnswer {
+    /// Of the bodies, as from joint torques.
+    #[serde(flatten)]
+    pub identification: Identification,
+    /// Of the drives.
+    pub drives: DriveSummary,
+    /// By link name.
+    #[serde(skip)]
+    pub links: Vec<(String, super::super::physical::Inertia)>,
+}
+
+/// Estimates friction and springs, then bodies.
+///
+/// # Errors
+/// Unreadable logs, mixed-up signals, data that cannot carry an estimate.
+pub fn identify_elastic(
+    all: &ElasticParts<'_>,
+    judge: Option<(&Log<'_>, &Look)>,
+    options: &Elastic,
+    progress: &dyn Fn(f64),
+) -> Result<ElasticAnswer, Diagnostics> {
+    let one = |error: Diagnostic| Diagnostics(vec![error]);
+    let (parts, subject) = (&all.parts, all.parts.subject);
+    let warnings = checked(all, judge, options)?;
+    let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(subject.base.nv())).collect();
+    let extras = extras(all.trains, &joints, options.laws);
+    let design = Design::new(subject, parts.base, parts.regressor, extras.clone(), parts.rows);
+    let slow: Vec<f64> = (0..all.trains.len()).map(|t| options.slow * fastest(all.looks, t)).collect();
+    let folding = Folding {
+        design: &design,
+        trains: all.trains,
+        laws: options.laws,
+        slow: &slow,
+        instruments: options.estimator == Estimator::Instrumental,
+    };
+    let folded = fold(&folding, all.logs, &Motions::new(parts.surveys))?;
+    let judged = match judge {
+        Some((log, look)) => {
+            let own = Motions::new(std::slice::from_ref(&look.survey));
+            Some(fold(&folding, std::slice::from_ref(log), &own)?)
+        }
+        None => None,
+    };
+    enough(&folded, &folding, options.slow).map_err(one)?;
+    progress(0.2);
+    let nominal = nominal(&design, &parts.anatomy.parameters());
+    let solver = Solver {
+        design: &design,
+        folded: &folded,
+        trains: all.trains,
+        subject,
+        steps: options.steps,
+        estimator: options.estimator,
+        nominal: nominal.clone(),
+    };
+    let solved = solver.solve().map_err(one)?;
+    progress(0.3);
+    let method = method(options.estimator);
+    let sums = taught(&design, &folded, &solved, &nominal, method);
+    let judge_sums =
+        judged.as_ref().map(|judged| bodies(&design, judged, &solved, &DVector::zeros(nominal.len())));
+    let judge = judge.zip(judge_sums.as_ref()).map(|((log, look), sums)| Judge {
+        feed: Feed::Folded(sums),
+        survey: &look.survey,
+        file: log.path,
+    });
+    let further = Options {
+        method,
+        extras: ExtraChoice { exactly: Some(extras), ..ExtraChoice::none() },
+        weight: options.weight,
+        bounds: options.bounds.clone(),
+        ..Options::default()
+    };
+    let Answer { mut identification, links } =
+        identify(parts, &Feed::Folded(&sums), judge.as_ref(), &further, &|p| progress(0.3 + 0.7 * p))?;
+    amend(&mut identification, &design, &solved);
+    let found = Found {
+        subject,
+        trains: all.trains,
+        looks: all.looks,
+        folded: &folded,
+        judged: judged.as_ref(),
+        solved: &solved,
+        laws: options.laws,
+    };
+    let drives = DriveSummary {
+        steps: options.steps,
+        estimator: options.estimator,
+        slow_percent: 100.0 * options.slow,
+        joints: found.joints(&identification.parameters),
+    };
+    identification.warnings.extend(warnings);
+    identification.warnings.extend(drives.joints.iter().flat_map(|joint| joint.warnings()));
+    identification.assumptions.extend(assumptions(all.trains, &joints, subject));
+    Ok(ElasticAnswer { identification, drives, links })
+}
+
+/// Looks for mixed-up signals; what does not stop becomes a warning.
+fn checked(
+    all: &ElasticParts<'_>,
+    judge: Option<(&Log<'_>, &Look)>,
+    options: &Elastic,
+) -> Result<Vec<String>, Diagnostics> {
+    for train in all.trains {
+        train.check(all.parts.subject).map_err(|error| Diagnostics(vec![error]))?;
+    }
+    if options.steps == Steps::One && options.estimator != Estimator::Weighted {
+        let error = Diagnostic::error(
+            "one regression of motors and joints needs weights: their torques differ by the gear",
+        )
+        .help("leave out --estimator, or --steps one");
+        return Err(Diagnostics(vec![error]));
+    }
+    let logs = all.logs.iter().zip(all.looks).chain(judge);
+    let mut found: Vec<Diagnostic> = logs
+        .flat_map(|(log, look)| {
+            let list = odd(look, all.trains, all.parts.subject).into_iter();
+            list.map(|diagnostic| diagnostic.in_file(log.path)).collect::<Vec<_>>()
+        })
+        .collect();
+    if options.anyway {
+        found.iter_mut().for_each(|diagnostic| diagnostic.severity = Severity::Warning);
+    }
+    if stops(&found) {
+        return Err(Diagnostics(found));
+    }
+    Ok(found.into_iter().map(|diagnostic| diagnostic.message).collect())
+}
+
+/// Friction and offset of stiff drives; of springs only what a shifted encoder adds to their torque.
+fn extras(trains: &[Train], joints: &[usize], laws: Laws) -> Vec<Extra> {
+    let mut all = Vec::new();
+    for train in trains.iter().filter(|train| joints.contains(&train.joint)) {
+        let stiff = train.has_motor() && !train.is_elastic();
+        let wanted = [
+            (stiff && laws.viscous, Law::Viscous),
+            (stiff && laws.coulomb, Law::Coulomb),
+            (train.has_motor() && laws.offset, Law::Offset),
+        ];
+        let of = |law| Extra { law, joint: train.joint, other: train.joint };
+        all.extend(wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, law)| of(law)));
+    }
+    all
+}
+
+fn fastest(looks: &[Look], train: usize) -> f64 {
+    looks.iter().map(|look| look.drives[train].speed).fold(0.0, f64::max)
+}
+
+/// Refuses motors with hardly a usable row.
+fn enough(folded: &Folded, folding: &Folding<'_, '_>, slow: f64) -> Result<(), Diagnostic> {
+    for (k, &t) in folded.elastic.iter().enumerate() {
+        let rows = folded.motor_rows(k);
+        if rows < ROWS * folding.laws.count() {
+            let name = &folding.design.subject.joints[folding.trains[t].joint].name;
+            let message = format!(
+                "the motor of `{name}` has {rows} usable samples for {} parameters: elsewhere it is slower than {:.3} rad/s ({} % of its largest speed)",
+                folding.laws.count(),
+                folding.slow[t],
+                100.0 * slow
+            );
+            return Err(Diagnostic::error(message)
+                .help("record a longer or faster motion, or count slower samples too (--slow)"));
+        }
+    }
+    Ok(())
+}
+
+fn method(estimator: Estimator) -> Method {
+    match estimator {
+        Estimator::Ordinary => Method::Ordinary,
+        Estimator::Weighted => Method::Weighted,
+        Estimator::Instrumental => Method::Instrumental,
+    }
+}
+
+/// The joints' rows with the springs that were found, as from measured torques; `shift` times the regressor is taken from
+/// the torques.
+fn bodies(design: &Design<'_>, folded: &Folded, solved: &Solved, shift: &DVector<f64>) -> Sums {
+    let mut sums = Sums::new(design, folded.joints.len());
+    let stiffness = folded.laws.stiffness();
+    for (cell, own) in folded.joints.iter().zip(&mut sums.cells) {
+        for (c, (triangle, own)) in cell.iter().zip(own).enumerate() {
+            let places = &design.channels[c].places;
+            let first = if folded.instruments { places.len() } else { 0 };
+            let kept: Vec<usize> = (first..first + places.len()).collect();
+            let spring = folded.springs[c].map(|k| (first + places.len(), solved.motors[k].value[stiffness]));
+            let shifted = places.iter().enumerate().map(|(k, &place)| (first + k, shift[place]));
+            let known: Vec<(usize, f64)> = spring.into_iter().chain(shifted).collect();
+            *own = triangle.reduced(&kept, &known);
+        }
+    }
+    sums
+}
+
+/// Sums whose least squares are what was solved for.
+///
+/// Essential and physical parameters are found by the distance `‖W (θ − θ̂)‖` from an estimate. Of instruments, or of one
+/// regression for everything, θ̂ is not the least-squares solution of the joints' rows: what differs is taken from the
+/// torques, residuals stay as they are.
+fn taught(
+    design: &Design<'_>,
+    folded: &Folded,
+    solved: &Solved,
+    nominal: &DVector<f64>,
+    method: Method,
+) -> Sums {
+    let plain = bodies(design, folded, solved, &DVector::zeros(nominal.len()));
+    let estimate = Estimate::weighted(design, &plain, nominal.clone(), method);
+    let theta = estimate.solve(&estimate.total, &estimate.seen);
+    bodies(design, folded, solved, &(theta - &solved.joints.value))
+}
+
+/// Error bars that know of both steps.
+fn amend(identification: &mut Identification, design: &Design<'_>, solved: &Solved) {
+    let t = student(solved.stretches);
+    for parameter in &mut identification.parameters {
+        let Some(k) = design.unknowns.iter().position(|u| u.name == parameter.name) else { continue };
+        let [error, independent] = solved.joints.errors(k);
+        let value = parameter.value;
+        let relative = (value != 0.0).then(|| 100.0 * error / value.abs());
+        parameter.standard_error = error;
+        parameter.independent_error = independent;
+        parameter.relative_error_percent = relative;
+        parameter.interval = [value - t * error, value + t * error];
+        parameter.well_identified = relative.is_some_and(|percent| percent < 15.0);
+    }
+}
+
+fn assumptions(trains: &[Train], joints: &[usize], subject: &Subject) -> Vec<String> {
+    let name = |train: &Train| subject.joints[train.joint].name.clone();
+    let passive: Vec<String> =
+        trains.iter().filter(|t| !t.has_motor() && joints.contains(&t.joint)).map(name).collect();
+    let mut all =
+        vec!["inertia of the rotors, gears, pulley radii and torque constants are as described".to_owned()];
+    if !passive.is_empty() {
+        all.push(format!(
+            "springs and dampers beside passive joints are as described: {}",
+            passive.join(", ")
+        ));
+    }
+    all
+}
