@@ -16,6 +16,8 @@ pub mod excite;
 mod motions;
 #[cfg(feature = "sdp")]
 pub mod physical;
+#[cfg(feature = "sdp")]
+mod picture;
 mod result;
 #[cfg(feature = "sdp")]
 mod run;

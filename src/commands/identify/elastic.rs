@@ -3,6 +3,7 @@ use super::{Estimator, Identify, parse, say, write_urdf};
 use crate::failure::{Failure, Outcome};
 use crate::identifying::Drives;
 use crate::output;
+use crate::reporting::of_identification;
 use bipedc_compiler::Robot;
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::identify::elastic::{
@@ -42,6 +43,11 @@ pub fn run(arguments: &Identify, robot: &Robot, logs: &[Log<'_>], judge: Option<
     let answer = output::bar("identifying", work)?;
     if let Some(path) = &arguments.write_urdf {
         write_urdf(robot, &answer.links, path)?;
+    }
+    if arguments.outputs.wanted() {
+        let rows = answer.pictures.clone();
+        let report = of_identification(robot, &answer.identification, Some(&answer.drives), rows)?;
+        arguments.outputs.write(&report)?;
     }
     if arguments.json {
         output::print_json(&answer)?;
@@ -84,5 +90,6 @@ fn options(arguments: &Identify) -> Result<Elastic, Diagnostic> {
         weight: arguments.weight,
         bounds: parse::bounds(arguments.total_mass, &arguments.center, &arguments.mirror)?,
         anyway: arguments.anyway,
+        pictures: arguments.outputs.wanted(),
     })
 }

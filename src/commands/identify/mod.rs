@@ -9,6 +9,7 @@ use crate::failure::{Failure, Outcome};
 use crate::identifying::{Identified, content, inspected, loaded, table_survey};
 use crate::measurements::{Content, Measured};
 use crate::output;
+use crate::reporting::{Outputs, of_identification};
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Inertial, Pose};
 use bipedc_compiler::description::with_inertials;
@@ -134,6 +135,8 @@ pub struct Identify {
     /// Write the URDF with the physically possible parameters
     #[arg(long, value_name = "OUT.urdf")]
     write_urdf: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: Outputs,
     /// Print the answer as JSON (docs/identification.md explains every key)
     #[arg(long)]
     json: bool,
@@ -169,6 +172,10 @@ impl Identify {
         };
         if let Some(path) = &self.write_urdf {
             write_urdf(&robot, &answer.links, path)?;
+        }
+        if self.outputs.wanted() {
+            let (identification, rows) = (&answer.identification, answer.pictures.clone());
+            self.outputs.write(&of_identification(&robot, identification, None, rows)?)?;
         }
         if self.json {
             output::print_json(&answer.identification)?;
@@ -266,6 +273,7 @@ impl Identify {
             slow: self.slow.unwrap_or(0.0) / 100.0,
             weight: self.weight,
             bounds: parse::bounds(self.total_mass, &self.center, &self.mirror)?,
+            pictures: self.outputs.wanted(),
         })
     }
 

@@ -18,7 +18,7 @@ pub fn odd(look: &Look, trains: &[Train], subject: &Subject) -> Vec<Diagnostic> 
     let mut found = Vec::new();
     for (train, seen) in trains.iter().zip(&look.drives).filter(|(_, seen)| seen.samples > 0) {
         let name = subject.joints[train.joint].name.as_str();
-        let motion = still(name, seen).or_else(|| far(name, seen)).or_else(|| ratio(name, train, seen));
+        let motion = still(name, seen).or_else(|| ratio(name, train, seen)).or_else(|| far(name, seen));
         match motion {
             Some(error) => found.push(error),
             None => found.extend(one_way(name, train, seen)),
@@ -83,7 +83,9 @@ fn ratio(name: &str, train: &Train, seen: &Seen) -> Option<Diagnostic> {
         (wanted * DEGREES, "motor_position is in degrees, position in rad"),
         (wanted / DEGREES, "position is in degrees, motor_position in rad"),
     ];
-    let guess = guesses.iter().find(|(value, _)| near(slope, *value)).map_or(
+    let away = |value: f64| if slope / value > 0.0 { (slope / value).ln().abs() } else { f64::INFINITY };
+    let guess = guesses.iter().filter(|(value, _)| near(slope, *value));
+    let guess = guess.min_by(|a, b| away(a.0).total_cmp(&away(b.0))).map_or(
         "columns of different joints, another unit, or another gear ratio or pulley radius than described",
         |(_, words)| words,
     );

@@ -12,6 +12,7 @@
 mod check;
 mod fold;
 mod look;
+mod picture;
 mod rows;
 mod run;
 mod signals;

@@ -11,11 +11,13 @@ use super::super::unknowns::{Extra, ExtraChoice, Law};
 use super::check::{odd, stops};
 use super::fold::{Folded, Folding, fold};
 use super::look::Look;
+use super::picture;
 use super::solve::{Estimator, Laws, Solved, Solver, Steps};
 use super::summary::{DriveSummary, Found};
 use super::train::Train;
 use crate::compare::Subject;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::report::Row;
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -51,6 +53,8 @@ pub struct Elastic {
     pub bounds: Vec<Bound>,
     /// Go on although signals seem to be mixed up.
     pub anyway: bool,
+    /// Whether torques over time are wanted, for a report.
+    pub pictures: bool,
 }
 
 /// The answer: of the drives, of the bodies, and the links' new inertias.
@@ -64,6 +68,9 @@ pub struct ElasticAnswer {
     /// By link name.
     #[serde(skip)]
     pub links: Vec<(String, super::super::physical::Inertia)>,
+    /// Torques of the joints over time, if they were wanted: of the log that judges, or else the first.
+    #[serde(skip)]
+    pub pictures: Vec<Row>,
 }
 
 /// Estimates friction and springs, then bodies.
@@ -80,8 +87,9 @@ pub fn identify_elastic(
     let (parts, subject) = (&all.parts, all.parts.subject);
     let warnings = checked(all, judge, options)?;
     let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(subject.base.nv())).collect();
-    let extras = extras(all.trains, &joints, options.laws);
-    let design = Design::new(subject, parts.base, parts.regressor, extras.clone(), parts.rows);
+    let extras =
+        ExtraChoice { exactly: Some(extras(all.trains, &joints, options.laws)), ..ExtraChoice::none() };
+    let design = Design::new(subject, parts.base, parts.regressor, extras.list(&joints), parts.rows);
     let slow: Vec<f64> = (0..all.trains.len()).map(|t| options.slow * fastest(all.looks, t)).collect();
     let folding = Folding {
         design: &design,
@@ -100,7 +108,7 @@ pub fn identify_elastic(
     };
     enough(&folded, &folding, options.slow).map_err(one)?;
     progress(0.2);
-    let nominal = nominal(&design, &parts.anatomy.parameters());
+    let nominal = nominal(&design, &parts.anatomy.parameters(), &extras);
     let solver = Solver {
         design: &design,
         folded: &folded,
@@ -114,6 +122,7 @@ pub fn identify_elastic(
     progress(0.3);
     let method = method(options.estimator);
     let sums = taught(&design, &folded, &solved, &nominal, method);
+    let shown = judge.map(|(log, _)| log);
     let judge_sums =
         judged.as_ref().map(|judged| bodies(&design, judged, &solved, &DVector::zeros(nominal.len())));
     let judge = judge.zip(judge_sums.as_ref()).map(|((log, look), sums)| Judge {
@@ -123,12 +132,12 @@ pub fn identify_elastic(
     });
     let further = Options {
         method,
-        extras: ExtraChoice { exactly: Some(extras), ..ExtraChoice::none() },
+        extras,
         weight: options.weight,
         bounds: options.bounds.clone(),
         ..Options::default()
     };
-    let Answer { mut identification, links } =
+    let Answer { mut identification, links, .. } =
         identify(parts, &Feed::Folded(&sums), judge.as_ref(), &further, &|p| progress(0.3 + 0.7 * p))?;
     amend(&mut identification, &design, &solved);
     let found = Found {
@@ -149,7 +158,11 @@ pub fn identify_elastic(
     identification.warnings.extend(warnings);
     identification.warnings.extend(drives.joints.iter().flat_map(|joint| joint.warnings()));
     identification.assumptions.extend(assumptions(all.trains, &joints, subject));
-    Ok(ElasticAnswer { identification, drives, links })
+    let pictures = match shown.or(all.logs.first()) {
+        Some(log) if options.pictures => picture::of_log(&folding, log, &solved, &nominal)?,
+        _ => Vec::new(),
+    };
+    Ok(ElasticAnswer { identification, drives, links, pictures })
 }
 
 /// Looks for mixed-up signals; what does not stop becomes a warning.
@@ -184,18 +197,20 @@ fn checked(
     Ok(found.into_iter().map(|diagnostic| diagnostic.message).collect())
 }
 
-/// Friction and offset of stiff drives; of springs only what a shifted encoder adds to their torque.
-fn extras(trains: &[Train], joints: &[usize], laws: Laws) -> Vec<Extra> {
+/// Friction and offset of stiff drives; of springs only what a shifted encoder adds to their torque. With described
+/// values at the joint.
+fn extras(trains: &[Train], joints: &[usize], laws: Laws) -> Vec<(Extra, f64)> {
     let mut all = Vec::new();
     for train in trains.iter().filter(|train| joints.contains(&train.joint)) {
         let stiff = train.has_motor() && !train.is_elastic();
+        let gear = train.gear_ratio.abs();
         let wanted = [
-            (stiff && laws.viscous, Law::Viscous),
-            (stiff && laws.coulomb, Law::Coulomb),
-            (train.has_motor() && laws.offset, Law::Offset),
+            (stiff && laws.viscous, Law::Viscous, gear * gear * train.viscous_friction),
+            (stiff && laws.coulomb, Law::Coulomb, gear * train.coulomb_friction),
+            (train.has_motor() && laws.offset, Law::Offset, 0.0),
         ];
         let of = |law| Extra { law, joint: train.joint, other: train.joint };
-        all.extend(wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, law)| of(law)));
+        all.extend(wanted.into_iter().filter(|w| w.0).map(|(_, law, value)| (of(law), value)));
     }
     all
 }
