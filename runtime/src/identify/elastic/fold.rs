@@ -3,9 +3,9 @@ use super::super::accumulate::Log;
 use super::super::design::Design;
 use super::super::motions::Motions;
 use super::super::triangle::Triangle;
+use super::laws::Laws;
 use super::rows::{JointRows, motor_columns, motor_torque};
 use super::signals::{Chunk, Making, each};
-use super::solve::Laws;
 use super::train::Train;
 use crate::diagnostic::Diagnostics;
 

@@ -1,7 +1,8 @@
 //! A first look at a log of drives: which motion, how fast motors turn, how far springs are stretched.
 use super::super::accumulate::Log;
 use super::super::survey::Survey;
-use super::signals::{Chunk, Columns, Making, each};
+use super::plan::{Columns, observed};
+use super::signals::{Chunk, Making, each};
 use super::train::Train;
 use crate::compare::Subject;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -123,7 +124,7 @@ pub fn look(log: &Log<'_>, subject: &Subject, trains: &[Train]) -> Result<Look, 
         }
     };
     let head = each(log, &making, &mut visit)?;
-    survey.effort = super::signals::observed(&head.plan.joints, trains);
+    survey.effort = observed(&head.plan.joints, trains);
     (survey.step, survey.cutoff_hz) = (head.step, head.cutoff_hz);
     (survey.assumptions, survey.warnings) = (head.plan.assumptions, head.plan.warnings);
     if survey.samples < FEWEST {

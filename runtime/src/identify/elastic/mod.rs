@@ -9,10 +9,15 @@
 //! The way of the data: [`look`] reads each log once (which motion, how fast, which signals), [`fold`] once more and keeps
 //! triangles only: per stretch of motion, motor and joint. Stiffness stays an unknown of the joints' rows ([`Folded`]), so
 //! that both steps, both at once, and every jackknife replicate of both work on the triangles.
+mod bodies;
 mod check;
 mod fold;
+mod laws;
+mod linear;
 mod look;
+mod noise;
 mod picture;
+mod plan;
 mod rows;
 mod run;
 mod signals;
@@ -21,9 +26,9 @@ mod summary;
 mod train;
 
 pub use fold::{Folded, fold};
+pub use laws::{Estimator, Laws, Steps};
 pub use look::{Look, look};
+pub use plan::Columns;
 pub use run::{Elastic, ElasticAnswer, ElasticParts, identify_elastic};
-pub use signals::{Columns, observed};
-pub use solve::{Estimator, Laws, Steps};
 pub use summary::{DriveParameter, DriveSummary, MotorErrors, TrainSummary};
 pub use train::{Train, Transmission};

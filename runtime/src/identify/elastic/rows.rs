@@ -1,8 +1,8 @@
 //! The rows of both regressions: motors (5.10) and joints (5.11), batch by batch.
 use super::super::design::{Design, Work};
 use super::super::unknowns::{Law, Source};
+use super::laws::Laws;
 use super::signals::{Chunk, Motor};
-use super::solve::Laws;
 use super::train::{Train, Transmission};
 use crate::compare::Batch;
 use std::ops::Range;

@@ -1,24 +1,23 @@
 //! All steps of the identification of series elastic drives in their order.
-use super::super::accumulate::{Log, Sums};
+use super::super::accumulate::Log;
 use super::super::design::Design;
-use super::super::estimate::{Estimate, Method};
 use super::super::motions::Motions;
-use super::super::physical::Bound;
+use super::super::physical::{Bound, Inertia};
 use super::super::result::Identification;
-use super::super::run::{Answer, Feed, Judge, Options, Parts, identify, nominal};
-use super::super::summary::student;
+use super::super::run::{Parts, nominal};
 use super::super::unknowns::{Extra, ExtraChoice, Law};
+use super::bodies::Bodies;
 use super::check::{odd, stops};
 use super::fold::{Folded, Folding, fold};
+use super::laws::{Estimator, Laws, Steps};
 use super::look::Look;
 use super::picture;
-use super::solve::{Estimator, Laws, Solved, Solver, Steps};
+use super::solve::Solver;
 use super::summary::{DriveSummary, Found};
 use super::train::Train;
 use crate::compare::Subject;
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::report::Row;
-use nalgebra::DVector;
 use serde::Serialize;
 
 /// Rows that a motor's regression needs per unknown.
@@ -67,7 +66,7 @@ pub struct ElasticAnswer {
     pub drives: DriveSummary,
     /// By link name.
     #[serde(skip)]
-    pub links: Vec<(String, super::super::physical::Inertia)>,
+    pub links: Vec<(String, Inertia)>,
     /// Torques of the joints over time, if they were wanted: of the log that judges, or else the first.
     #[serde(skip)]
     pub pictures: Vec<Row>,
@@ -120,27 +119,17 @@ pub fn identify_elastic(
     };
     let solved = solver.solve().map_err(one)?;
     progress(0.3);
-    let method = method(options.estimator);
-    let sums = taught(&design, &folded, &solved, &nominal, method);
     let shown = judge.map(|(log, _)| log);
-    let judge_sums =
-        judged.as_ref().map(|judged| bodies(&design, judged, &solved, &DVector::zeros(nominal.len())));
-    let judge = judge.zip(judge_sums.as_ref()).map(|((log, look), sums)| Judge {
-        feed: Feed::Folded(sums),
-        survey: &look.survey,
-        file: log.path,
-    });
-    let further = Options {
-        method,
-        extras,
-        weight: options.weight,
-        bounds: options.bounds.clone(),
-        ..Options::default()
+    let bodies = Bodies {
+        design: &design,
+        folded: &folded,
+        judged: judged.as_ref(),
+        solved: &solved,
+        nominal: &nominal,
+        extras: &extras,
     };
-    let Answer { mut identification, links, .. } =
-        identify(parts, &Feed::Folded(&sums), judge.as_ref(), &further, &|p| progress(0.3 + 0.7 * p))?;
-    amend(&mut identification, &design, &solved);
-    let found = Found {
+    let (mut identification, links) = bodies.identify(parts, judge, options, &|p| progress(0.3 + 0.7 * p))?;
+    let drives = Found {
         subject,
         trains: all.trains,
         looks: all.looks,
@@ -148,13 +137,8 @@ pub fn identify_elastic(
         judged: judged.as_ref(),
         solved: &solved,
         laws: options.laws,
-    };
-    let drives = DriveSummary {
-        steps: options.steps,
-        estimator: options.estimator,
-        slow_percent: 100.0 * options.slow,
-        joints: found.joints(&identification.parameters),
-    };
+    }
+    .summary(options, &identification.parameters);
     identification.warnings.extend(warnings);
     identification.warnings.extend(drives.joints.iter().flat_map(|joint| joint.warnings()));
     identification.assumptions.extend(assumptions(all.trains, &joints, subject));
@@ -236,67 +220,6 @@ fn enough(folded: &Folded, folding: &Folding<'_, '_>, slow: f64) -> Result<(), D
         }
     }
     Ok(())
-}
-
-fn method(estimator: Estimator) -> Method {
-    match estimator {
-        Estimator::Ordinary => Method::Ordinary,
-        Estimator::Weighted => Method::Weighted,
-        Estimator::Instrumental => Method::Instrumental,
-    }
-}
-
-/// The joints' rows with the springs that were found, as from measured torques; `shift` times the regressor is taken from
-/// the torques.
-fn bodies(design: &Design<'_>, folded: &Folded, solved: &Solved, shift: &DVector<f64>) -> Sums {
-    let mut sums = Sums::new(design, folded.joints.len());
-    let stiffness = folded.laws.stiffness();
-    for (cell, own) in folded.joints.iter().zip(&mut sums.cells) {
-        for (c, (triangle, own)) in cell.iter().zip(own).enumerate() {
-            let places = &design.channels[c].places;
-            let first = if folded.instruments { places.len() } else { 0 };
-            let kept: Vec<usize> = (first..first + places.len()).collect();
-            let spring = folded.springs[c].map(|k| (first + places.len(), solved.motors[k].value[stiffness]));
-            let shifted = places.iter().enumerate().map(|(k, &place)| (first + k, shift[place]));
-            let known: Vec<(usize, f64)> = spring.into_iter().chain(shifted).collect();
-            *own = triangle.reduced(&kept, &known);
-        }
-    }
-    sums
-}
-
-/// Sums whose least squares are what was solved for.
-///
-/// Essential and physical parameters are found by the distance `‖W (θ − θ̂)‖` from an estimate. Of instruments, or of one
-/// regression for everything, θ̂ is not the least-squares solution of the joints' rows: what differs is taken from the
-/// torques, residuals stay as they are.
-fn taught(
-    design: &Design<'_>,
-    folded: &Folded,
-    solved: &Solved,
-    nominal: &DVector<f64>,
-    method: Method,
-) -> Sums {
-    let plain = bodies(design, folded, solved, &DVector::zeros(nominal.len()));
-    let estimate = Estimate::weighted(design, &plain, nominal.clone(), method);
-    let theta = estimate.solve(&estimate.total, &estimate.seen);
-    bodies(design, folded, solved, &(theta - &solved.joints.value))
-}
-
-/// Error bars that know of both steps.
-fn amend(identification: &mut Identification, design: &Design<'_>, solved: &Solved) {
-    let t = student(solved.stretches);
-    for parameter in &mut identification.parameters {
-        let Some(k) = design.unknowns.iter().position(|u| u.name == parameter.name) else { continue };
-        let [error, independent] = solved.joints.errors(k);
-        let value = parameter.value;
-        let relative = (value != 0.0).then(|| 100.0 * error / value.abs());
-        parameter.standard_error = error;
-        parameter.independent_error = independent;
-        parameter.relative_error_percent = relative;
-        parameter.interval = [value - t * error, value + t * error];
-        parameter.well_identified = relative.is_some_and(|percent| percent < 15.0);
-    }
 }
 
 fn assumptions(trains: &[Train], joints: &[usize], subject: &Subject) -> Vec<String> {

@@ -3,85 +3,16 @@ use super::super::design::Design;
 use super::super::estimate::independent;
 use super::super::triangle::Triangle;
 use super::fold::Folded;
+use super::laws::{Estimator, Steps};
+use super::linear::{inverse, jackknife, least_squares, scatter, staged, variance};
+use super::noise::Noise;
 use super::train::Train;
 use crate::compare::Subject;
 use crate::diagnostic::Diagnostic;
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
 
-/// A column that is this part of its length away from the others is a sum of them.
-const DEPENDENT: f64 = 1e-9;
 /// Rounds in which the weights of the rows are found.
 const ROUNDS: usize = 4;
-
-/// What a motor's torque consists of, beside the spring's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Laws {
-    /// `F_v θ̇_M`
-    pub viscous: bool,
-    /// `F_c sign θ̇_M`
-    pub coulomb: bool,
-    /// Constant: of the current's sensor, or a shifted encoder.
-    pub offset: bool,
-}
-
-impl Laws {
-    /// Number of unknowns of a motor.
-    pub fn count(&self) -> usize {
-        1 + usize::from(self.viscous) + usize::from(self.coulomb) + usize::from(self.offset)
-    }
-
-    /// Place of the spring's stiffness among them.
-    pub fn stiffness(&self) -> usize {
-        usize::from(self.viscous) + usize::from(self.coulomb)
-    }
-
-    /// Names and units, in the order of the columns.
-    pub fn names(&self) -> Vec<(&'static str, &'static str)> {
-        let all = [
-            (self.viscous, ("viscous_friction", "N m s/rad")),
-            (self.coulomb, ("coulomb_friction", "N m")),
-            (true, ("spring_stiffness", "N/m")),
-            (self.offset, ("torque_offset", "N m")),
-        ];
-        all.into_iter().filter(|(wanted, _)| *wanted).map(|(_, name)| name).collect()
-    }
-
-    /// Described values in the same order.
-    pub fn nominal(&self, train: &Train) -> DVector<f64> {
-        let all = [
-            (self.viscous, train.viscous_friction),
-            (self.coulomb, train.coulomb_friction),
-            (true, train.stiffness()),
-            (self.offset, 0.0),
-        ];
-        DVector::from_vec(all.into_iter().filter(|(wanted, _)| *wanted).map(|(_, x)| x).collect())
-    }
-}
-
-/// How the two regressions are put together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Steps {
-    /// Motors first, then joints with the springs so found (5.13), (5.15).
-    #[default]
-    Two,
-    /// One regression, every row by its own noise: joints tell about springs too.
-    One,
-}
-
-/// How residuals count.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Estimator {
-    /// All joints alike.
-    Ordinary,
-    /// Each joint by its own noise.
-    #[default]
-    Weighted,
-    /// As weighted; instruments are the same signals from samples that the regressors do not use.
-    Instrumental,
-}
 
 /// What is solved for, and how.
 pub struct Solver<'a, 'd> {
@@ -142,9 +73,9 @@ impl Whole {
 
 /// Estimates without errors.
 #[derive(Clone)]
-struct Point {
-    motors: Vec<DVector<f64>>,
-    theta: DVector<f64>,
+pub(super) struct Point {
+    pub motors: Vec<DVector<f64>>,
+    pub theta: DVector<f64>,
 }
 
 impl Solver<'_, '_> {
@@ -174,14 +105,14 @@ impl Solver<'_, '_> {
         let count = self.folded.laws.count();
         let of_motor = |k: usize| Estimated {
             value: point.motors[k].clone(),
-            jackknife: jackknife(&replicates, |p| p.motors[k].clone()),
+            jackknife: jackknife(&replicates.iter().map(|p| p.motors[k].clone()).collect::<Vec<_>>()),
             white: white.view((n + k * count, n + k * count), (count, count)).into_owned(),
         };
         Ok(Solved {
             motors: (0..self.folded.elastic.len()).map(of_motor).collect(),
             joints: Estimated {
                 value: point.theta.clone(),
-                jackknife: jackknife(&replicates, |p| p.theta.clone()),
+                jackknife: jackknife(&replicates.iter().map(|p| p.theta.clone()).collect::<Vec<_>>()),
                 white: white.view((0, 0), (n, n)).into_owned(),
             },
             stretches: replicates.len(),
@@ -272,7 +203,7 @@ impl Solver<'_, '_> {
         Ok(Point { motors, theta })
     }
 
-    fn stiffness(&self, motors: &[DVector<f64>]) -> Vec<f64> {
+    pub(super) fn stiffness(&self, motors: &[DVector<f64>]) -> Vec<f64> {
         motors.iter().map(|values| values[self.folded.laws.stiffness()]).collect()
     }
 
@@ -340,54 +271,6 @@ impl Solver<'_, '_> {
             motors: (0..self.folded.elastic.len()).map(of).collect(),
             theta: self.spread(seen, &own.rows(0, seen.len()).into_owned()),
         })
-    }
-
-    /// Standard deviation of every row's residual.
-    fn residuals(&self, point: &Point) -> Noise {
-        let copies = usize::from(self.folded.instruments);
-        let deviation = |triangle: &Triangle, own: &DVector<f64>, unknowns: usize| {
-            let freedom = triangle.rows().saturating_sub(unknowns).max(1) as f64;
-            (triangle.squares(own) / freedom).sqrt()
-        };
-        let summed = |parts: &mut dyn Iterator<Item = &Triangle>| {
-            parts.fold(None, |sum: Option<Triangle>, part| match sum {
-                Some(mut sum) => {
-                    sum.add(part);
-                    Some(sum)
-                }
-                None => Some(part.clone()),
-            })
-        };
-        let motor = |k: usize| {
-            let triangle = summed(&mut self.folded.motors.iter().map(|cell| &cell[k]))
-                .unwrap_or_else(|| Triangle::new(0));
-            let count = self.folded.laws.count();
-            let own = DVector::from_iterator(
-                (1 + copies) * count,
-                std::iter::repeat_n(0.0, copies * count).chain(point.motors[k].iter().copied()),
-            );
-            deviation(&triangle, &own, count)
-        };
-        let stiffness = self.stiffness(&point.motors);
-        let joint = |c: usize| {
-            let triangle = summed(&mut self.folded.joints.iter().map(|cell| &cell[c]))
-                .unwrap_or_else(|| Triangle::new(0));
-            let places = &self.design.channels[c].places;
-            let zeros = std::iter::repeat_n(0.0, copies * places.len());
-            let values: Vec<f64> = zeros
-                .chain(places.iter().map(|&p| point.theta[p]))
-                .chain(self.folded.springs[c].map(|k| stiffness[k]))
-                .collect();
-            deviation(&triangle, &DVector::from_vec(values), places.len())
-        };
-        let floor = |list: Vec<f64>| -> Vec<f64> {
-            let least = 1e-12 * list.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE.sqrt());
-            list.into_iter().map(|x| x.max(least)).collect()
-        };
-        Noise {
-            motors: floor((0..self.folded.elastic.len()).map(motor).collect()),
-            joints: floor((0..self.design.channels.len()).map(joint).collect()),
-        }
     }
 
     /// The whole procedure with one stretch of motion after the other left out.
@@ -471,95 +354,4 @@ impl Solver<'_, '_> {
         let values = matrix.singular_values();
         values.max() / values.min().max(f64::MIN_POSITIVE)
     }
-}
-
-/// Standard deviations of residuals.
-struct Noise {
-    motors: Vec<f64>,
-    joints: Vec<f64>,
-}
-
-impl Noise {
-    fn ones(solver: &Solver<'_, '_>) -> Self {
-        // Before residuals are known, a motor's torque counts as much as the torque behind its gear.
-        let gear = |t: &usize| 1.0 / solver.trains[*t].turns().abs().max(f64::MIN_POSITIVE);
-        Self {
-            motors: solver.folded.elastic.iter().map(gear).collect(),
-            joints: vec![1.0; solver.design.channels.len()],
-        }
-    }
-}
-
-/// The regression of a triangle whose first `instruments` unknowns are instruments: of what these explain of regressors
-/// and right-hand side (two-stage least squares; with as many instruments as regressors `(Zᵀ W)⁻¹ Zᵀ y`).
-fn staged(triangle: &Triangle, instruments: usize) -> (DMatrix<f64>, DVector<f64>) {
-    let (matrix, right) = (triangle.matrix(), triangle.right());
-    if instruments == 0 {
-        return (matrix, right);
-    }
-    let own = matrix.ncols() - instruments;
-    (matrix.view((0, instruments), (instruments, own)).into_owned(), right.rows(0, instruments).into_owned())
-}
-
-/// Shortest `‖W θ − y‖`; the place of a column that is a sum of others where there is one.
-pub(super) fn least_squares(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Result<DVector<f64>, usize> {
-    let mut columns = matrix.clone();
-    let mut scale = Vec::with_capacity(columns.ncols());
-    for (k, mut column) in columns.column_iter_mut().enumerate() {
-        let length = column.norm();
-        if !(length > 0.0 && length.is_finite()) {
-            return Err(k);
-        }
-        column /= length;
-        scale.push(length);
-    }
-    let qr = columns.qr();
-    let r = qr.r();
-    if let Some(k) = (0..r.ncols()).find(|&k| r[(k, k)].abs() <= DEPENDENT) {
-        return Err(k);
-    }
-    let mut target = right.clone();
-    qr.q_tr_mul(&mut target);
-    let own = target.rows(0, r.ncols()).into_owned();
-    let solution = r.solve_upper_triangular(&own).ok_or(0_usize)?;
-    Ok(DVector::from_iterator(solution.len(), solution.iter().zip(&scale).map(|(x, s)| x / s)))
-}
-
-/// `(Wᵀ W)⁻¹`
-fn inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = matrix.ncols();
-    let mut columns = matrix.clone();
-    let scale: Vec<f64> = columns.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
-    columns.column_iter_mut().zip(&scale).for_each(|(mut c, s)| c /= *s);
-    let r = columns.qr().r();
-    let half = r.solve_upper_triangular(&DMatrix::identity(n, n));
-    let half = half.unwrap_or_else(|| DMatrix::from_element(n, n, f64::INFINITY));
-    let full = &half * half.transpose();
-    DMatrix::from_fn(n, n, |i, j| full[(i, j)] / (scale[i] * scale[j]))
-}
-
-/// Mean square that no unknowns explain (8.3).
-fn variance(triangle: &Triangle) -> f64 {
-    triangle.rest() / triangle.rows().saturating_sub(triangle.columns()).max(1) as f64
-}
-
-fn scatter(all: &mut DMatrix<f64>, small: &DMatrix<f64>, places: &[usize]) {
-    for (i, &a) in places.iter().enumerate() {
-        for (j, &b) in places.iter().enumerate() {
-            all[(a, b)] += small[(i, j)];
-        }
-    }
-}
-
-/// Covariance from replicates with one stretch left out each (the estimator CR3).
-fn jackknife(points: &[Point], of: impl Fn(&Point) -> DVector<f64>) -> DMatrix<f64> {
-    let values: Vec<DVector<f64>> = points.iter().map(of).collect();
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<DVector<f64>>() / count;
-    let n = mean.len();
-    let sum = values.iter().fold(DMatrix::zeros(n, n), |sum, value| {
-        let away = value - &mean;
-        sum + &away * away.transpose()
-    });
-    sum * ((count - 1.0) / count)
 }

@@ -2,8 +2,10 @@
 use super::super::result::Parameter;
 use super::super::summary::student;
 use super::fold::Folded;
+use super::laws::{Estimator, Laws, Steps};
 use super::look::Look;
-use super::solve::{Estimator, Laws, Solved, Steps};
+use super::run::Elastic;
+use super::solve::Solved;
 use super::train::{Train, Transmission};
 use crate::compare::Subject;
 use nalgebra::DVector;
@@ -129,7 +131,16 @@ pub struct Found<'a> {
 
 impl Found<'_> {
     /// All drives; `parameters` are those of the joints' regression.
-    pub fn joints(&self, parameters: &[Parameter]) -> Vec<TrainSummary> {
+    pub fn summary(&self, options: &Elastic, parameters: &[Parameter]) -> DriveSummary {
+        DriveSummary {
+            steps: options.steps,
+            estimator: options.estimator,
+            slow_percent: 100.0 * options.slow,
+            joints: self.joints(parameters),
+        }
+    }
+
+    fn joints(&self, parameters: &[Parameter]) -> Vec<TrainSummary> {
         let of = |(index, train): (usize, &Train)| match self.folded.elastic.iter().position(|t| *t == index)
         {
             Some(k) => self.elastic(k, index, train),
