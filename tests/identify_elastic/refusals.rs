@@ -176,6 +176,8 @@ fn options_that_contradict() {
         identify(ROBOT, &log, more).fails_with(words);
     }
     bipedc(&["identify", ROBOT, text(&log), "--estimator", "instrumental"]).fails_with(&["effort"]);
+    bipedc(&["identify", ROBOT, text(&log), "--steps", "one"])
+        .fails_with(&["--steps one", "--method elastic"]);
 }
 
 /// A page and pictures: every joint's torque, every parameter.

@@ -249,6 +249,10 @@ impl Identify {
         if !(self.trim.is_finite() && self.trim >= 0.0) {
             return refuse("--trim", self.trim, "give a time in s");
         }
+        if self.steps == elastic::Steps::One && self.method != By::Elastic {
+            return Err(Diagnostic::error("--steps one has no meaning without --method elastic")
+                .help("leave it out: joint torques are one regression"));
+        }
         match self.weight {
             Some(weight) if !(weight.is_finite() && weight > 0.0) => {
                 refuse("--weight", weight, "give a positive number; 0.01 is little, 100 is much")
