@@ -20,7 +20,7 @@ use tables::{Case, Truth};
 
 const HELP: &str = "\
 Examples:
-  cargo run --release --example elastic_leg
+  cargo build --release && cargo run --release --example elastic_leg
   cargo run --release --example elastic_leg -- --seed 7 --steps one
   cargo run --release --example elastic_leg -- --write docs/reproductions/elastic_leg.md";
 

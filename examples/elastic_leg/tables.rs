@@ -84,10 +84,11 @@ pub fn page(cases: &[Case], steps: &str) -> Result<String, Failure> {
 const HEAD: &str = "\
 # Tables 8.1 and 8.2: the series elastic leg
 
-Output of `cargo run --release --example elastic_leg`. The thesis estimated the real leg of TUlip version 1, with 2000 samples
+Output of `cargo build --release && cargo run --release --example elastic_leg`. The thesis estimated the real leg of TUlip version 1, with 2000 samples
 that are not public: its numbers stand here for comparison of sizes and of error bars, no simulated leg can have them. Both
 simulated legs have the bodies of `robots/tulip_v1_leg`, encoders of 2000 counts per motor turn and 30000 per joint
-turn, 500 Hz, currents with 5 mA of noise, stiction, and drives off by factors from 0.8 to 1.25. Nothing was tuned to them: cut-off and `--slow` are the defaults.
+turn, 500 Hz, currents with 5 mA of noise, stiction, and drives off by factors from 0.8 to 1.25. Cut-off and `--slow` are the
+defaults; that of `--slow` was chosen with the first leg's training log at hand, before the second leg existed.
 
 ";
 
