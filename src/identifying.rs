@@ -3,12 +3,14 @@ use crate::failure::Failure;
 use crate::measurements::{Content, Loaded, Measured, subject};
 use crate::output;
 use bipedc_compiler::Robot;
+use bipedc_compiler::description::model::{Drive, DriveKind};
 use bipedc_compiler::identification::base_regressor;
 use bipedc_compiler::program::ProgramRegressor;
 use bipedc_compiler::tree::anatomy;
 use bipedc_runtime::compare::Subject;
 use bipedc_runtime::diagnose::{Anatomy, Channel, Experiment};
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_runtime::identify::elastic::{Look, Train, Transmission};
 use bipedc_runtime::identify::{BaseSet, Log, Parts, Survey, survey};
 use std::path::PathBuf;
 
@@ -146,4 +148,72 @@ pub fn inspected(measured: &Measured, logs: &[Log<'_>]) -> Result<Vec<Diagnostic
         found.extend(experiment.check().into_iter().map(|diagnostic| diagnostic.in_file(log.path)));
     }
     Ok(found)
+}
+
+/// Series elastic drives of a description.
+pub struct Drives {
+    pub subject: Subject,
+    pub trains: Vec<Train>,
+}
+
+impl Drives {
+    /// The drive trains of `biped.toml`.
+    pub fn new(robot: &Robot) -> Result<Self, Failure> {
+        let subject = subject(&robot.clone().without_effects().tree()?)?;
+        let drives = &robot.description.drives;
+        if !drives.iter().any(|drive| matches!(drive.kind, DriveKind::SeriesElastic { .. })) {
+            return Err(Diagnostic::error("the description has no series elastic drive")
+                .help("add [drives.JOINT] tables with kind = \"series_elastic\" to biped.toml (robots/README.md), or use --method torque")
+                .into());
+        }
+        let mut trains = Vec::new();
+        for (index, joint) in subject.joints.iter().enumerate() {
+            let Some(drive) = drives.iter().find(|drive| drive.joint == joint.name) else { continue };
+            let train = train(index, drive);
+            train.check(&subject)?;
+            trains.push(train);
+        }
+        Ok(Self { subject, trains })
+    }
+
+    /// Base parameters of the joints whose rows every log shows.
+    pub fn bodies(
+        &self,
+        robot: &Robot,
+        logs: &[Log<'_>],
+        surveys: &[Survey],
+        looks: &[&Look],
+    ) -> Result<Identified, Failure> {
+        let nb = self.subject.base.nv();
+        let shown = |j: &usize| looks.iter().all(|look| look.survey.effort[*j]);
+        let joints: Vec<usize> = (0..self.subject.joints.len()).filter(shown).collect();
+        if !self.trains.iter().any(|train| train.is_elastic() && joints.contains(&train.joint)) {
+            return Err(Diagnostic::error("no series elastic drive is logged whole in every log")
+                .help("log position, motor_position and motor_current of the same joints in all of them")
+                .into());
+        }
+        Identified::new(robot, logs, surveys.to_vec(), joints.iter().map(|j| nb + j).collect())
+    }
+}
+
+fn train(joint: usize, drive: &Drive) -> Train {
+    Train {
+        joint,
+        transmission: match drive.kind {
+            DriveKind::Stiff => Transmission::Stiff,
+            DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, spring_stiffness } => {
+                Transmission::SeriesElastic {
+                    motor_radius: motor_pulley_radius,
+                    load_radius: load_pulley_radius,
+                    stiffness: spring_stiffness,
+                }
+            }
+            DriveKind::Passive { stiffness, damping } => Transmission::Passive { stiffness, damping },
+        },
+        gear_ratio: drive.gear_ratio,
+        rotor_inertia: drive.rotor_inertia,
+        torque_constant: drive.torque_constant.unwrap_or(0.0),
+        viscous_friction: drive.viscous_friction,
+        coulomb_friction: drive.coulomb_friction,
+    }
 }

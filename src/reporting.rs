@@ -7,7 +7,11 @@ use bipedc_compiler::Robot;
 use bipedc_compiler::drawing::drawing;
 use bipedc_runtime::diagnose::{Diagnosis, Experiment, Fall};
 use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::report::{Abscissa, Drawing, Fact, HistoryStep, Report, rows_of, write, write_svg};
+use bipedc_runtime::identify::Identification;
+use bipedc_runtime::identify::elastic::DriveSummary;
+use bipedc_runtime::report::{
+    Abscissa, Drawing, Estimated, Fact, HistoryStep, Report, Row, rows_of, write, write_svg,
+};
 use clap::Args;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -80,6 +84,79 @@ pub fn of_measurements(
         facts: facts(loaded),
         ..Report::default()
     })
+}
+
+/// What was identified: torques over time by description and estimate, and every parameter with its error.
+///
+/// # Errors
+/// A robot without a tree.
+pub fn of_identification(
+    robot: &Robot,
+    found: &Identification,
+    drives: Option<&DriveSummary>,
+    rows: Vec<Row>,
+) -> Result<Report, Diagnostic> {
+    let tree = robot.tree()?;
+    let posture = vec![0.0; tree.joints.len()];
+    let logs = found.logs.iter().map(|log| {
+        let how = format!("{} samples, every {:.4} s, cut-off {} Hz", log.samples, log.step, log.cutoff_hz);
+        Fact::new(&log.file, how)
+    });
+    let name = robot.description.name.clone();
+    Ok(Report {
+        title: format!("{name}: identification"),
+        robot: name,
+        summary: identified(found),
+        drawing: Some(drawing(&robot.description, &tree, &posture)),
+        rows,
+        estimates: estimates(found, drives),
+        warnings: found.warnings.clone(),
+        assumptions: found.assumptions.clone(),
+        facts: logs.collect(),
+        ..Report::default()
+    })
+}
+
+fn identified(found: &Identification) -> String {
+    let well = found.parameters.iter().filter(|p| p.well_identified).count();
+    let mut words = format!(
+        "{} parameters from {} rows of {} logs; {well} have a standard error below 15 %. Least squares misses {:.2} % of held-out stretches.",
+        found.parameters.len(),
+        found.rows,
+        found.logs.len(),
+        100.0 * found.essential.held_out_of_all
+    );
+    if let Some(validation) = &found.validation {
+        let [described, fitted] =
+            [validation.total.description, validation.total.least_squares].map(|x| 100.0 * x);
+        words += &format!(
+            "\n\nOn a log that did not teach the description misses {described:.2} % of the torque, least squares {fitted:.2} %."
+        );
+    }
+    words
+}
+
+/// Drives first, then bodies.
+fn estimates(found: &Identification, drives: Option<&DriveSummary>) -> Vec<Estimated> {
+    let of_drives = drives.iter().flat_map(|d| &d.joints).flat_map(|joint| {
+        joint.parameters.iter().map(|p| Estimated {
+            name: format!("drive of {}: {}", joint.joint, p.name),
+            unit: p.unit.to_owned(),
+            value: p.value,
+            standard_error: p.standard_error,
+            interval: p.interval,
+            described: p.nominal,
+        })
+    });
+    let of_bodies = found.parameters.iter().map(|p| Estimated {
+        name: p.name.clone(),
+        unit: p.unit.to_owned(),
+        value: p.value,
+        standard_error: p.standard_error,
+        interval: p.interval,
+        described: p.nominal,
+    });
+    of_drives.chain(of_bodies).collect()
 }
 
 /// Where the data come from, and what was done with them.

@@ -53,8 +53,21 @@ fn a_log_gives_parameters_and_a_urdf() {
     let out = folder.join("new.urdf");
     let run = identify(
         &train,
-        &["--validate", text(&judge), "--cutoff", "20", "--write-urdf", text(&out), "--json"],
+        &[
+            "--validate",
+            text(&judge),
+            "--cutoff",
+            "20",
+            "--write-urdf",
+            text(&out),
+            "--report",
+            text(&folder.join("page.html")),
+            "--json",
+        ],
     );
+    let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
+    assert!(page.contains("Estimated parameters") && page.contains("right_hip_roll.coulomb_friction"));
+    assert!(page.contains("\"label\":\"identified\""), "torques over time are missing");
     let answer = run.ok().json();
     let total = &answer["validation"]["total"];
     println!("{total}");
@@ -87,7 +100,7 @@ fn a_log_gives_parameters_and_a_urdf() {
     assert!(new.contains(&format!("<mass value=\"{mass}\"/>")));
     bipedc(&["check", text(&out)]).ok();
     let files = std::fs::read_dir(&folder).unwrap().count();
-    assert_eq!(files, 3, "no temporary file is left");
+    assert_eq!(files, 4, "no temporary file is left");
 }
 
 /// The example has 0.9 kg on the torso that the description lacks; efforts of joints play no part.

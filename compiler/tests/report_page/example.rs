@@ -83,7 +83,7 @@ fn row(name: &str, time: &[f64], measured: &[f64], nominal: &[f64], motion: &[Ve
         measured: measured.to_vec(),
         nominal: nominal.to_vec(),
         amended: Some(nominal.iter().zip(&motion[1]).map(friction).collect()),
-        signals: Vec::new(),
+        ..Series::default()
     };
     let series = series
         .with("velocity", "rad/s", motion[1].clone())

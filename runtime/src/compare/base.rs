@@ -45,7 +45,7 @@ pub(super) fn fill(
 }
 
 /// The base at the origin, upright, at rest.
-pub(super) fn rest(kind: BaseKind, q: &mut [f64]) {
+pub(crate) fn rest(kind: BaseKind, q: &mut [f64]) {
     if kind == BaseKind::Floating {
         q[6] = 1.0;
     }

@@ -18,6 +18,8 @@ mod run;
 mod statistics;
 pub(crate) mod trajectory;
 
+#[cfg(feature = "sdp")]
+pub(crate) use base::rest;
 pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
 pub use experiment::{Reading, channels_of};
 pub use options::{BaseKind, CANDIDATES, Joint, Options, Subject, VelocitySource};

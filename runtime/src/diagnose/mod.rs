@@ -39,6 +39,8 @@ pub use engine::{Options, diagnose, errors, estimate, summary};
 pub use experiment::{Channel, Experiment, Inertial, Row};
 pub use feet::{Corner, Foot};
 pub(crate) use motion::recording::white_noise;
+#[cfg(feature = "sdp")]
+pub(crate) use motion::recording::within;
 pub use motion::{MotionExperiment, Recording};
 pub use result::{Diagnosis, Fall, Found, Rejected, Source, Step, Unexplained};
 pub use robot::Robot;

@@ -19,6 +19,8 @@ pub enum Method {
     Weighted,
     /// As `Weighted`, and large residuals less (Huber).
     Huber,
+    /// As `Weighted`, with instruments that do not share the regressors' noise.
+    Instrumental,
 }
 
 /// The weighted regression, cut into cells.
@@ -342,7 +344,7 @@ pub fn joined(columns: usize, parts: &[Triangle]) -> Triangle {
 }
 
 /// Columns that are no sums of others, the longest remainders first; in ascending order.
-fn independent(total: &Triangle) -> Vec<usize> {
+pub(super) fn independent(total: &Triangle) -> Vec<usize> {
     let lengths = total.lengths();
     let longest = lengths.max();
     let mut columns = total.matrix();

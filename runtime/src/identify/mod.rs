@@ -8,12 +8,16 @@
 //! of samples.
 mod accumulate;
 mod design;
+#[cfg(feature = "sdp")]
+pub mod elastic;
 mod essential;
 mod estimate;
 pub mod excite;
 mod motions;
 #[cfg(feature = "sdp")]
 pub mod physical;
+#[cfg(feature = "sdp")]
+mod picture;
 mod result;
 #[cfg(feature = "sdp")]
 mod run;

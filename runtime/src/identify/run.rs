@@ -5,6 +5,7 @@ use super::essential::essential;
 use super::estimate::{Estimate, Fit, Method};
 use super::motions::Motions;
 use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, Problem, check, choose};
+use super::picture;
 use super::result::Identification;
 use super::summary::Found;
 use super::survey::Survey;
@@ -13,6 +14,7 @@ use super::unknowns::{BaseSet, ExtraChoice};
 use crate::compare::Subject;
 use crate::diagnose::{Anatomy, Experiment};
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::report::Row;
 use nalgebra::DVector;
 use std::path::{Path, PathBuf};
 
@@ -45,6 +47,8 @@ pub enum Feed<'a> {
     Logs(&'a [Log<'a>]),
     /// Logs of a free robot with forces at its feet, in memory.
     Tables(&'a [&'a dyn Experiment]),
+    /// Samples that were folded in already.
+    Folded(&'a Sums),
 }
 
 impl Feed<'_> {
@@ -65,6 +69,8 @@ impl Feed<'_> {
                 }
                 Ok(sums)
             }
+            // Residuals cannot be weighed one by one any more: callers leave Huber's estimator out.
+            Self::Folded(sums) => Ok((*sums).clone()),
         }
     }
 }
@@ -94,6 +100,8 @@ pub struct Options {
     pub weight: Option<f64>,
     /// What is known beside the data.
     pub bounds: Vec<Bound>,
+    /// Whether torques over time are wanted, for a report.
+    pub pictures: bool,
 }
 
 /// The answer, and the links' new inertias for a URDF.
@@ -103,6 +111,9 @@ pub struct Answer {
     pub identification: Identification,
     /// By link name.
     pub links: Vec<(String, Inertia)>,
+    /// Torques over time by description and least squares, of the log that judges or else the first; if they were wanted
+    /// and logs of joint torques taught.
+    pub pictures: Vec<Row>,
 }
 
 /// Estimates parameters from logs; `judge` is a log that only judges.
@@ -128,7 +139,7 @@ pub fn identify(
     let raw = feed.pass((&design, parts.base), &motions, &settings, None)?;
     enough(&design, &raw).map_err(one)?;
     progress(0.3);
-    let nominal = nominal(&design, &parts.anatomy.parameters());
+    let nominal = nominal(&design, &parts.anatomy.parameters(), &options.extras);
     let (estimate, sums) =
         estimated((&design, parts.base), feed, &motions, &settings, options, (&raw, &nominal))?;
     let fit = checked_fit(&estimate, &design, &sums).map_err(one)?;
@@ -175,7 +186,12 @@ pub fn identify(
         physical: physical_summary,
         validation,
     };
-    Ok(Answer { identification, links })
+    let shown = judge.map_or(feed, |judge| &judge.feed);
+    let pictures = match shown {
+        Feed::Logs([log, ..]) if options.pictures => picture::of_log(&design, log, [&nominal, &fit.theta])?,
+        _ => Vec::new(),
+    };
+    Ok(Answer { identification, links, pictures })
 }
 
 /// The fit, if the data tell anything and all of it is a number.
@@ -210,12 +226,12 @@ fn fastest(parts: &Parts<'_>) -> Vec<f64> {
     (0..parts.subject.joints.len()).map(speed).collect()
 }
 
-/// The unknowns for these inertial parameters, extras zero.
-fn nominal(design: &Design<'_>, parameters: &[f64]) -> DVector<f64> {
+/// The unknowns for these inertial parameters; extras as described, else zero.
+pub(super) fn nominal(design: &Design<'_>, parameters: &[f64], extras: &ExtraChoice) -> DVector<f64> {
     let value = |sum: &[(super::Part, f64)]| -> f64 {
         let term = |(part, factor): &(super::Part, f64)| match part {
             super::Part::Inertial(k) => factor * parameters[*k],
-            super::Part::Extra(_) => 0.0,
+            super::Part::Extra(k) => factor * extras.described(&design.extras[*k]),
         };
         sum.iter().map(term).sum()
     };

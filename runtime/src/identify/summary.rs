@@ -271,7 +271,7 @@ fn with_errors(f: &dyn Fn(&[f64]) -> [f64; 10], x: &[f64], covariance: &DMatrix<
 }
 
 /// Half width of a 95 % interval in standard errors, with so many stretches behind them (Cornish and Fisher).
-fn student(stretches: usize) -> f64 {
+pub(super) fn student(stretches: usize) -> f64 {
     let (z, n) = (1.959_964_f64, stretches.saturating_sub(1).max(1) as f64);
     z + (z.powi(3) + z) / (4.0 * n) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * n * n)
 }

@@ -68,6 +68,24 @@ impl Triangle {
         self.reflect(from, &mut rows);
     }
 
+    /// The same rows over the unknowns `kept` only; `known` times their columns are taken from the right-hand side, all
+    /// other unknowns are zero. An unknown may be both: then only its value is counted from elsewhere.
+    pub fn reduced(&self, kept: &[usize], known: &[(usize, f64)]) -> Self {
+        let width = self.columns + 1;
+        let column =
+            |k: usize| (0..width).map(move |i| if i <= k { self.factor[k * width + i] } else { 0.0 });
+        let mut rows: Vec<f64> = kept.iter().flat_map(|&k| column(k)).collect();
+        let mut right: Vec<f64> = column(self.columns).collect();
+        for &(k, value) in known {
+            right.iter_mut().zip(column(k)).for_each(|(y, x)| *y -= value * x);
+        }
+        rows.extend(right);
+        let mut new = Self::new(kept.len());
+        new.reflect(width, &mut rows);
+        new.rows = self.rows;
+        new
+    }
+
     /// Takes in the rows of a triangle over the same unknowns.
     pub fn add(&mut self, other: &Self) {
         let places: Vec<usize> = (0..self.columns).collect();
@@ -211,6 +229,19 @@ mod tests {
         assert!(first.score(&truth).norm() < 1e-12);
         let nothing = DVector::zeros(3);
         assert!((first.squares(&nothing) - first.right_squares()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn known_unknowns_move_to_the_right() {
+        let mut whole = Triangle::new(3);
+        whole.absorb(80, &mut rows(80, 0));
+        let part = whole.reduced(&[2, 0], &[(1, 1.5), (0, 0.25)]);
+        assert_eq!((part.rows(), part.columns()), (80, 2));
+        for theta in [[0.0, 0.0], [0.5, 2.0], [-1.0, 7.0]] {
+            let own = part.squares(&DVector::from_column_slice(&theta));
+            let all = whole.squares(&DVector::from_column_slice(&[theta[1] + 0.25, 1.5, theta[0]]));
+            assert!((own - all).abs() < 1e-10 * all.max(1.0), "{own} {all}");
+        }
     }
 
     #[test]

@@ -124,7 +124,7 @@ impl Extra {
 }
 
 /// Which extras a model has.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ExtraChoice {
     /// Friction proportional to velocity.
     pub viscous: bool,
@@ -136,22 +136,47 @@ pub struct ExtraChoice {
     pub rotors: Vec<usize>,
     /// Pairs of joints whose drives turn together.
     pub coupled: Vec<(usize, usize)>,
+    /// These and no others, whatever else is chosen, with their described values.
+    pub exactly: Option<Vec<(Extra, f64)>>,
 }
 
 impl Default for ExtraChoice {
     fn default() -> Self {
-        Self { viscous: true, coulomb: true, offset: true, rotors: Vec::new(), coupled: Vec::new() }
+        Self {
+            viscous: true,
+            coulomb: true,
+            offset: true,
+            rotors: Vec::new(),
+            coupled: Vec::new(),
+            exactly: None,
+        }
     }
 }
 
 impl ExtraChoice {
     /// No friction, no offset: rigid bodies alone.
     pub fn none() -> Self {
-        Self { viscous: false, coulomb: false, offset: false, rotors: Vec::new(), coupled: Vec::new() }
+        Self {
+            viscous: false,
+            coulomb: false,
+            offset: false,
+            rotors: Vec::new(),
+            coupled: Vec::new(),
+            exactly: None,
+        }
+    }
+
+    /// Value of an extra in the description; zero where it says nothing.
+    pub fn described(&self, extra: &Extra) -> f64 {
+        let known = self.exactly.iter().flatten().find(|(known, _)| known == extra);
+        known.map_or(0.0, |(_, value)| *value)
     }
 
     /// All extras of the joints that are observed.
     pub fn list(&self, observed: &[usize]) -> Vec<Extra> {
+        if let Some(extras) = &self.exactly {
+            return extras.iter().map(|(extra, _)| *extra).collect();
+        }
         let mut list = Vec::new();
         for &joint in observed {
             let laws = [

@@ -18,6 +18,8 @@ pub struct Report {
     pub rows: Vec<Row>,
     /// Ranked causes.
     pub diagnosis: Option<Diagnosis>,
+    /// Estimated numbers with their errors.
+    pub estimates: Vec<Estimated>,
     /// Every change of the model so far, the oldest first. If empty, [`Diagnosis::steps`] make the staircase.
     pub history: Vec<HistoryStep>,
     /// What the data could not support, besides [`Diagnosis::warnings`].
@@ -26,6 +28,23 @@ pub struct Report {
     pub assumptions: Vec<String>,
     /// Preprocessing and provenance: cut-off, samples, hashes of the logs.
     pub facts: Vec<Fact>,
+}
+
+/// A number that was estimated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimated {
+    /// Such as `left_knee.coulomb_friction`.
+    pub name: String,
+    /// Of all its numbers.
+    pub unit: String,
+    /// Estimate.
+    pub value: f64,
+    /// One standard deviation.
+    pub standard_error: f64,
+    /// 95 %.
+    pub interval: [f64; 2],
+    /// Of the description.
+    pub described: f64,
 }
 
 /// What samples run over.
@@ -176,6 +195,8 @@ pub struct Series {
     pub nominal: Vec<f64>,
     /// What the model with effects predicts.
     pub amended: Option<Vec<f64>>,
+    /// What that model is called; empty: `with effects`.
+    pub amended_name: String,
     /// What the residual is plotted against: position, velocity, acceleration, load.
     pub signals: Vec<Signal>,
 }
@@ -196,6 +217,11 @@ impl Series {
     /// Whether there is nothing to show.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// What the second model is called.
+    pub fn after(&self) -> &str {
+        if self.amended_name.is_empty() { "with effects" } else { &self.amended_name }
     }
 
     /// Measured minus nominal.
@@ -290,7 +316,7 @@ mod tests {
             measured: vec![2.0, -2.0, 2.0, f64::NAN],
             nominal: vec![1.0, -1.0, 1.0, 0.0],
             amended: Some(vec![2.0, -2.0, 2.0, 0.0]),
-            signals: Vec::new(),
+            ..Series::default()
         };
         let row = Row::new("knee", Channel::Effort, "N m", 0.6, series);
         assert_eq!((row.rms_before, row.rms_after), (1.0, Some(0.0)));

@@ -38,7 +38,7 @@ fn row_of(experiment: &dyn Experiment, index: usize, response: Option<Vec<f64>>)
     let nominal: Vec<f64> = measured.iter().zip(residual).map(|(m, r)| m - r).collect();
     let amended = response.map(|response| nominal.iter().zip(&response).map(|(n, r)| n + r).collect());
     let mut series =
-        Series { time: experiment.time().to_vec(), measured, nominal, amended, signals: Vec::new() };
+        Series { time: experiment.time().to_vec(), measured, nominal, amended, ..Series::default() };
     let mut known = experiment.signals(index);
     for name in SIGNALS {
         if let Some(at) = known.iter().position(|(known, _)| known == name) {

@@ -29,7 +29,8 @@ mod thin;
 mod write;
 
 pub use data::{
-    Abscissa, Bone, Drawing, DrawnJoint, Fact, HistoryStep, Hull, Part, Report, Row, Series, Signal,
+    Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, Part, Report, Row, Series,
+    Signal,
 };
 pub use fill::rows_of;
 pub use page::render;

@@ -37,6 +37,7 @@ pub fn render(report: &Report) -> String {
                     (places(report))
                     (joint(report))
                     @if let Some(diagnosis) = &report.diagnosis { (causes::section(diagnosis)) }
+                    (sections::estimates(report))
                     (sections::staircase(report))
                     (sections::basis(report))
                 }
@@ -78,7 +79,7 @@ fn places(report: &Report) -> Markup {
                     @if amended {
                         div.switch role="group" aria-label="Colours show" {
                             button type="button" data-show="before" aria-pressed="true" { "nominal model" }
-                            button type="button" data-show="after" aria-pressed="false" { "with effects" }
+                            button type="button" data-show="after" aria-pressed="false" { (after(&report.rows)) }
                         }
                     }
                     svg #robot viewBox=(format!("0 0 {width} {height}")) role="group"
@@ -89,7 +90,7 @@ fn places(report: &Report) -> Markup {
             div.table {
                 table #rows data-first=(worst(&report.rows)) {
                     caption { "Unexplained: what neither model nor noise accounts for, as a share of the measured signal" }
-                    thead { (heads(amended)) }
+                    thead { (heads(amended, after(&report.rows))) }
                     tbody { @for (index, row) in report.rows.iter().enumerate() { (line(index, row)) } }
                 }
             }
@@ -97,8 +98,18 @@ fn places(report: &Report) -> Markup {
     }
 }
 
-fn heads(amended: bool) -> Markup {
-    let both = if amended { " nominal → with effects" } else { "" };
+/// What the second model is called.
+fn after(rows: &[Row]) -> &str {
+    rows.first().map_or("with effects", |row| row.series.after())
+}
+
+/// By whom a residual is explained.
+fn by(rows: &[Row]) -> &'static str {
+    if after(rows) == "with effects" { "by the effects" } else { "by the estimate" }
+}
+
+fn heads(amended: bool, after: &str) -> Markup {
+    let both = if amended { format!(" nominal → {after}") } else { String::new() };
     html! {
         tr {
             th scope="col" { "no." }
@@ -171,7 +182,7 @@ fn joint(report: &Report) -> Markup {
             div.table #parts {}
             h3 { "What the residual goes with" }
             p.marks { span.mark-before aria-hidden="true" { "▪" } " measured − nominal"
-                @if report.rows.iter().any(|row| row.rms_after.is_some()) { span.mark-after aria-hidden="true" { "✚" } " explained by the effects" }
+                @if report.rows.iter().any(|row| row.rms_after.is_some()) { span.mark-after aria-hidden="true" { "✚" } " explained " (by(&report.rows)) }
                 span.hint { "samples of the time window above" @if report.rows.iter().any(|row| row.noise > 0.0) { "; grey: twice the noise" } } }
             div #scatter-plots {}
             noscript { p { "The plots need JavaScript; the numbers stand in the tables." } }

@@ -35,6 +35,8 @@ struct PlottedRow<'a> {
     before: Vec<f64>,
     /// Measured minus amended.
     after: Option<Vec<f64>>,
+    /// What the amended model is called.
+    label: &'a str,
     signals: Vec<PlottedSignal<'a>>,
     /// Indices of the samples for scatter plots; `None`: all of them.
     fair: Option<Vec<usize>>,
@@ -108,6 +110,7 @@ fn plotted(row: &Row, most: usize) -> PlottedRow<'_> {
         measured: pick(&series.measured, 5),
         before: pick(&before, 5),
         after: after.map(|values| pick(&values, 5)),
+        label: series.after(),
         signals: series
             .signals
             .iter()
@@ -169,7 +172,7 @@ mod tests {
             measured: wave(0.01),
             nominal: wave(0.0101),
             amended: Some(wave(0.01001)),
-            signals: Vec::new(),
+            ..Series::default()
         };
         let series = series.with("velocity", "rad/s", wave(0.02)).with("load", "N m", wave(0.03));
         let rows = (0..40).map(|i| Row::new(format!("j{i}"), Channel::Effort, "N m", 0.1, series.clone()));

@@ -44,6 +44,35 @@ fn distinct<'a>(texts: impl Iterator<Item = &'a String>) -> Vec<String> {
     out
 }
 
+/// Estimated numbers, with their intervals drawn.
+pub(super) fn estimates(report: &Report) -> Markup {
+    if report.estimates.is_empty() {
+        return html! {};
+    }
+    html! {
+        section aria-labelledby="estimates" {
+            h2 #estimates { "Estimated parameters" }
+            div.table { table {
+                caption { "Line: 95 % interval, from zero where that is near; diamond: estimate" }
+                thead { tr {
+                    th scope="col" { "parameter" }
+                    th.number scope="col" { "estimate" }
+                    th.number scope="col" { "std. error" }
+                    th.number scope="col" { "described" }
+                    th scope="col" { "interval" }
+                } }
+                tbody { @for e in &report.estimates { tr {
+                    th scope="row" { (e.name) }
+                    td.number { (with_unit(e.value, &e.unit)) }
+                    td.number { (with_unit(e.standard_error, "")) }
+                    td.number { (with_unit(e.described, "")) }
+                    td { @if let Some(picture) = svg::interval(e.value, Some(e.interval), (e.described, e.described)) { (picture) } }
+                } } }
+            } }
+        }
+    }
+}
+
 /// The history as picture and table.
 pub(super) fn staircase(report: &Report) -> Markup {
     let steps = svg::steps(report);

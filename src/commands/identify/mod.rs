@@ -1,4 +1,5 @@
 //! `bipedc identify`: inertial parameters from logs, with error bars, physically possible, as a new URDF.
+mod elastic;
 mod parse;
 mod say;
 
@@ -8,6 +9,7 @@ use crate::failure::{Failure, Outcome};
 use crate::identifying::{Identified, content, inspected, loaded, table_survey};
 use crate::measurements::{Content, Measured};
 use crate::output;
+use crate::reporting::{Outputs, of_identification};
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Inertial, Pose};
 use bipedc_compiler::description::with_inertials;
@@ -27,11 +29,15 @@ Examples:
   bipedc identify my_arm run1.csv --cutoff 8 --write-urdf identified.urdf
   bipedc identify my_arm run1.csv --rotor all --coupled joint_5,joint_6 --cutoff 100 --decimate 20 --slow 1 --json
   bipedc identify robots/tulip hanging.csv --total-mass 19.2 --mirror left_foot=right_foot
+  bipedc identify robots/tulip_v1_leg leg.csv --method elastic --validate other.csv
 
 Four steps: base parameters of what was measured (thesis 5.2), with friction and offset of every joint, by least squares
 with each joint's own noise; their standard errors, which respect that errors last; the fewest of them that predict as
 well; and parameters of every link that a body can have, near the description where the data do not tell. How near is
 chosen on the logs alone, by folds that never share a motion. Nothing of --validate is used for any choice.
+
+With series elastic drives (--method elastic) springs measure the torques: motor currents tell friction and stiffness of
+every drive first, from the drive trains of biped.toml; then the springs' torques tell the bodies.
 
 Where the base moves and forces at the feet are logged, the rows of the base tell instead of joint torques.
 
@@ -40,8 +46,10 @@ docs/identification.md explains the method, every column and every key of --json
 /// How parameters are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum By {
-    /// From joint torques (thesis 5.3)
+    /// From joint torques (thesis 5.2)
     Torque,
+    /// From motor currents and springs of series elastic drives (thesis 5.3)
+    Elastic,
 }
 
 /// How residuals count.
@@ -53,6 +61,8 @@ enum Estimator {
     Weighted,
     /// As weighted, and large residuals less
     Huber,
+    /// As weighted, with instruments against noisy regressors (--method elastic)
+    Instrumental,
 }
 
 /// Find out masses, centres of mass and inertias from logs
@@ -88,9 +98,13 @@ pub struct Identify {
     /// Keep every N-th sample, after a low-pass over regressor and torque
     #[arg(long, value_name = "N", default_value_t = 1)]
     decimate: usize,
-    /// Samples at which a joint is slower than this part of its largest speed do not count for it, per cent
-    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true, default_value_t = 0.0)]
-    slow: f64,
+    /// Samples at which a joint is slower than this part of its largest speed do not count for it, per cent [default: 0;
+    /// motors of --method elastic: 3]
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
+    slow: Option<f64>,
+    /// Motors first, then bodies, or one regression for both (--method elastic)
+    #[arg(long, value_enum, default_value = "two")]
+    steps: elastic::Steps,
     /// Left out at both ends of a log and on both sides of gaps, s
     #[arg(long, value_name = "T", default_value_t = 0.5)]
     trim: f64,
@@ -121,6 +135,8 @@ pub struct Identify {
     /// Write the URDF with the physically possible parameters
     #[arg(long, value_name = "OUT.urdf")]
     write_urdf: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: Outputs,
     /// Print the answer as JSON (docs/identification.md explains every key)
     #[arg(long)]
     json: bool,
@@ -145,6 +161,9 @@ impl Identify {
             |path, options: &compare::Options| Log { path, mapping: &mapping, options: options.clone() };
         let logs: Vec<Log<'_>> = self.logs.iter().map(|path| log(path, &reading)).collect();
         let judge = self.validate.as_deref().map(|path| log(path, &whole));
+        if self.method == By::Elastic {
+            return elastic::run(&self, &robot, &logs, judge.as_ref());
+        }
         let measured = output::progress("deriving", || Measured::new(&robot))?;
         let every: Vec<Log<'_>> = logs.iter().chain(&judge).cloned().collect();
         let answer = match content(&measured, &every)? {
@@ -152,7 +171,11 @@ impl Identify {
             _ => self.of_torques(&robot, &measured, &logs, judge.as_slice())?,
         };
         if let Some(path) = &self.write_urdf {
-            write_urdf(&robot, &answer, path)?;
+            write_urdf(&robot, &answer.links, path)?;
+        }
+        if self.outputs.wanted() {
+            let (identification, rows) = (&answer.identification, answer.pictures.clone());
+            self.outputs.write(&of_identification(&robot, identification, None, rows)?)?;
         }
         if self.json {
             output::print_json(&answer.identification)?;
@@ -219,11 +242,16 @@ impl Identify {
         if !(self.cutoff.is_finite() && self.cutoff > 0.0) {
             return refuse("--cutoff", self.cutoff, "give a frequency in Hz");
         }
-        if !(0.0..50.0).contains(&self.slow) {
-            return refuse("--slow", self.slow, "give a part of the largest speed in per cent, below 50");
+        let slow = self.slow.unwrap_or(0.0);
+        if !(0.0..50.0).contains(&slow) {
+            return refuse("--slow", slow, "give a part of the largest speed in per cent, below 50");
         }
         if !(self.trim.is_finite() && self.trim >= 0.0) {
             return refuse("--trim", self.trim, "give a time in s");
+        }
+        if self.steps == elastic::Steps::One && self.method != By::Elastic {
+            return Err(Diagnostic::error("--steps one has no meaning without --method elastic")
+                .help("leave it out: joint torques are one regression"));
         }
         match self.weight {
             Some(weight) if !(weight.is_finite() && weight > 0.0) => {
@@ -239,12 +267,17 @@ impl Identify {
                 Estimator::Ordinary => Method::Ordinary,
                 Estimator::Weighted => Method::Weighted,
                 Estimator::Huber => Method::Huber,
+                Estimator::Instrumental => {
+                    return Err(Diagnostic::error("--estimator instrumental is for --method elastic")
+                        .help("choose ordinary, weighted or huber"));
+                }
             },
             extras: parse::extras(&parts.subject, &self.friction, &self.rotor, &self.coupled)?,
             decimate: self.decimate,
-            slow: self.slow / 100.0,
+            slow: self.slow.unwrap_or(0.0) / 100.0,
             weight: self.weight,
             bounds: parse::bounds(self.total_mass, &self.center, &self.mirror)?,
+            pictures: self.outputs.wanted(),
         })
     }
 
@@ -263,7 +296,7 @@ impl Identify {
 }
 
 /// The robot's URDF with the new inertias; whole or not at all.
-fn write_urdf(robot: &Robot, answer: &Answer, path: &Path) -> Result<(), Diagnostic> {
+fn write_urdf(robot: &Robot, links: &[(String, Inertia)], path: &Path) -> Result<(), Diagnostic> {
     let inertial = |inertia: &Inertia| {
         let i = &inertia.inertia;
         Inertial {
@@ -273,7 +306,7 @@ fn write_urdf(robot: &Robot, answer: &Answer, path: &Path) -> Result<(), Diagnos
         }
     };
     let links: Vec<(String, Inertial)> =
-        answer.links.iter().map(|(name, inertia)| (name.clone(), inertial(inertia))).collect();
+        links.iter().map(|(name, inertia)| (name.clone(), inertial(inertia))).collect();
     let text = with_inertials(&robot.sources.urdf_text, &robot.sources.urdf_path, &links)?;
     Replacement::prepare(path, &text)?.commit()
 }

@@ -12,18 +12,7 @@ pub fn extras(
     coupled: &[String],
 ) -> Result<ExtraChoice, Diagnostic> {
     let mut choice = ExtraChoice::none();
-    for word in friction {
-        match word.as_str() {
-            "viscous" => choice.viscous = true,
-            "coulomb" => choice.coulomb = true,
-            "offset" => choice.offset = true,
-            "none" if friction.len() == 1 => {}
-            other => {
-                return Err(Diagnostic::error(format!("--friction has `{other}`"))
-                    .help("give a list of viscous, coulomb and offset, or none"));
-            }
-        }
-    }
+    laws(friction, &mut [&mut choice.viscous, &mut choice.coulomb, &mut choice.offset])?;
     choice.rotors = match rotor {
         [word] if word == "none" => Vec::new(),
         [word] if word == "all" => (0..subject.joints.len()).collect(),
@@ -40,6 +29,23 @@ pub fn extras(
         choice.coupled.push(pair);
     }
     Ok(choice)
+}
+
+/// Which of viscous friction, Coulomb friction and offset are wanted.
+pub fn laws(words: &[String], wanted: &mut [&mut bool; 3]) -> Result<(), Diagnostic> {
+    for word in words {
+        match word.as_str() {
+            "viscous" => *wanted[0] = true,
+            "coulomb" => *wanted[1] = true,
+            "offset" => *wanted[2] = true,
+            "none" if words.len() == 1 => {}
+            other => {
+                return Err(Diagnostic::error(format!("--friction has `{other}`"))
+                    .help("give a list of viscous, coulomb and offset, or none"));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// What is known beside the data.

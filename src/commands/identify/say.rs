@@ -1,5 +1,6 @@
 //! The answer for people.
 use crate::output::table;
+use bipedc_runtime::identify::elastic::{DriveSummary, MotorErrors};
 use bipedc_runtime::identify::{Identification, Models, Value};
 use std::fmt::Write as _;
 
@@ -47,6 +48,54 @@ pub fn text(answer: &Identification) -> String {
     out.push_str(&channels(answer));
     out.push_str(&validation(answer));
     out
+}
+
+/// Tables of drives.
+pub fn drives(drives: &DriveSummary) -> String {
+    let mut rows = Vec::new();
+    for joint in &drives.joints {
+        for p in &joint.parameters {
+            rows.push(vec![
+                joint.joint.clone(),
+                p.name.to_owned(),
+                scientific(p.value, p.standard_error),
+                p.relative_error_percent.map_or_else(|| "-".to_owned(), |percent| format!("{percent:.2} %")),
+                format!("{:.4e}", p.nominal),
+                p.unit.to_owned(),
+            ]);
+        }
+    }
+    let head = ["drive", "parameter", "estimate ± std. error", "relative", "described", "unit"];
+    let mut out = table(&head, rows, 2);
+    let of = |errors: &MotorErrors| {
+        [errors.measured, errors.described, errors.estimated].map(|x| format!("{x:.3e}"))
+    };
+    let mut rows = Vec::new();
+    for joint in &drives.joints {
+        for (which, errors) in [("taught", &joint.motor), ("validation", &joint.validation)] {
+            let Some(errors) = errors else { continue };
+            let mut row = vec![joint.joint.clone(), which.to_owned()];
+            row.extend(of(errors));
+            row.push(format!("{:.2} %", 100.0 * errors.estimated / errors.measured));
+            rows.push(row);
+        }
+    }
+    let head = ["motor torque, rms N m", "log", "measured", "described", "estimated", "missed"];
+    out.push('\n');
+    out.push_str(&table(&head, rows, 2));
+    out
+}
+
+/// A value of any size with its error, both to the error's second digit.
+fn scientific(value: f64, error: f64) -> String {
+    if value.abs() >= 0.01 && value.abs() < 1e6 {
+        return number(&Value { value, standard_error: error });
+    }
+    let power = value.abs().max(error.abs()).max(f64::MIN_POSITIVE).log10().floor();
+    let unit = 10f64.powf(power);
+    let digits =
+        if error > 0.0 { (1.0 - (error / unit).log10().floor()).clamp(1.0, 9.0) } else { 6.0 } as usize;
+    format!("({:.digits$} ± {:.digits$})e{power:.0}", value / unit, error / unit)
 }
 
 /// A value with its error, both to the error's second digit.

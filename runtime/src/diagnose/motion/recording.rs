@@ -226,7 +226,7 @@ pub(crate) fn too_short(samples: usize, path: &Path) -> Diagnostic {
         .help("at least a few seconds of motion are needed")
 }
 
-fn within(block: &Block<'_>, options: &Options) -> Range<usize> {
+pub(crate) fn within(block: &Block<'_>, options: &Options) -> Range<usize> {
     let from = options.from_s.map_or(0, |from| block.time.partition_point(|t| *t < from));
     let to = options.to_s.map_or(usize::MAX, |to| block.time.partition_point(|t| *t <= to));
     let (begin, end) = (block.core.start.max(from), block.core.end.min(to));

@@ -40,7 +40,7 @@
     parent.replaceChildren();
     if (!row.parts.length) return;
     const table = document.createElement("table");
-    const heads = row.after ? ["while", "samples", "error, nominal", "with effects"] : ["while", "samples", "error, nominal"];
+    const heads = row.after ? ["while", "samples", "error, nominal", row.label] : ["while", "samples", "error, nominal"];
     const fill = (section, cells, kind) => {
       const tr = section.insertRow();
       cells.forEach((text, i) => {

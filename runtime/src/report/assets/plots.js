@@ -107,7 +107,7 @@ function timePlot(parent, row, title, height, series, data, xLabel, abscissa, ho
 }
 
 function scatterPlot(div, row, signal) {
-  const labels = row.after ? ["measured − nominal", "explained by the effects"] : ["measured − nominal"];
+  const labels = row.after ? ["measured − nominal", row.label === "with effects" ? "explained by the effects" : "explained by the estimate"] : ["measured − nominal"];
   const series = labels.map((label, i) => ({
     label, stroke: () => colour(i ? "amended" : "nominal"), paths: marks(i ? "cross" : "square", i ? "amended" : "nominal"), points: { show: false }, value: (_, v) => withUnit(v, row.unit),
   }));
@@ -189,9 +189,9 @@ function plotRow(row, abscissa, timeParent, scatterParent, window) {
   const lower = [line("measured − nominal", "nominal", row.unit, 1.2)];
   const signals = [row.time, row.measured, minus(row.measured, row.before)], errors = [row.time, row.before];
   if (row.after) {
-    upper.push(line("with effects", "amended", row.unit, 1.3));
+    upper.push(line(row.label, "amended", row.unit, 1.3));
     signals.push(minus(row.measured, row.after));
-    lower.push(line("measured − with effects", "amended", row.unit, 1.2, [3, 1.5]));
+    lower.push(line(`measured − ${row.label}`, "amended", row.unit, 1.2, [3, 1.5]));
     errors.push(row.after);
   }
   const what = labelled(row.name, row.unit);

@@ -38,7 +38,7 @@ fn signals(row: &Row, kept: &[usize]) -> Markup {
     let y = Axis::around(labelled(&row.name, &row.unit), all.copied(), false);
     let chart = over_time(series, (30.0, 190.0), String::new(), y);
     let mut entries = vec![("measured", "measured"), ("nominal", "nominal model")];
-    entries.extend(series.amended.as_ref().map(|_| ("amended", "with effects")));
+    entries.extend(series.amended.as_ref().map(|_| ("amended", series.after())));
     html! {
         (chart.axes())
         (curve(&chart, "measured", series, kept, &series.measured))
@@ -55,8 +55,9 @@ fn residuals(row: &Row, kept: &[usize], label: String) -> Markup {
     let all = before.iter().chain(&after).copied().chain([0.0]);
     let chart =
         over_time(series, (268.0, 120.0), label, Axis::around(labelled("residual", &row.unit), all, false));
+    let after_name = format!("measured − {}", series.after());
     let mut entries = vec![("before", "measured − nominal")];
-    entries.extend(series.amended.as_ref().map(|_| ("after", "measured − with effects")));
+    entries.extend(series.amended.as_ref().map(|_| ("after", after_name.as_str())));
     html! {
         @if row.noise > 0.0 { (chart.band("noise", -2.0 * row.noise, 2.0 * row.noise)) }
         (chart.axes())
@@ -91,7 +92,7 @@ pub(in crate::report) fn against(row: &Row, signal: &Signal) -> (Markup, (f64, f
         @if let Some(explained) = &explained {
             (chart.dots("explained", fair().map(|i| (signal.values[i], explained[i]))))
         }
-        (keys(70.0, 16.0, &[("before", "measured − nominal"), ("explained", "what the effects explain")][..if explained.is_some() { 2 } else { 1 }]))
+        (keys(70.0, 16.0, &[("before", "measured − nominal"), ("explained", if series.amended_name.is_empty() { "what the effects explain" } else { "what the estimate explains" })][..if explained.is_some() { 2 } else { 1 }]))
     };
     (content, (420.0, 306.0))
 }
