@@ -7,6 +7,7 @@
 //! bars, essential parameters, physical consistency) works on these factors alone. Memory does not grow with the number
 //! of samples.
 mod accumulate;
+pub mod cop;
 mod design;
 mod essential;
 mod estimate;

@@ -94,6 +94,8 @@ pub struct Options {
     pub weight: Option<f64>,
     /// What is known beside the data.
     pub bounds: Vec<Bound>,
+    /// Rows are few, such as those of postures: all of them together must tell the unknowns, not each channel's.
+    pub scarce: bool,
 }
 
 /// The answer, and the links' new inertias for a URDF.
@@ -126,7 +128,10 @@ pub fn identify(
         threads: std::thread::available_parallelism().map_or(1, usize::from).min(8),
     };
     let raw = feed.pass((&design, parts.base), &motions, &settings, None)?;
-    enough(&design, &raw).map_err(one)?;
+    match options.scarce {
+        true => enough_together(&design, &raw).map_err(one)?,
+        false => enough(&design, &raw).map_err(one)?,
+    }
     progress(0.3);
     let nominal = nominal(&design, &parts.anatomy.parameters());
     let (estimate, sums) =
@@ -231,6 +236,23 @@ fn enough(design: &Design<'_>, sums: &Sums) -> Result<(), Diagnostic> {
         }
     }
     Ok(())
+}
+
+/// Refuses fewer rows than unknowns, over all channels.
+fn enough_together(design: &Design<'_>, sums: &Sums) -> Result<(), Diagnostic> {
+    let rows: usize = (0..design.channels.len()).map(|channel| sums.rows(channel)).sum();
+    let unknowns = design.unknowns.len();
+    if rows > unknowns {
+        return Ok(());
+    }
+    let each = design.channels.len().max(1);
+    let message = format!(
+        "{} postures give {rows} equations for {unknowns} parameters: at least {} postures are needed (thesis 5.4.1)",
+        rows / each,
+        unknowns / each + 1
+    );
+    Err(Diagnostic::error(message)
+        .help("take three times as many; `bipedc excite ROBOT --postures 50` designs them"))
 }
 
 /// Least squares of the wanted kind; Huber's weights need further passes over the logs.

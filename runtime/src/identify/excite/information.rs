@@ -1,23 +1,12 @@
 //! How much a motion tells: the regression that it would make, and how that changes with the motion.
 use super::machine::{Machine, Motion};
-use crate::identify::Triangle;
+use super::spectrum::{self, Criterion, Scaling};
 use nalgebra::{DMatrix, DVector};
 
 /// Columns of this part of their length are sums of others.
 const DEPENDENT: f64 = 1e-9;
-/// The smooth condition number is made of this power of the eigenvalues of the scaled information.
-const POWER: i32 = 4;
 /// Step of central differences of the regressor, rad and rad/s, rad/s².
 const STEP: f64 = 1e-5;
-
-/// What is made small.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Criterion {
-    /// Condition number of the regressor with columns of length 1 (thesis 5.16).
-    Condition,
-    /// Minus the logarithm of the determinant of the information `WᵀW` (D-optimal).
-    Information,
-}
 
 /// The regression of the moving joints' rows on what these rows tell.
 pub struct Regression<'r, 'm> {
@@ -106,72 +95,10 @@ impl<'r, 'm> Regression<'r, 'm> {
         rows
     }
 
-    /// Singular value decomposition of a regressor: lengths of its columns, singular values of the scaled one, largest
-    /// first, and right singular vectors as rows. `None` if a column is zero.
-    fn spectrum(&self, rows: &DMatrix<f64>) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
-        let mut triangle = Triangle::new(self.columns.len());
-        let mut values = rows.as_slice().to_vec();
-        values.resize(values.len() + rows.nrows(), 0.0);
-        triangle.absorb(rows.nrows(), &mut values);
-        let lengths = triangle.lengths();
-        if lengths.iter().any(|length| !(length.is_finite() && *length > 1e-100)) {
-            return None;
-        }
-        let mut factor = triangle.matrix();
-        factor.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, length)| column /= *length);
-        let svd = factor.try_svd(false, true, f64::EPSILON, 10_000)?;
-        Some((lengths, svd.singular_values, svd.v_t?))
-    }
-
     /// Condition number of the regressor with columns of length 1, and `ln det WᵀW`; infinite and minus infinite if
     /// the motion does not tell everything.
     pub fn quality(&self, motion: &Motion) -> (f64, f64) {
-        let Some((lengths, singular, _)) = self.spectrum(&self.rows(motion)) else {
-            return (f64::INFINITY, f64::NEG_INFINITY);
-        };
-        let (most, least) = (singular.max(), singular.min());
-        if least <= 1e-13 * most {
-            return (f64::INFINITY, f64::NEG_INFINITY);
-        }
-        let logarithms = singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln());
-        (most / least, logarithms.sum())
-    }
-
-    /// The smooth cost and its derivative by each element of the regressor; `None` where it is infinite.
-    ///
-    /// With `S` the scaled regressor, `C = SᵀS = V Λ Vᵀ` and a cost `Σ φ(λ)` the derivative by `C` is `Φ = V φ'(Λ) Vᵀ`,
-    /// so by column k of the regressor `2/‖w_k‖ ((SΦ)_k − s_k (CΦ)_kk)`: the second part is the scaling's.
-    fn slopes(&self, rows: &DMatrix<f64>, criterion: Criterion) -> Option<(f64, DMatrix<f64>)> {
-        let (lengths, singular, v_t) = self.spectrum(rows)?;
-        let lambda = singular.map(|s| s * s);
-        if lambda.min() <= 1e-24 {
-            return None;
-        }
-        let size = lambda.len() as f64;
-        let (cost, slope, scaled) = match criterion {
-            Criterion::Condition => {
-                // (ln Σ λᵖ + ln Σ λ⁻ᵖ)/2p: between ln κ and ln κ + ln(n)/p.
-                let p = f64::from(POWER);
-                let (up, down): (f64, f64) =
-                    (lambda.iter().map(|l| l.powi(POWER)).sum(), lambda.iter().map(|l| l.powi(-POWER)).sum());
-                let slope = lambda.map(|l| 0.5 * (l.powi(POWER - 1) / up - l.powi(-POWER - 1) / down));
-                (0.5 * (up.ln() + down.ln()) / p, slope, true)
-            }
-            Criterion::Information => {
-                let logarithms: f64 = singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln()).sum();
-                (-logarithms / size, lambda.map(|l| -1.0 / (l * size)), false)
-            }
-        };
-        let phi = v_t.tr_mul(&(DMatrix::from_diagonal(&slope) * &v_t));
-        let mut unit = rows.clone();
-        unit.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, length)| column /= *length);
-        let mut out = &unit * phi;
-        for (k, mut column) in out.column_iter_mut().enumerate() {
-            let part = if scaled { unit.column(k).dot(&column) } else { 0.0 };
-            column.axpy(-part, &unit.column(k), 1.0);
-            column *= 2.0 / lengths[k];
-        }
-        Some((cost, out))
+        spectrum::quality(&self.rows(motion), Scaling::Unit)
     }
 
     /// The smooth cost of a motion and its derivatives by positions, velocities and accelerations, laid out like them;
@@ -180,7 +107,7 @@ impl<'r, 'm> Regression<'r, 'm> {
     /// The regressor's own derivatives are central differences (exact for velocities and accelerations, up to rounding:
     /// it is of second degree in them).
     pub fn cost(&self, motion: &Motion, criterion: Criterion) -> Option<(f64, Motion)> {
-        let (cost, slopes) = self.slopes(&self.rows(motion), criterion)?;
+        let (cost, slopes) = spectrum::slopes(&self.rows(motion), criterion, Scaling::Unit)?;
         let joints = self.machine.subject.joints.len();
         let none = vec![0.0; motion.count * joints];
         let mut gradient = Motion { count: motion.count, q: none.clone(), v: none.clone(), a: none };

@@ -1,8 +1,9 @@
 //! The search for a motion that tells much.
 use super::basis::{Basis, Family};
-use super::information::{Criterion, Regression};
+use super::information::Regression;
 use super::limits::{Overload, Peaks, excess, fine, kept, peaks};
 use super::machine::{Machine, Motion, dot};
+use super::spectrum::Criterion;
 use crate::diagnostic::Diagnostic;
 use crate::identify::design::Random;
 use serde::Serialize;

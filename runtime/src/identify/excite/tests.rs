@@ -1,5 +1,5 @@
 //! On a pendulum with two links, whose regressor fits on a page.
-use super::information::Criterion;
+
 use super::limits::{excess, fine};
 use super::*;
 use crate::compare::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
