@@ -118,9 +118,12 @@ impl GroundAnswer {
         for cause in &ground.confounded.causes {
             let _ = writeln!(out, "alone, {} explains {:.0} % of the described model's squared error ({})", cause.words(), 100.0 * cause.explains, cause.rows.join(", "));
         }
-        for pair in &ground.confounded.pairs {
-            let [a, b] = pair.causes.map(|k| ground.confounded.causes[k].words());
-            let _ = writeln!(out, "cannot be told apart (likeness {:+.3}): {a}, or {b}", pair.likeness);
+        let confounded = &ground.confounded;
+        let forces_alone = confounded.pairs_in_forces.iter().filter(|p| confounded.pairs.iter().all(|q| q.causes != p.causes));
+        let pairs = confounded.pairs.iter().map(|pair| ("cannot be told apart", pair));
+        for (words, pair) in pairs.chain(forces_alone.map(|pair| ("forces alone cannot tell apart, moments can", pair))) {
+            let [a, b] = pair.causes.map(|k| confounded.causes[k].words());
+            let _ = writeln!(out, "{words} (likeness {:+.3}): {a}, or {b}", pair.likeness);
         }
         out
     }

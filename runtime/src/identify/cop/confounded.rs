@@ -43,6 +43,8 @@ pub struct Confounded {
     pub causes: Vec<Cause>,
     /// Pairs of them.
     pub pairs: Vec<Pair>,
+    /// Pairs that the force rows alone cannot tell apart, where moments were measured too.
+    pub pairs_in_forces: Vec<Pair>,
 }
 
 struct Trial {
@@ -103,16 +105,33 @@ pub fn confounded(experiment: &dyn Experiment, channels: &[Channel], root: &str)
         }
     }
     found.sort_by(|a, b| b.0.explains.total_cmp(&a.0.explains));
+    let marks: Vec<&[f64]> = found.iter().map(|(_, mark)| mark.as_slice()).collect();
+    let count = experiment.time().len().max(1);
+    let is_force = |row: usize| experiment.rows()[row].channel == Channel::BaseForce;
+    let forces = |mark: &[f64]| -> Vec<f64> {
+        let parts = mark.chunks_exact(count).zip(&rows).filter(|(_, row)| is_force(**row));
+        parts.flat_map(|(part, _)| part.to_vec()).collect()
+    };
+    let mixed = rows.iter().any(|row| is_force(*row)) && !rows.iter().all(|row| is_force(*row));
+    let of_forces: Vec<Vec<f64>> = marks.iter().filter(|_| mixed).map(|mark| forces(mark)).collect();
+    let of_forces: Vec<&[f64]> = of_forces.iter().map(Vec::as_slice).collect();
+    let (pairs, pairs_in_forces) = (alike(&marks), alike(&of_forces));
+    Confounded { pairs, pairs_in_forces, causes: found.into_iter().map(|(cause, _)| cause).collect() }
+}
+
+/// Pairs of marks that differ by a factor, nearly.
+fn alike(marks: &[&[f64]]) -> Vec<Pair> {
     let mut pairs = Vec::new();
-    for (i, (_, a)) in found.iter().enumerate() {
-        for (j, (_, b)) in found.iter().enumerate().skip(i + 1) {
+    for (i, a) in marks.iter().enumerate() {
+        for (j, b) in marks.iter().enumerate().skip(i + 1) {
             let likeness = dot(a, b) / (dot(a, a) * dot(b, b)).sqrt();
+            // A cause that leaves no mark here is like nothing (the likeness is no number then).
             if likeness.abs() > ALIKE {
                 pairs.push(Pair { causes: [i, j], likeness });
             }
         }
     }
-    Confounded { causes: found.into_iter().map(|(cause, _)| cause).collect(), pairs }
+    pairs
 }
 
 /// How the rows change with a unit of a cause, in units of their spread.

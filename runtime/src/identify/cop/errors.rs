@@ -59,7 +59,15 @@ pub fn least_squares(w: &DMatrix<f64>, y: &DVector<f64>, held: &[f64]) -> DVecto
     let lengths: Vec<f64> = w.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE.sqrt())).collect();
     let mut scaled = w.clone();
     scaled.column_iter_mut().zip(&lengths).for_each(|(mut column, length)| column /= *length);
-    let change = scaled.svd(true, true).solve(&(y - w * &held), UNSEEN);
+    let mut right = y - w * &held;
+    // Many rows are a small triangle.
+    if w.nrows() > 2 * w.ncols() {
+        let qr = scaled.qr();
+        qr.q_tr_mul(&mut right);
+        right = right.rows(0, w.ncols()).into_owned();
+        scaled = qr.r();
+    }
+    let change = scaled.svd(true, true).solve(&right, UNSEEN);
     let mut change = change.unwrap_or_else(|_| DVector::zeros(held.len()));
     change.iter_mut().zip(&lengths).for_each(|(x, length)| *x /= length);
     held + change

@@ -11,7 +11,9 @@ mod search;
 mod standing;
 mod start;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 pub use ground::Tolerance;
 pub use search::{DesignedPostures, Planned, PostureRequest, Run, design_postures};
-pub use standing::{JointPlace, Place, SolePlace, Standing, StandingParts};
+pub use standing::{Bodies, JointPlace, Place, SolePlace, Standing, StandingParts};

@@ -219,9 +219,8 @@ impl<'a> Standing<'a> {
     pub fn missed(&self, bodies: &Bodies, placement: &[f64; 3]) -> Vector6<f64> {
         let (origin, turn) = bodies.frame(&self.parts.soles[1].place);
         let wanted = Rotation3::from_axis_angle(&Vector3::z_axis(), placement[2]);
-        let turn = Rotation3::from_matrix_unchecked(turn) * wanted.inverse();
         let away = origin - Vector3::new(placement[0], placement[1], 0.0);
-        let angle = turn.scaled_axis();
+        let angle = rotation_vector(&(turn * wanted.matrix().transpose()));
         Vector6::new(away.x, away.y, away.z, angle.x, angle.y, angle.z)
     }
 
@@ -239,6 +238,17 @@ impl Bodies {
         let turn = self.rotation[place.body];
         (self.position[place.body] + turn * place.translation, turn * place.rotation)
     }
+}
+
+/// Axis times angle of a rotation, precise for small angles too, where the cosine says nothing.
+pub fn rotation_vector(r: &Matrix3<f64>) -> Vector3<f64> {
+    let twice = Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]);
+    let (sine, cosine) = (0.5 * twice.norm(), 0.5 * (r.trace() - 1.0));
+    if sine < 1e-9 && cosine > 0.0 {
+        return 0.5 * twice;
+    }
+    // At half a turn there is no axis to tell; nothing here comes near.
+    twice * (sine.atan2(cosine) / (2.0 * sine).max(f64::MIN_POSITIVE))
 }
 
 /// Bodies that hang together with the root when one joint is cut.

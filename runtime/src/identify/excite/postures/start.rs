@@ -1,6 +1,6 @@
 //! Feasible postures to start from (thesis 5.4.1, steps 1 to 5).
 use super::ground::Conditions;
-use super::standing::Standing;
+use super::standing::{Standing, rotation_vector};
 use super::surface::closed;
 use crate::diagnostic::Diagnostic;
 use crate::identify::design::Random;
@@ -149,7 +149,7 @@ impl<'s, 'm> Scene<'s, 'm> {
             let bodies = standing.bodies(&q);
             let (center, rates) = standing.center(&bodies, &parts.parameters);
             let (_, torso) = bodies.frame(&parts.torso);
-            let turn = (Rotation3::from_matrix_unchecked(torso) * target.torso.inverse()).scaled_axis();
+            let turn = rotation_vector(&(torso * target.torso.matrix().transpose()));
             let missed = standing.missed(&bodies, &target.placement);
             let away = center - target.center;
             let mut right = DVector::zeros(12);
