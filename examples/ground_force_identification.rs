@@ -47,7 +47,13 @@ impl Motion {
                 "left_hip_pitch" => (-0.4, 0.12),
                 _ => (0.0, 0.1),
             };
-            let wave = |k: usize| [size * (0.6 + 0.4 * noise.even()), TAU * (0.1 + 0.2 * k as f64 + 0.08 * noise.even()), 3.1 * noise.even()];
+            let wave = |k: usize| {
+                [
+                    size * (0.6 + 0.4 * noise.even()),
+                    TAU * (0.1 + 0.2 * k as f64 + 0.08 * noise.even()),
+                    3.1 * noise.even(),
+                ]
+            };
             (middle, (0..4).map(wave).collect())
         };
         Self(joints.iter().map(joint).collect())
@@ -83,12 +89,14 @@ impl Truth {
         let model: &dyn bipedc_runtime::Model<f64> = &stood.model;
         let function = model.function("inverse_dynamics").ok_or("no inverse dynamics")?;
         let count = (LENGTH.0 * LENGTH.1) as usize;
-        let mut truth = Self { time: Vec::new(), q: Vec::new(), v: Vec::new(), a: Vec::new(), wrench: Vec::new() };
+        let mut truth =
+            Self { time: Vec::new(), q: Vec::new(), v: Vec::new(), a: Vec::new(), wrench: Vec::new() };
         for i in 0..count {
             let time = i as f64 / LENGTH.1;
             let rest = [0.0; 6];
             let q = [&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0][..], &motion.at(time, 0)].concat();
-            let (v, a) = ([&rest[..], &motion.at(time, 1)].concat(), [&rest[..], &motion.at(time, 2)].concat());
+            let (v, a) =
+                ([&rest[..], &motion.at(time, 1)].concat(), [&rest[..], &motion.at(time, 2)].concat());
             let state = State::new().with(Argument::Q, &q).with(Argument::V, &v).with(Argument::A, &a);
             let mut tau = vec![0.0; v.len()];
             model.evaluate(function, &state, &mut tau).map_err(|e| format!("{e:?}"))?;
@@ -104,12 +112,18 @@ impl Truth {
 
 fn main() -> Result<(), Failure> {
     let stood = Stood::new(Rooted::new(&tulip()?, Some("right_foot"), Root::Sole).map_err(said)?)?;
-    let hidden = Stood::new(Rooted::new(&other(&tulip()?, 86), Some("right_foot"), Root::Sole).map_err(said)?)?;
+    let hidden =
+        Stood::new(Rooted::new(&other(&tulip()?, 86), Some("right_foot"), Root::Sole).map_err(said)?)?;
     let base = stood.rooted.base(Model::ZeroMomentPoint, &["Fz", "Mx", "My"], false).map_err(one)?;
     let actual = base.values(&hidden.rooted.anatomy.parameters());
     let nominal = base.values(&stood.rooted.anatomy.parameters());
     let truth = Truth::new(&hidden, 1)?;
-    let corner = stood.feet.iter().find(|foot| foot.name == "right_foot").map(|foot| foot.corner(0)).ok_or("no right foot")?;
+    let corner = stood
+        .feet
+        .iter()
+        .find(|foot| foot.name == "right_foot")
+        .map(|foot| foot.corner(0))
+        .ok_or("no right foot")?;
     let pressure = |w: &[f64; 6]| [corner.x - w[4] / w[2], corner.y + w[3] / w[2]];
     let inside = |w: &&[f64; 6]| {
         let [x, y] = pressure(w);
@@ -122,7 +136,9 @@ fn main() -> Result<(), Failure> {
         100.0 * stable as f64 / truth.time.len() as f64,
         base.sums.len()
     );
-    println!("| data | parameters told | largest relative error of one | error of all, relative | rms error of the zero moment point, other motion, mm |\n|---|---|---|---|---|");
+    println!(
+        "| data | parameters told | largest relative error of one | error of all, relative | rms error of the zero moment point, other motion, mm |\n|---|---|---|---|---|"
+    );
     let judge = Truth::new(&hidden, 2)?;
     let regressor = regressor(&stood, &base)?;
     let zmp = |theta: &[f64]| missed(&regressor, &judge, theta);
@@ -130,19 +146,46 @@ fn main() -> Result<(), Failure> {
     let (w, y) = exact(&regressor, &truth);
     let condition = condition(&w);
     let found = least_squares(&w, &y, &vec![0.0; base.sums.len()]);
-    println!("| exact positions, velocities, accelerations | {} | {:.1e} | {:.1e} | {:.2e} |", base.sums.len(), worst(found.as_slice(), &actual), relative(found.as_slice(), &actual), 1e3 * zmp(found.as_slice()));
-    for (name, noise) in [("log at 100 Hz without noise, filter of 8 Hz", [0.0; 3]), ("the same with noise", NOISE)] {
+    println!(
+        "| exact positions, velocities, accelerations | {} | {:.1e} | {:.1e} | {:.2e} |",
+        base.sums.len(),
+        worst(found.as_slice(), &actual),
+        relative(found.as_slice(), &actual),
+        1e3 * zmp(found.as_slice())
+    );
+    for (name, noise) in
+        [("log at 100 Hz without noise, filter of 8 Hz", [0.0; 3]), ("the same with noise", NOISE)]
+    {
         let experiment_text = log(&stood, &truth, &pressure, noise);
-        let reader = Reader::from_source(Path::new("kicks.csv"), Box::new(Cursor::new(experiment_text.into_bytes())), &Mapping::default()).map_err(said)?;
+        let reader = Reader::from_source(
+            Path::new("kicks.csv"),
+            Box::new(Cursor::new(experiment_text.into_bytes())),
+            &Mapping::default(),
+        )
+        .map_err(said)?;
         let options = Options { cutoff_hz: Some(8.0), trim_s: 1.0, ..Options::default() };
-        let experiment = ContactExperiment::from_reader(stood.robot(), reader, &Mapping::default(), &options).map_err(said)?;
+        let experiment = ContactExperiment::from_reader(stood.robot(), reader, &Mapping::default(), &options)
+            .map_err(said)?;
         let (w, y) = rows(&experiment, &base);
         // Directions that noise drowns stay as described.
         let found = least_squares(&w, &y, &nominal);
-        println!("| {name} | {} | {:.1e} | {:.1e} | {:.3} |", base.sums.len(), worst(found.as_slice(), &actual), relative(found.as_slice(), &actual), 1e3 * zmp(found.as_slice()));
+        println!(
+            "| {name} | {} | {:.1e} | {:.1e} | {:.3} |",
+            base.sums.len(),
+            worst(found.as_slice(), &actual),
+            relative(found.as_slice(), &actual),
+            1e3 * zmp(found.as_slice())
+        );
     }
-    println!("\nCondition number of the exact regression, columns of length 1: {condition:.0}. Noise: encoders {:.0e} rad, centre of pressure {:.0} mm, vertical force {:.0} N. Exact states come from the waves' derivatives and inverse dynamics of the true robot; logs hold positions, vertical force and centre of pressure alone, and velocities and accelerations are the tool's own.", NOISE[0], 1e3 * NOISE[1], NOISE[2]);
-    println!("\nThesis: 'all parameters are estimated within machine accuracy', from simulated forces without noise.");
+    println!(
+        "\nCondition number of the exact regression, columns of length 1: {condition:.0}. Noise: encoders {:.0e} rad, centre of pressure {:.0} mm, vertical force {:.0} N. Exact states come from the waves' derivatives and inverse dynamics of the true robot; logs hold positions, vertical force and centre of pressure alone, and velocities and accelerations are the tool's own.",
+        NOISE[0],
+        1e3 * NOISE[1],
+        NOISE[2]
+    );
+    println!(
+        "\nThesis: 'all parameters are estimated within machine accuracy', from simulated forces without noise."
+    );
     Ok(())
 }
 
@@ -150,7 +193,11 @@ fn regressor(stood: &Stood, base: &BaseSet) -> Result<ProgramRegressor, Failure>
     let wish = Wish { family: "inverse_dynamics_regressor".to_owned(), subject: None };
     let compiled = stood.rooted.robot.clone().without_effects().compile_only(&[wish]).map_err(one)?;
     let leading: Vec<usize> = (0..base.sums.len()).filter_map(|k| base.leading(k)).collect();
-    Ok(ProgramRegressor::new(&compiled.functions[0].program, (stood.rooted.tree.nq, stood.rooted.tree.nv), &leading))
+    Ok(ProgramRegressor::new(
+        &compiled.functions[0].program,
+        (stood.rooted.tree.nq, stood.rooted.tree.nv),
+        &leading,
+    ))
 }
 
 /// Rows Fz, Mx, My of all samples, and what was exerted.
@@ -180,12 +227,17 @@ fn rows(experiment: &dyn Experiment, base: &BaseSet) -> (DMatrix<f64>, DVector<f
         .filter(|&r| matches!(experiment.rows()[r].channel, Channel::BaseForce | Channel::BaseMoment))
         .collect();
     let count = experiment.time().len();
-    let (mut w, mut y) = (DMatrix::zeros(chosen.len() * count, base.sums.len()), DVector::zeros(chosen.len() * count));
+    let (mut w, mut y) =
+        (DMatrix::zeros(chosen.len() * count, base.sums.len()), DVector::zeros(chosen.len() * count));
     for (n, &row) in chosen.iter().enumerate() {
-        let (Some(inertial), Some(measured)) = (experiment.inertial(row), experiment.measured(row)) else { continue };
+        let (Some(inertial), Some(measured)) = (experiment.inertial(row), experiment.measured(row)) else {
+            continue;
+        };
         let width = inertial.columns.len();
         for k in 0..base.sums.len() {
-            let Some(place) = inertial.columns.iter().position(|c| Some(*c) == base.leading(k)) else { continue };
+            let Some(place) = inertial.columns.iter().position(|c| Some(*c) == base.leading(k)) else {
+                continue;
+            };
             (0..count).for_each(|i| w[(n * count + i, k)] = inertial.values[i * width + place]);
         }
         (0..count).for_each(|i| y[n * count + i] = measured[i]);

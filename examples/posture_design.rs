@@ -24,7 +24,8 @@ fn main() -> Result<(), Failure> {
     let model = ProgramModel::new(rooted.robot.compile_only(&[wish]).map_err(one)?);
     // Masses are eliminated: every sum is led by a first moment. The swing foot's height is seen only when it tilts.
     let mut base = rooted.base(Model::CenterOfMass, &["x", "y"], false).map_err(one)?;
-    let seen: Vec<usize> = (0..base.names.len()).filter(|&k| !base.names[k].starts_with("left_foot.m*cz")).collect();
+    let seen: Vec<usize> =
+        (0..base.names.len()).filter(|&k| !base.names[k].starts_with("left_foot.m*cz")).collect();
     base.sums = seen.iter().map(|&k| base.sums[k].clone()).collect();
     base.names = seen.iter().map(|&k| base.names[k].clone()).collect();
     let parts = rooted.parts(&model, &base, &mut Vec::new()).map_err(one)?;
@@ -45,11 +46,22 @@ fn main() -> Result<(), Failure> {
     };
     let begun = std::time::Instant::now();
     let found = design_postures(&standing, &request, &|_| (), &|| false).map_err(one)?;
-    println!("{} columns, 50 postures on 10 placements, margin 20 mm; joint limits of `robots/tulip`; seed 1.\n", base.sums.len());
-    println!("| run | initial | optimised | of initial | thesis: initial | thesis: optimised |\n|---|---|---|---|---|---|");
+    println!(
+        "{} columns, 50 postures on 10 placements, margin 20 mm; joint limits of `robots/tulip`; seed 1.\n",
+        base.sums.len()
+    );
+    println!(
+        "| run | initial | optimised | of initial | thesis: initial | thesis: optimised |\n|---|---|---|---|---|---|"
+    );
     for (k, (run, thesis)) in found.runs.iter().zip(THESIS).enumerate() {
         let (before, after) = (run.before.condition_number, run.after.condition_number);
-        println!("| {} | {before:.1} | {after:.1} | {:.2} | {} | {} |", k + 1, after / before, thesis[0], thesis[1]);
+        println!(
+            "| {} | {before:.1} | {after:.1} | {:.2} | {} | {} |",
+            k + 1,
+            after / before,
+            thesis[0],
+            thesis[1]
+        );
     }
     let best = &found.runs[found.best];
     println!(
@@ -60,6 +72,10 @@ fn main() -> Result<(), Failure> {
         begun.elapsed().as_secs_f64()
     );
     let least = found.postures.iter().map(|p| p.stability).fold(f64::INFINITY, f64::min);
-    println!("Centre of pressure at least {:.1} mm inside the support, soles at least {:.1} mm apart.", 1e3 * least, 1e3 * found.gap);
+    println!(
+        "Centre of pressure at least {:.1} mm inside the support, soles at least {:.1} mm apart.",
+        1e3 * least,
+        1e3 * found.gap
+    );
     Ok(())
 }

@@ -110,7 +110,12 @@ impl Measured {
     }
 
     /// A log with forces at the feet as an experiment, whatever else it holds.
-    pub fn contacts(&self, file: &Path, mapping: &Mapping, options: &Options) -> Result<Loaded<'_>, Diagnostics> {
+    pub fn contacts(
+        &self,
+        file: &Path,
+        mapping: &Mapping,
+        options: &Options,
+    ) -> Result<Loaded<'_>, Diagnostics> {
         let experiment = ContactExperiment::read(self.robot(), file, mapping, options)?;
         let mut source = Source::of(file, 0).map_err(|e| Diagnostics(vec![e]))?;
         source.samples = experiment.time().len();

@@ -44,8 +44,10 @@ impl Standing {
             Base::Floating { root } => root.clone(),
             Base::Fixed { link } => link.clone(),
             Base::Planar { .. } | Base::Pivot { .. } => {
-                return Err(one(Diagnostic::error("forces of the ground tell parameters of robots in three dimensions")
-                    .help("choose the base with --base floating")));
+                return Err(one(Diagnostic::error(
+                    "forces of the ground tell parameters of robots in three dimensions",
+                )
+                .help("choose the base with --base floating")));
             }
         };
         let foot = chosen(&robot.description.feet, stance).map_err(one)?;
@@ -117,8 +119,11 @@ impl Standing {
         let feet = &self.robot.description.feet;
         let own = feet.iter().position(|foot| foot.name == self.stance);
         let (Some(own), 2) = (own, feet.len()) else {
-            return Err(Diagnostic::error(format!("postures are designed for two feet, and the robot has {}", feet.len()))
-                .help("describe both feet in biped.toml"));
+            return Err(Diagnostic::error(format!(
+                "postures are designed for two feet, and the robot has {}",
+                feet.len()
+            ))
+            .help("describe both feet in biped.toml"));
         };
         let names: Vec<String> = self.tree.joints.iter().map(|joint| joint.name.clone()).collect();
         let joints = names.iter().map(|name| self.joint(name, assumptions)).collect::<Result<_, _>>()?;
@@ -166,8 +171,9 @@ impl Standing {
 
     fn sole(&self, foot: &Foot) -> Result<SolePlace, Diagnostic> {
         let refuse = |what: &str| {
-            Err(Diagnostic::error(format!("the sole of `{}` {what}", foot.name))
-                .help("postures need flat soles: three or more points in one plane z of the foot's link frame"))
+            Err(Diagnostic::error(format!("the sole of `{}` {what}", foot.name)).help(
+                "postures need flat soles: three or more points in one plane z of the foot's link frame",
+            ))
         };
         let heights = || foot.points.iter().map(|point| point.position[2]);
         let low = heights().fold(f64::INFINITY, f64::min);
@@ -187,7 +193,8 @@ impl Standing {
     fn check_limb(&self, body: usize) -> Result<(), Diagnostic> {
         let links = self.anatomy.links.iter().filter(|link| link.body == body);
         for link in links {
-            let joints = self.robot.description.joints.iter().filter(|j| j.parent == link.name && j.kind.moves());
+            let joints =
+                self.robot.description.joints.iter().filter(|j| j.parent == link.name && j.kind.moves());
             for joint in joints {
                 let [x, y, z] = joint.origin.xyz;
                 let length = (x * x + y * y + z * z).sqrt();
@@ -196,7 +203,8 @@ impl Standing {
                         "--symmetric takes `{}` as symmetric about the z axis of its frame, but its joint `{}` lies at ({x}, {y}, {z}) m",
                         link.name, joint.name
                     );
-                    return Err(Diagnostic::error(message).help("leave out --symmetric, or let z of the link frames point along the limbs"));
+                    return Err(Diagnostic::error(message)
+                        .help("leave out --symmetric, or let z of the link frames point along the limbs"));
                 }
             }
         }
@@ -223,7 +231,9 @@ pub fn chosen<'d>(feet: &'d [Foot], name: Option<&str>) -> Result<&'d Foot, Diag
         None => {
             let right = feet.iter().find(|foot| foot.side == Some(Side::Right));
             let only = if let [only] = feet { Some(only) } else { None };
-            right.or(only).ok_or_else(|| Diagnostic::error("which foot stands?").help(format!("name it with --stance; {help}")))
+            right.or(only).ok_or_else(|| {
+                Diagnostic::error("which foot stands?").help(format!("name it with --stance; {help}"))
+            })
         }
     }
 }

@@ -71,14 +71,21 @@ impl Stood {
     /// Compiles what posture tables and logs with ground forces need.
     pub fn new(rooted: Rooted) -> Result<Self, Failure> {
         let rigid = rooted.robot.clone().without_effects();
-        let names = ["inverse_dynamics", "inverse_dynamics_regressor", "center_of_mass_regressor", "center_of_mass", "center_of_mass_jacobian"];
+        let names = [
+            "inverse_dynamics",
+            "inverse_dynamics_regressor",
+            "center_of_mass_regressor",
+            "center_of_mass",
+            "center_of_mass_jacobian",
+        ];
         let mut wishes: Vec<Wish> = names.map(|n| Wish { family: n.to_owned(), subject: None }).to_vec();
         for Described { link, .. } in &rigid.description.feet {
             let of = |family: &str| Wish { family: family.to_owned(), subject: Some(link.clone()) };
             wishes.extend(["position", "rotation", "jacobian"].map(of));
         }
         let model = ProgramModel::new(rigid.compile_only(&wishes).map_err(one)?);
-        let joints = rooted.tree.joints.iter().map(|j| Joint { name: j.name.clone(), prismatic: j.prismatic });
+        let joints =
+            rooted.tree.joints.iter().map(|j| Joint { name: j.name.clone(), prismatic: j.prismatic });
         let subject = Subject { joints: joints.collect(), base: BaseKind::Floating };
         Ok(Self { feet: feet(&rigid.description), rooted, model, subject })
     }

@@ -27,7 +27,18 @@ fn plan(path: &Path) -> Vec<(usize, Vec<f64>, [f64; 2])> {
 fn designed_postures_stand_and_tell_more() {
     let folder = scratch("design");
     let (out, svg) = (folder.join("plan.csv"), folder.join("plan.svg"));
-    let options = ["--postures", "20", "--placements", "4", "--starts", "1", "--evaluations", "120", "--plot", text(&svg)];
+    let options = [
+        "--postures",
+        "20",
+        "--placements",
+        "4",
+        "--starts",
+        "1",
+        "--evaluations",
+        "120",
+        "--plot",
+        text(&svg),
+    ];
     let answer = excite(&out, &options).ok().json();
     let run = &answer["runs"][0];
     let [before, after] = ["before", "after"].map(|k| run[k]["condition_number"].as_f64().unwrap());
@@ -63,7 +74,10 @@ fn designed_postures_stand_and_tell_more() {
         assert!(own.apart(&other).unwrap().distance > 0.02 - 1e-6, "soles are apart");
         let center = call(&model, "center_of_mass", q);
         assert!((center[0] - expected[0]).abs() < 1e-8 && (center[1] - expected[1]).abs() < 1e-8);
-        assert!(Polygon::hull(&soles.concat()).inside([center[0], center[1]]) > 0.02 - 1e-6, "posture {i} stands");
+        assert!(
+            Polygon::hull(&soles.concat()).inside([center[0], center[1]]) > 0.02 - 1e-6,
+            "posture {i} stands"
+        );
         for (q, joint) in q.iter().zip(&rooted.tree.joints) {
             let described = rooted.robot.description.joints.iter().find(|j| j.name == joint.name).unwrap();
             let (low, high) = described.position_limits.unwrap();
@@ -76,7 +90,11 @@ fn designed_postures_stand_and_tell_more() {
         }
     }
     let singular = stacked.singular_values();
-    assert!((singular.max() / singular.min() / after - 1.0).abs() < 1e-3, "{}", singular.max() / singular.min());
+    assert!(
+        (singular.max() / singular.min() / after - 1.0).abs() < 1e-3,
+        "{}",
+        singular.max() / singular.min()
+    );
 }
 
 #[test]
@@ -84,7 +102,8 @@ fn equal_seeds_give_equal_files() {
     let folder = scratch("design_seeds");
     let file = |name: &str, seed: &str| {
         let out = folder.join(name);
-        let options = ["--postures", "14", "--placements", "2", "--starts", "1", "--evaluations", "6", "--seed", seed];
+        let options =
+            ["--postures", "14", "--placements", "2", "--starts", "1", "--evaluations", "6", "--seed", seed];
         excite(&out, &options).ok();
         std::fs::read(&out).unwrap()
     };
@@ -105,7 +124,12 @@ fn what_cannot_be_designed() {
     refused(&["--postures", "20", "--stability", "20"], &["--stability", "m"]);
     refused(&["--postures", "20", "--mass-error", "-1"], &["--mass-error"]);
     refused(&["--postures", "20", "--stance", "tail"], &["tail", "right_foot"]);
-    refused(&["--postures", "13", "--placements", "1", "--stability", "0.3", "--time-limit", "3"], &["--stability"]);
-    bipedc(&["excite", "robots/seven_link", "--postures", "20", "--out", text(&out)]).fails_with(&["three dimensions"]);
-    bipedc(&["excite", "robots/biped_3d", "--postures", "20", "--out", "/nowhere/plan.csv"]).fails_with(&["/nowhere"]);
+    refused(
+        &["--postures", "13", "--placements", "1", "--stability", "0.3", "--time-limit", "3"],
+        &["--stability"],
+    );
+    bipedc(&["excite", "robots/seven_link", "--postures", "20", "--out", text(&out)])
+        .fails_with(&["three dimensions"]);
+    bipedc(&["excite", "robots/biped_3d", "--postures", "20", "--out", "/nowhere/plan.csv"])
+        .fails_with(&["/nowhere"]);
 }

@@ -6,7 +6,12 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 /// The example's table, cell by cell, changed and written.
-fn changed(folder: &Path, name: &str, rows: usize, change: impl Fn(&str, usize, &str) -> Option<String>) -> PathBuf {
+fn changed(
+    folder: &Path,
+    name: &str,
+    rows: usize,
+    change: impl Fn(&str, usize, &str) -> Option<String>,
+) -> PathBuf {
     let mut table = String::new();
     let file = std::fs::File::open(example("postures").join("train.csv.gz")).unwrap();
     GzDecoder::new(file).read_to_string(&mut table).unwrap();
@@ -31,7 +36,9 @@ fn identify(path: &Path, more: &[&str]) -> Run {
 fn tables_that_cannot_be_right() {
     let folder = scratch("misuse");
     let same = |_: &str, _: usize, cell: &str| Some(cell.to_owned());
-    let file = |name: &str, rows, change: &dyn Fn(&str, usize, &str) -> Option<String>| changed(&folder, name, rows, change);
+    let file = |name: &str, rows, change: &dyn Fn(&str, usize, &str) -> Option<String>| {
+        changed(&folder, name, rows, change)
+    };
     identify(&file("few.csv", 10, &same), &[]).fails_with(&["10 postures", "25 parameters", "13 postures"]);
     let scaled = |what: &'static str, factor: f64| {
         move |name: &str, _: usize, cell: &str| {
@@ -40,7 +47,8 @@ fn tables_that_cannot_be_right() {
         }
     };
     identify(&file("mm.csv", 90, &scaled("cop/", 1e3)), &[]).fails_with(&["cop/x", "millimetres", "mapping"]);
-    identify(&file("degrees.csv", 90, &scaled("/position", 57.29578)), &[]).fails_with(&["knee_pitch/position", "degrees"]);
+    identify(&file("degrees.csv", 90, &scaled("/position", 57.29578)), &[])
+        .fails_with(&["knee_pitch/position", "degrees"]);
     identify(&file("alike.csv", 90, &scaled("/position", 0.0)), &[]).fails_with(&["alike", "no joint moves"]);
     let without = |what: &'static str| {
         move |name: &str, _: usize, cell: &str| (!name.contains(what)).then(|| cell.to_owned())
@@ -56,7 +64,8 @@ fn tables_that_cannot_be_right() {
         Some(if name == "cop/y" && i == 3 { String::new() } else { cell.to_owned() })
     };
     identify(&file("empty.csv", 90, &empty), &[]).fails_with(&["cop/y", "posture 3"]);
-    identify(&file("light.csv", 90, &scaled("/force/z", 0.01)), &[]).fails_with(&["corner forces carry", "--total-mass"]);
+    identify(&file("light.csv", 90, &scaled("/force/z", 0.01)), &[])
+        .fails_with(&["corner forces carry", "--total-mass"]);
     let good = file("good.csv", 90, &same);
     identify(&good, &["--stance", "middle_foot"]).fails_with(&["middle_foot", "right_foot, left_foot"]);
     identify(&good, &["--stance", "left_foot"]).fails_with(&["outside the soles", "--stance"]);
@@ -65,7 +74,11 @@ fn tables_that_cannot_be_right() {
         Some(if name == "cop/y" && i == 4 { (value + 0.4).to_string() } else { cell.to_owned() })
     };
     let run = identify(&file("outside.csv", 90, &shifted), &[]).ok();
-    assert!(run.err.contains("outside the soles in 1 of 90 postures") && run.err.contains("posture 5"), "{}", run.err);
+    assert!(
+        run.err.contains("outside the soles in 1 of 90 postures") && run.err.contains("posture 5"),
+        "{}",
+        run.err
+    );
     let tilted = |name: &str, i: usize, cell: &str| {
         let value: f64 = cell.parse().unwrap();
         let tilt = if name == "left_ankle_pitch/position" && i == 2 { 0.3 } else { 0.0 };
@@ -92,5 +105,6 @@ fn methods_that_do_not_fit() {
     let log = example("swaying").join("train.csv.gz");
     bipedc(&["identify", "robots/tulip", text(&log), "--method", "cop"]).fails_with(&["posture"]);
     bipedc(&["identify", "robots/tulip_v1_leg", text(&train), "--method", "cop"]).fails_with(&["foot"]);
-    bipedc(&["identify", "robots/seven_link", text(&train), "--method", "cop"]).fails_with(&["three dimensions"]);
+    bipedc(&["identify", "robots/seven_link", text(&train), "--method", "cop"])
+        .fails_with(&["three dimensions"]);
 }

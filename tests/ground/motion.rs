@@ -19,7 +19,15 @@ fn log(folder: &Path, name: &str, seed: u64, columns: &str) -> PathBuf {
         .iter()
         .map(|name| {
             let size = if name.starts_with("right") { 0.04 } else { 0.12 };
-            (0..3).map(|k| [size * (0.7 + 0.3 * noise.even()), TAU * (0.15 + 0.25 * f64::from(k) + 0.1 * noise.even()), 3.0 * noise.even()]).collect()
+            (0..3)
+                .map(|k| {
+                    [
+                        size * (0.7 + 0.3 * noise.even()),
+                        TAU * (0.15 + 0.25 * f64::from(k) + 0.1 * noise.even()),
+                        3.0 * noise.even(),
+                    ]
+                })
+                .collect()
         })
         .collect();
     let mut out = String::from("time");
@@ -32,7 +40,9 @@ fn log(folder: &Path, name: &str, seed: u64, columns: &str) -> PathBuf {
     for i in 0..2000 {
         let t = 0.01 * f64::from(i);
         let at = |order: usize| -> Vec<f64> {
-            let wave = |[a, w, p]: &[f64; 3]| a * [(w * t + p).sin(), w * (w * t + p).cos(), -w * w * (w * t + p).sin()][order];
+            let wave = |[a, w, p]: &[f64; 3]| {
+                a * [(w * t + p).sin(), w * (w * t + p).cos(), -w * w * (w * t + p).sin()][order]
+            };
             waves.iter().map(|own| own.iter().map(wave).sum::<f64>()).collect()
         };
         let rest = [0.0; 6];
@@ -64,7 +74,14 @@ fn a_log_on_one_foot_tells_mass_and_moments() {
     let folder = scratch("zmp");
     let (train, judge) = (log(&folder, "train.csv", 3, "cop"), log(&folder, "judge.csv", 5, "cop"));
     let run = bipedc(&[
-        "identify", "robots/tulip", text(&train), "--method", "zmp", "--validate", text(&judge), "--json",
+        "identify",
+        "robots/tulip",
+        text(&train),
+        "--method",
+        "zmp",
+        "--validate",
+        text(&judge),
+        "--json",
     ]);
     let answer = run.ok().json();
     let base = rooted(&tulip(), Root::Sole).base(Model::ZeroMomentPoint, &["Fz", "Mx", "My"], false).unwrap();
@@ -99,7 +116,9 @@ fn six_components_of_the_wrench() {
 fn logs_that_do_not_tell() {
     let folder = scratch("zmp_misuse");
     let none = log(&folder, "none.csv", 3, "");
-    let zmp = |path: &Path, more: &[&str]| bipedc(&[&["identify", "robots/tulip", text(path), "--method", "zmp"][..], more].concat());
+    let zmp = |path: &Path, more: &[&str]| {
+        bipedc(&[&["identify", "robots/tulip", text(path), "--method", "zmp"][..], more].concat())
+    };
     zmp(&none, &[]).fails_with(&["no foot has forces", "<foot>/force/z"]);
     let train = log(&folder, "train.csv", 3, "cop");
     zmp(&train, &["--stance", "left_foot"]).fails_with(&["left_foot", "no forces"]);

@@ -18,8 +18,7 @@ fn base_regressor_times_parameters_is_the_moment() {
     let (rooted, hidden) = (rooted(&tulip(), Root::Link), rooted(&other(&tulip()), Root::Link));
     let base = rooted.base(Model::CenterOfMass, &["x", "y"], false).unwrap();
     assert_eq!(base.sums.len(), 26);
-    let (own, truth) =
-        (model(&rooted, &["center_of_mass_regressor"]), model(&hidden, &["center_of_mass"]));
+    let (own, truth) = (model(&rooted, &["center_of_mass_regressor"]), model(&hidden, &["center_of_mass"]));
     let standing = standing(&rooted, &own, &base);
     let parameters = hidden.anatomy.parameters();
     let (beta, mass) = (base.values(&parameters), parameters.iter().step_by(10).sum::<f64>());
@@ -29,8 +28,13 @@ fn base_regressor_times_parameters_is_the_moment() {
         let bodies = standing.bodies(&q);
         let center = call(&truth, "center_of_mass", &q);
         for axis in 0..2 {
-            let sum: f64 =
-                standing.parts.columns.iter().zip(&beta).map(|(k, b)| standing.column(&bodies, *k)[axis] * b).sum();
+            let sum: f64 = standing
+                .parts
+                .columns
+                .iter()
+                .zip(&beta)
+                .map(|(k, b)| standing.column(&bodies, *k)[axis] * b)
+                .sum();
             assert!((sum - mass * center[axis]).abs() < 1e-12 * mass, "{sum} {}", mass * center[axis]);
         }
         let (own, _) = standing.center(&bodies, &parameters);
@@ -68,7 +72,8 @@ fn derivatives_of_a_standing_robot() {
             let rate = standing.column_rate(&bodies, *k, joint);
             (0..3).for_each(|axis| close(numeric[axis], rate[axis]));
         }
-        let frame = |b: &bipedc_runtime::identify::excite::postures::Bodies| b.frame(&standing.parts.soles[1].place);
+        let frame =
+            |b: &bipedc_runtime::identify::excite::postures::Bodies| b.frame(&standing.parts.soles[1].place);
         let ((p, r), (p_up, r_up), (p_down, r_down)) = (frame(&bodies), frame(&up), frame(&down));
         let _ = p;
         let numeric = (p_up - p_down) / 2e-6;
@@ -137,20 +142,32 @@ fn the_example_gives_its_truth_back() {
     let (train, judge) = (folder.join("train.csv.gz"), folder.join("validation.csv.gz"));
     let urdf = scratch("cop").join("new.urdf");
     let run = bipedc(&[
-        "identify", "robots/tulip", text(&train), "--method", "cop", "--validate", text(&judge), "--json",
-        "--write-urdf", text(&urdf),
+        "identify",
+        "robots/tulip",
+        text(&train),
+        "--method",
+        "cop",
+        "--validate",
+        text(&judge),
+        "--json",
+        "--write-urdf",
+        text(&urdf),
     ]);
     let answer = run.ok().json();
     assert_eq!(answer["parameters"].as_array().unwrap().len(), 25);
     assert_eq!(answer["ground"]["stance"], "right_foot");
     for (first, change) in [("torso.m*cx", -0.018 * 10.2), ("torso.m*cy", 0.009 * 10.2)] {
         let all = answer["parameters"].as_array().unwrap();
-        let found: Vec<&Value> =
-            all.iter().filter(|p| p["name"].as_str().unwrap().contains(first)).collect();
+        let found: Vec<&Value> = all.iter().filter(|p| p["name"].as_str().unwrap().contains(first)).collect();
         assert_eq!(found.len(), 1, "{first}");
-        let [value, nominal, error] = ["value", "nominal", "standard_error"].map(|key| number(found[0], &[key]));
+        let [value, nominal, error] =
+            ["value", "nominal", "standard_error"].map(|key| number(found[0], &[key]));
         println!("{first}: {:.4} ± {error:.4} instead of {change:.4} kg m", value - nominal);
-        assert!((value - nominal - change).abs() < 3.0 * error && error < 0.02, "{first}: {}", value - nominal);
+        assert!(
+            (value - nominal - change).abs() < 3.0 * error && error < 0.02,
+            "{first}: {}",
+            value - nominal
+        );
     }
     let mass = number(&answer, &["ground", "mass", "value"]);
     assert!((mass - 19.0).abs() < 0.01, "{mass}");
@@ -160,7 +177,10 @@ fn the_example_gives_its_truth_back() {
         number(model, &[data, "rms"])
     };
     // 0.31 mm is what noise leaves of the true model on these postures.
-    println!("validation, m: {:?}", ["description", "full", "simplified", "physical"].map(|m| rms(m, "validation")));
+    println!(
+        "validation, m: {:?}",
+        ["description", "full", "simplified", "physical"].map(|m| rms(m, "validation"))
+    );
     assert!((rms("description", "validation") / 0.0075647 - 1.0).abs() < 0.01);
     assert!(rms("full", "validation") < 1.3 * 0.0003098 && rms("physical", "validation") < 1.3 * 0.0003098);
     assert!(rms("full", "training") <= rms("full", "held_out"));
@@ -197,8 +217,18 @@ fn designed_postures_are_read_back() {
     let folder = scratch("read_back");
     let plan = folder.join("plan.csv");
     bipedc(&[
-        "excite", "robots/tulip", "--postures", "20", "--placements", "4", "--starts", "1", "--evaluations", "5",
-        "--out", text(&plan),
+        "excite",
+        "robots/tulip",
+        "--postures",
+        "20",
+        "--placements",
+        "4",
+        "--starts",
+        "1",
+        "--evaluations",
+        "5",
+        "--out",
+        text(&plan),
     ])
     .ok();
     let identify = |path| bipedc(&["identify", "robots/tulip", text(path), "--method", "cop", "--json"]);
@@ -206,7 +236,8 @@ fn designed_postures_are_read_back() {
     let table = std::fs::read_to_string(&plan).unwrap();
     let mut lines = table.lines();
     let head: Vec<String> = lines.next().unwrap().split(',').map(str::to_owned).collect();
-    let joints: Vec<String> = head[2..14].iter().map(|h| h.strip_suffix("/position").unwrap().to_owned()).collect();
+    let joints: Vec<String> =
+        head[2..14].iter().map(|h| h.strip_suffix("/position").unwrap().to_owned()).collect();
     let (rooted, hidden) = (rooted(&tulip(), Root::Link), rooted(&other(&tulip()), Root::Link));
     let base = rooted.base(Model::CenterOfMass, &["x", "y"], true).unwrap();
     let model = model(&rooted, &["center_of_mass_regressor"]);
@@ -223,7 +254,14 @@ fn designed_postures_are_read_back() {
     let path = write_postures(&folder, "measured.csv", &joints, &rows);
     let mass: f64 = parameters.iter().step_by(10).sum();
     let run = bipedc(&[
-        "identify", "robots/tulip", text(&path), "--method", "cop", "--json", "--total-mass", &mass.to_string(),
+        "identify",
+        "robots/tulip",
+        text(&path),
+        "--method",
+        "cop",
+        "--json",
+        "--total-mass",
+        &mass.to_string(),
     ]);
     let answer = run.ok().json();
     let truth = base.values(&parameters);

@@ -14,7 +14,8 @@ fn a_humanoid_whose_ground_forces_have_several_explanations() {
     }
     let folder = scratch("icub");
     std::fs::copy(data.join("iCubGenova04.urdf"), folder.join("robot.urdf")).unwrap();
-    let (mut description, mut mapping) = ("[base]\nkind = \"floating\"\nroot = \"root_link\"\n".to_owned(), String::new());
+    let (mut description, mut mapping) =
+        ("[base]\nkind = \"floating\"\nroot = \"root_link\"\n".to_owned(), String::new());
     for foot in ["l_sole", "r_sole"] {
         let _ = writeln!(description, "[feet.{foot}]\nlink = \"{foot}\"");
         for (end, x) in [("front", 0.12), ("rear", -0.07)] {
@@ -30,7 +31,16 @@ fn a_humanoid_whose_ground_forces_have_several_explanations() {
     std::fs::write(folder.join("icub.toml"), mapping).unwrap();
     let (log, map) = (data.join("icub_walking.csv"), folder.join("icub.toml"));
     let run = bipedc(&[
-        "identify", text(&folder), text(&log), "--method", "zmp", "--mapping", text(&map), "--cutoff", "3", "--json",
+        "identify",
+        text(&folder),
+        text(&log),
+        "--method",
+        "zmp",
+        "--mapping",
+        text(&map),
+        "--cutoff",
+        "3",
+        "--json",
     ]);
     let answer = run.ok().json();
     let ground = &answer["ground"];

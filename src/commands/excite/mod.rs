@@ -11,12 +11,12 @@ use crate::output;
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::identify::excite::{Criterion, Designed, Family, Machine, Request, design};
 use clap::{Args, ValueEnum};
+use postures::{PostureArguments, Shared};
 use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
-use postures::{PostureArguments, Shared};
 use subject::Excited;
 
 const EXAMPLES: &str = "\

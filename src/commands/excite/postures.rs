@@ -122,7 +122,8 @@ impl PostureArguments {
         }
         let interrupted = interrupt();
         let stop = || interrupted.load(Ordering::Relaxed);
-        let found = output::bar("searching", |progress| design_postures(&standing, &request, progress, &stop))?;
+        let found =
+            output::bar("searching", |progress| design_postures(&standing, &request, progress, &stop))?;
         Replacement::prepare(shared.out, &csv(&standing, &found))?.commit()?;
         if let Some(path) = &self.plot {
             Replacement::prepare(path, &plot::from_above(&standing, &found))?.commit()?;
@@ -158,14 +159,17 @@ impl PostureArguments {
     }
 
     fn request(&self, postures: usize, shared: &Shared<'_>) -> Result<PostureRequest, Diagnostic> {
-        let lengths = [("--stability", self.stability), ("--gap", self.gap), ("--center-error", self.center_error)];
+        let lengths =
+            [("--stability", self.stability), ("--gap", self.gap), ("--center-error", self.center_error)];
         for (option, value) in lengths {
             if !(0.0..0.5).contains(&value) {
-                return Err(Diagnostic::error(format!("{option} is {value}")).help("give a length in m, from 0 to 0.5"));
+                return Err(Diagnostic::error(format!("{option} is {value}"))
+                    .help("give a length in m, from 0 to 0.5"));
             }
         }
         if !(0.0..=50.0).contains(&self.mass_error) {
-            return Err(Diagnostic::error(format!("--mass-error is {}", self.mass_error)).help("give 0 to 50 per cent"));
+            return Err(Diagnostic::error(format!("--mass-error is {}", self.mass_error))
+                .help("give 0 to 50 per cent"));
         }
         let mass = self.mass_error / 100.0;
         let draws = if mass > 0.0 || self.center_error > 0.0 { DRAWS } else { 0 };
@@ -220,11 +224,13 @@ fn csv(standing: &Standing<'_>, found: &DesignedPostures) -> String {
 
 fn joints(standing: &Standing<'_>, found: &DesignedPostures) -> Vec<Joint> {
     let parts = &standing.parts;
-    let joint = |(j, (name, place)): (usize, (&String, &bipedc_runtime::identify::excite::postures::JointPlace))| {
-        let positions = found.postures.iter().map(|posture| posture.joints[j]);
-        let position = positions.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));
-        Joint { name: name.clone(), position, position_limits: place.limits }
-    };
+    let joint =
+        |(j, (name, place)): (usize, (&String, &bipedc_runtime::identify::excite::postures::JointPlace))| {
+            let positions = found.postures.iter().map(|posture| posture.joints[j]);
+            let position = positions
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));
+            Joint { name: name.clone(), position, position_limits: place.limits }
+        };
     parts.names.iter().zip(&parts.joints).enumerate().map(joint).collect()
 }
 
@@ -252,7 +258,14 @@ impl Answer {
                 run.evaluations.to_string(),
             ]
         });
-        let head = ["start", "condition number: feasible", "optimised", "ln det: feasible", "optimised", "evaluations"];
+        let head = [
+            "start",
+            "condition number: feasible",
+            "optimised",
+            "ln det: feasible",
+            "optimised",
+            "evaluations",
+        ];
         out.push_str(&table(&head, rows.collect(), 1));
         let _ = writeln!(
             out,
@@ -273,7 +286,8 @@ impl Answer {
         });
         out.push_str(&table(&["joint", "position, rad", "limits"], rows.collect(), 1));
         if self.stopped {
-            let _ = writeln!(out, "\nwarning: the search was ended early: another run may give other postures");
+            let _ =
+                writeln!(out, "\nwarning: the search was ended early: another run may give other postures");
         }
         let _ = writeln!(
             out,

@@ -4,9 +4,10 @@ use super::ground::{Center, Ground, GroundAnswer, InMetres, Mass, ModelErrors, p
 use crate::failure::Failure;
 use crate::measurements::Measured;
 use crate::output;
+use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
 use bipedc_compiler::standing::{Root, Standing};
-use bipedc_compiler::Robot;
+use bipedc_runtime::compare::Batch;
 use bipedc_runtime::diagnose::postures::PostureExperiment;
 use bipedc_runtime::diagnose::{Channel, Experiment};
 use bipedc_runtime::diagnostic::{Diagnostic, Severity};
@@ -18,7 +19,6 @@ use bipedc_runtime::identify::physical::Bound;
 use bipedc_runtime::identify::{
     Answer, BaseSet, BatchRegressor, Feed, Identification, Judge, Options, Parts, Survey, identify,
 };
-use bipedc_runtime::compare::Batch;
 use bipedc_runtime::log::Mapping;
 use std::path::PathBuf;
 
@@ -63,7 +63,8 @@ pub fn run(command: &Identify, robot: &Robot, mapping: &Mapping) -> Result<(Answ
     let measured = output::progress("deriving", || Measured::new(&standing.robot))?;
     let read = |path: &PathBuf| {
         let found = PostureExperiment::read(measured.robot(), path, mapping, Some(&standing.stance))?;
-        command.pass(check_postures(&found, &measured.subject).into_iter().map(|d| d.in_file(path)).collect())?;
+        command
+            .pass(check_postures(&found, &measured.subject).into_iter().map(|d| d.in_file(path)).collect())?;
         Ok::<_, Failure>(found)
     };
     let training = command.logs.iter().map(read).collect::<Result<Vec<_>, _>>()?;
@@ -94,14 +95,20 @@ fn weighed(
 ) -> Result<Weighed, Diagnostic> {
     if let Some(mass) = given {
         if !(mass.is_finite() && mass > 0.0) {
-            return Err(Diagnostic::error(format!("--total-mass is {mass}")).help("give the robot's mass in kg"));
+            return Err(
+                Diagnostic::error(format!("--total-mass is {mass}")).help("give the robot's mass in kg")
+            );
         }
         return Ok(Weighed { mass, error: None, source: "--total-mass" });
     }
     let described: f64 = standing.anatomy.parameters().iter().step_by(10).sum();
     let carried: Option<Vec<Vec<f64>>> = tables.iter().map(PostureExperiment::carried).collect();
     let Some(all) = carried.map(|c| c.concat()).filter(|all| !all.is_empty()) else {
-        return Ok(Weighed { mass: described, error: None, source: "the description: no corner forces of all feet are logged" });
+        return Ok(Weighed {
+            mass: described,
+            error: None,
+            source: "the description: no corner forces of all feet are logged",
+        });
     };
     let n = all.len() as f64;
     let mass = all.iter().sum::<f64>() / n;
@@ -110,15 +117,19 @@ fn weighed(
         return Err(Diagnostic::error(format!(
             "the corner forces carry {mass:.3} kg on average, and the description weighs {described:.3} kg"
         ))
-        .help("are `<foot>/<corner>/force/z` in N, positive upwards on the foot? --total-mass states the mass"));
+        .help(
+            "are `<foot>/<corner>/force/z` in N, positive upwards on the foot? --total-mass states the mass",
+        ));
     }
     Ok(Weighed { mass, error: Some(spread / n.sqrt()), source: "corner forces" })
 }
 
 impl Job<'_> {
     fn answer(&self, command: &Identify) -> Result<(Answer, GroundAnswer), Failure> {
-        let tables: Vec<PostureTable> = self.training.iter().map(|t| PostureTable::new(t, self.weighed.mass)).collect();
-        let judges: Vec<PostureTable> = self.judging.iter().map(|t| PostureTable::new(t, self.weighed.mass)).collect();
+        let tables: Vec<PostureTable> =
+            self.training.iter().map(|t| PostureTable::new(t, self.weighed.mass)).collect();
+        let judges: Vec<PostureTable> =
+            self.judging.iter().map(|t| PostureTable::new(t, self.weighed.mass)).collect();
         let feeds: Vec<&dyn Experiment> = tables.iter().map(|t| t as &dyn Experiment).collect();
         let judging: Vec<&dyn Experiment> = judges.iter().map(|t| t as &dyn Experiment).collect();
         let joints = self.measured.subject.joints.len();
@@ -144,7 +155,9 @@ impl Job<'_> {
         });
         let options = self.options(command)?;
         let feed = Feed::Tables(&feeds);
-        let answer = output::bar("identifying", |progress| identify(&parts, &feed, judge.as_ref(), &options, progress))?;
+        let answer = output::bar("identifying", |progress| {
+            identify(&parts, &feed, judge.as_ref(), &options, progress)
+        })?;
         let ground = self.ground(&answer, (&tables, &judges));
         let whole = GroundAnswer { identification: answer.identification.clone(), ground };
         Ok((answer, whole))
@@ -170,7 +183,10 @@ impl Job<'_> {
             .map(|j| joints.iter().map(|q| q[j]).sum::<f64>() / joints.len().max(1) as f64)
             .collect::<Vec<f64>>();
         let root = &self.standing.torso;
-        let confounded = self.training.first().map_or_else(Confounded::default, |t| confounded(t, &[Channel::Cop, Channel::BaseForce], root));
+        let confounded = self
+            .training
+            .first()
+            .map_or_else(Confounded::default, |t| confounded(t, &[Channel::Cop, Channel::BaseForce], root));
         let metres = identification.parameters.iter().filter(|p| p.unit == "kg m").map(|p| InMetres {
             name: p.name.clone(),
             value: p.value / self.weighed.mass,

@@ -110,18 +110,36 @@ impl GroundAnswer {
         let mut out = super::say::text(&self.identification);
         let mass = &ground.mass;
         let error = mass.standard_error.map_or_else(String::new, |e| format!(" ± {e:.4}"));
-        let _ = writeln!(out, "\nmass {:.4}{error} kg ({}); described {:.4} kg", mass.value, mass.source, mass.described);
+        let _ = writeln!(
+            out,
+            "\nmass {:.4}{error} kg ({}); described {:.4} kg",
+            mass.value, mass.source, mass.described
+        );
         let [a, b] = [&ground.center_of_mass.estimate, &ground.center_of_mass.described]
             .map(|c| c.map(|x| format!("{x:.4}")).join(", "));
-        let _ = writeln!(out, "centre of mass at the mean of the joint positions, root's frame: ({a}) m; described ({b}) m");
+        let _ = writeln!(
+            out,
+            "centre of mass at the mean of the joint positions, root's frame: ({a}) m; described ({b}) m"
+        );
         out.push_str(&ground.errors());
         for cause in &ground.confounded.causes {
-            let _ = writeln!(out, "alone, {} explains {:.0} % of the described model's squared error ({})", cause.words(), 100.0 * cause.explains, cause.rows.join(", "));
+            let _ = writeln!(
+                out,
+                "alone, {} explains {:.0} % of the described model's squared error ({})",
+                cause.words(),
+                100.0 * cause.explains,
+                cause.rows.join(", ")
+            );
         }
         let confounded = &ground.confounded;
-        let forces_alone = confounded.pairs_in_forces.iter().filter(|p| confounded.pairs.iter().all(|q| q.causes != p.causes));
+        let forces_alone = confounded
+            .pairs_in_forces
+            .iter()
+            .filter(|p| confounded.pairs.iter().all(|q| q.causes != p.causes));
         let pairs = confounded.pairs.iter().map(|pair| ("cannot be told apart", pair));
-        for (words, pair) in pairs.chain(forces_alone.map(|pair| ("forces alone cannot tell apart, moments can", pair))) {
+        for (words, pair) in
+            pairs.chain(forces_alone.map(|pair| ("forces alone cannot tell apart, moments can", pair)))
+        {
             let [a, b] = pair.causes.map(|k| confounded.causes[k].words());
             let _ = writeln!(out, "{words} (likeness {:+.3}): {a}, or {b}", pair.likeness);
         }
@@ -134,12 +152,21 @@ impl Ground {
         if self.models.is_empty() {
             return String::new();
         }
-        let figures = |e: &PressureErrors| format!("{:.2} / {:.2} / {:.2}", 1e3 * e.mean, 1e3 * e.standard_deviation, 1e3 * e.max);
+        let figures = |e: &PressureErrors| {
+            format!("{:.2} / {:.2} / {:.2}", 1e3 * e.mean, 1e3 * e.standard_deviation, 1e3 * e.max)
+        };
         let maybe = |e: &Option<PressureErrors>| e.as_ref().map_or_else(|| "-".to_owned(), figures);
         let rows = self.models.iter().map(|m| {
-            vec![m.model.to_owned(), m.parameters.to_string(), figures(&m.training), maybe(&m.held_out), maybe(&m.validation)]
+            vec![
+                m.model.to_owned(),
+                m.parameters.to_string(),
+                figures(&m.training),
+                maybe(&m.held_out),
+                maybe(&m.validation),
+            ]
         });
-        let head = ["centre of pressure, mm: mean / s.d. / max", "parameters", "training", "held out", "validation"];
+        let head =
+            ["centre of pressure, mm: mean / s.d. / max", "parameters", "training", "held out", "validation"];
         format!("\n{}", table(&head, rows.collect(), 1))
     }
 }

@@ -260,7 +260,9 @@ impl Identify {
             return Err(Diagnostic::error("--symmetric is about postures").help("add --method cop"));
         }
         if self.stance.is_some() && !matches!(self.method, By::Cop | By::Zmp) {
-            return Err(Diagnostic::error("--stance is about forces of the ground").help("add --method cop or zmp"));
+            return Err(
+                Diagnostic::error("--stance is about forces of the ground").help("add --method cop or zmp")
+            );
         }
         match self.weight {
             Some(weight) if !(weight.is_finite() && weight > 0.0) => {

@@ -6,9 +6,9 @@ use crate::failure::Failure;
 use crate::identifying::{Identified, loaded, table_survey};
 use crate::measurements::{Content, Loaded, Measured};
 use crate::output;
+use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
 use bipedc_compiler::standing::{Root, Standing};
-use bipedc_compiler::Robot;
 use bipedc_runtime::compare;
 use bipedc_runtime::diagnose::{Anatomy, Channel, Experiment};
 use bipedc_runtime::diagnostic::Diagnostic;
@@ -17,7 +17,12 @@ use bipedc_runtime::identify::{Answer, Feed, Judge, Log, Parts, Survey, identify
 use std::path::PathBuf;
 
 /// Estimates from logs; with the motion of the base the rows of the base, else those of the standing foot.
-pub fn run(command: &Identify, robot: &Robot, logs: &[Log<'_>], judge: &[Log<'_>]) -> Result<(Answer, GroundAnswer), Failure> {
+pub fn run(
+    command: &Identify,
+    robot: &Robot,
+    logs: &[Log<'_>],
+    judge: &[Log<'_>],
+) -> Result<(Answer, GroundAnswer), Failure> {
     let own = output::progress("deriving", || Measured::new(robot))?;
     let mut with_base = 0;
     for log in logs.iter().chain(judge) {
@@ -48,7 +53,12 @@ pub fn run(command: &Identify, robot: &Robot, logs: &[Log<'_>], judge: &[Log<'_>
 }
 
 /// The robot stands on a foot that does not move.
-fn standing(command: &Identify, robot: &Robot, logs: &[Log<'_>], judge: &[Log<'_>]) -> Result<(Answer, GroundAnswer), Failure> {
+fn standing(
+    command: &Identify,
+    robot: &Robot,
+    logs: &[Log<'_>],
+    judge: &[Log<'_>],
+) -> Result<(Answer, GroundAnswer), Failure> {
     let standing = Standing::new(robot, command.stance.as_deref(), Root::Sole)?;
     let measured = output::progress("deriving", || Measured::new(&standing.robot))?;
     let read = |logs: &[Log<'_>]| {
@@ -106,7 +116,8 @@ fn estimate(
     let work = |progress: &dyn Fn(f64)| identify(parts, &feed, judge.as_ref(), &options, progress);
     let answer = output::bar("identifying", work)?;
     let first = experiments.first().copied();
-    let ground = first.map(|experiment| ground(experiment, &answer, (parts.anatomy, measured), torso, stance));
+    let ground =
+        first.map(|experiment| ground(experiment, &answer, (parts.anatomy, measured), torso, stance));
     let ground = ground.ok_or_else(|| Diagnostic::error("no log was given"))?;
     let whole = GroundAnswer { identification: answer.identification.clone(), ground };
     Ok((answer, whole))
@@ -126,7 +137,12 @@ fn ground(
     // The only base parameter in kg that the vertical force tells is the whole mass.
     let total = answer.identification.parameters.iter().find(|p| p.unit == "kg");
     let mass = match total {
-        Some(p) => Mass { value: p.value, standard_error: Some(p.standard_error), described, source: "vertical force" },
+        Some(p) => Mass {
+            value: p.value,
+            standard_error: Some(p.standard_error),
+            described,
+            source: "vertical force",
+        },
         None => Mass { value: described, standard_error: None, described, source: "the description" },
     };
     Ground {

@@ -86,7 +86,8 @@ impl Columns {
             return Err(Diagnostic::error(format!("a log is needed (first column `time`), not `{found}`")));
         }
         self.find_joints(robot, reader)?;
-        self.standing = super::standing::foot(robot).filter(|_| !reader.columns().any(|c| c.name.starts_with("base/")));
+        self.standing =
+            super::standing::foot(robot).filter(|_| !reader.columns().any(|c| c.name.starts_with("base/")));
         match self.standing {
             Some(foot) => self.plan.assumptions.push(super::standing::assumption(&robot.feet[foot].name)),
             None => self.find_base(robot.subject.base, reader)?,

@@ -49,7 +49,9 @@ impl ContactRecording {
         let name = &robot.feet[foot].name;
         if !self.feet[foot].is_logged {
             return Err(Diagnostic::error(format!("the standing foot `{name}` has no forces in the log"))
-                .help(format!("log `{name}/force/z` with `{name}/cop/x`, `/y`, or name another foot with --stance")));
+                .help(format!(
+                    "log `{name}/force/z` with `{name}/cop/x`, `/y`, or name another foot with --stance"
+                )));
         }
         let own: Vec<f64> = self.feet[foot].signals.iter().map(|s| s[2]).collect();
         let all = |i: usize| self.feet.iter().filter_map(|f| f.signals.get(i)).map(|s| s[2]).sum::<f64>();
@@ -62,7 +64,7 @@ impl ContactRecording {
         };
         let before = self.kept.len();
         let kept: Vec<usize> = self.kept.iter().copied().filter(|i| carries(*i)).collect();
-        if !(mean > 0.0) || kept.len() < before.min(8) {
+        if mean.is_nan() || mean <= 0.0 || kept.len() < before.min(8) {
             let message = format!(
                 "the standing foot `{name}` carries next to nothing: {:.1} N of {mean:.1} N on average",
                 own.iter().sum::<f64>() / own.len().max(1) as f64

@@ -41,7 +41,8 @@ impl PostureExperiment<'_> {
         let (world, sensors) = (World::of(present, self.robot.subject), Sensors::of(present));
         let change = self.robot.anatomy.change(present);
         let corrections = self.corrections(&sensors, &self.predict(&world, &change, &sensors));
-        let mut out = Moments { measured: Default::default(), columns: Default::default(), normal: Vec::new() };
+        let mut out =
+            Moments { measured: Default::default(), columns: Default::default(), normal: Vec::new() };
         for (i, correction) in corrections.iter().enumerate() {
             let (along, columns) = self.first_moments(i, &world, &sensors);
             let normal = mass * along;

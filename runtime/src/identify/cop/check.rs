@@ -64,16 +64,19 @@ fn toppled(postures: &PostureExperiment<'_>) -> Option<Diagnostic> {
         toppled.len(),
         first + 1
     );
-    Some(Diagnostic::error(message).help("is the quaternion base to world, x y z w, and does it belong to the root link?"))
+    Some(
+        Diagnostic::error(message)
+            .help("is the quaternion base to world, x y z w, and does it belong to the root link?"),
+    )
 }
 
 /// Joints that do not move, or none that does.
 fn alike(postures: &PostureExperiment<'_>, subject: &Subject) -> Option<Diagnostic> {
     let positions = postures.positions();
     let spread = |j: usize| {
-        let range = positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| {
-            (low.min(q[j]), high.max(q[j]))
-        });
+        let range = positions
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q[j]), high.max(q[j])));
         range.1 - range.0
     };
     let still: Vec<usize> = (0..subject.joints.len()).filter(|j| spread(*j) < STILL).collect();
@@ -84,8 +87,10 @@ fn alike(postures: &PostureExperiment<'_>, subject: &Subject) -> Option<Diagnost
         return Some(Diagnostic::error("all postures are alike: no joint moves between them").help(help));
     }
     (!still.is_empty()).then(|| {
-        Diagnostic::warning(format!("joints that hardly move between postures (less than {STILL} rad): {names}"))
-            .help(help)
+        Diagnostic::warning(format!(
+            "joints that hardly move between postures (less than {STILL} rad): {names}"
+        ))
+        .help(help)
     })
 }
 
@@ -137,7 +142,10 @@ fn feet(postures: &PostureExperiment<'_>) -> Vec<Diagnostic> {
             postures.stance(),
             posture + 1
         );
-        found.push(Diagnostic::warning(message).help("check encoder zeros, signs and the URDF; or name another --stance"));
+        found.push(
+            Diagnostic::warning(message)
+                .help("check encoder zeros, signs and the URDF; or name another --stance"),
+        );
     }
     found
 }
@@ -147,7 +155,9 @@ fn centers(postures: &PostureExperiment<'_>) -> Vec<Diagnostic> {
     let centers = postures.centers();
     let outside = |scale: f64| -> Vec<(usize, f64)> {
         let distance = |(i, c): (usize, &[f64; 2])| {
-            let ground = |sole: &SolePose| sole.corners.iter().filter(|c| c.z.abs() < HEIGHT).map(|c| [c.x, c.y]).collect::<Vec<_>>();
+            let ground = |sole: &SolePose| {
+                sole.corners.iter().filter(|c| c.z.abs() < HEIGHT).map(|c| [c.x, c.y]).collect::<Vec<_>>()
+            };
             let points: Vec<[f64; 2]> = postures.soles(i).iter().flat_map(ground).collect();
             (i, -Polygon::hull(&points).inside([scale * c[0], scale * c[1]]))
         };
@@ -157,7 +167,8 @@ fn centers(postures: &PostureExperiment<'_>) -> Vec<Diagnostic> {
     if 2 * wrong.len() > centers.len() {
         for (scale, unit) in [(1e-3, "millimetres"), (1e-2, "centimetres")] {
             if 4 * outside(scale).len() < centers.len() {
-                let message = format!("`cop/x` and `cop/y` seem to be in {unit}: as metres they lie outside the feet");
+                let message =
+                    format!("`cop/x` and `cop/y` seem to be in {unit}: as metres they lie outside the feet");
                 return vec![Diagnostic::error(message).help(format!(
                     "a mapping file converts: \"cop/x\" = {{ column = \"cop/x\", scale = {scale} }}, and the same for y"
                 ))];

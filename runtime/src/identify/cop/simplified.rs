@@ -55,7 +55,8 @@ fn echelon(rows: &mut Vec<Vec<f64>>, width: usize) -> Vec<usize> {
     let mut pivots = Vec::new();
     for column in 0..width {
         let first = pivots.len();
-        let best = (first..rows.len()).max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()));
+        let best =
+            (first..rows.len()).max_by(|&a, &b| rows[a][column].abs().total_cmp(&rows[b][column].abs()));
         let Some(best) = best.filter(|&row| rows[row][column].abs() > ROUNDING) else {
             continue;
         };
@@ -107,7 +108,11 @@ mod tests {
         BaseSet {
             names: vec![String::new(); 3],
             units: vec!["kg m"; 3],
-            sums: vec![vec![(1, 1.0), (2, 2.0), (11, -1.0)], vec![(3, 1.0), (2, 1.0)], vec![(12, 1.0), (11, 0.5)]],
+            sums: vec![
+                vec![(1, 1.0), (2, 2.0), (11, -1.0)],
+                vec![(3, 1.0), (2, 1.0)],
+                vec![(12, 1.0), (11, 0.5)],
+            ],
         }
     }
 
@@ -134,7 +139,8 @@ mod tests {
             assert!(others.flat_map(|(_, s)| s).all(|(p, _)| *p != sum[0].0), "leads alone");
         }
         // The span is kept: β of any parameters without the zeros follows from the new sums.
-        let p: Vec<f64> = (0..20).map(|k| if [1, 3, 12].contains(&k) { 0.0 } else { (k as f64).sin() }).collect();
+        let p: Vec<f64> =
+            (0..20).map(|k| if [1, 3, 12].contains(&k) { 0.0 } else { (k as f64).sin() }).collect();
         let gamma = less.values(&p);
         for (k, beta) in base().values(&p).into_iter().enumerate() {
             // Columns of the leading parameters carry the new regressor.

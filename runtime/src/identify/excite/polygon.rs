@@ -67,9 +67,9 @@ impl Polygon {
     /// Edges, as indices among the corners, that have a length; none of a polygon without an inside.
     pub fn edges(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let count = self.corners.len();
-        (0..count).map(move |k| [k, (k + 1) % count]).filter(move |[a, b]| {
-            count > 2 && self.corners[*a] != self.corners[*b]
-        })
+        (0..count)
+            .map(move |k| [k, (k + 1) % count])
+            .filter(move |[a, b]| count > 2 && self.corners[*a] != self.corners[*b])
     }
 
     /// How far a point is from the nearest edge, m; negative outside. Without an inside minus infinity, less for a point

@@ -25,10 +25,7 @@ pub enum Scaling {
 
 /// Singular value decomposition of a regressor: by how much its columns were divided, singular values, largest first,
 /// and right singular vectors as rows. `None` if a column is zero.
-fn spectrum(
-    rows: &DMatrix<f64>,
-    scaling: Scaling,
-) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
+fn spectrum(rows: &DMatrix<f64>, scaling: Scaling) -> Option<(DVector<f64>, DVector<f64>, DMatrix<f64>)> {
     let mut triangle = Triangle::new(rows.ncols());
     let mut values = rows.as_slice().to_vec();
     values.resize(values.len() + rows.nrows(), 0.0);

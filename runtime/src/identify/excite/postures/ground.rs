@@ -45,12 +45,13 @@ pub fn perturbed(parameters: &[f64], tolerance: &Tolerance, random: &mut Random)
         let mut own = own.to_vec();
         let heavier = 1.0 + tolerance.mass * random.next();
         own.iter_mut().for_each(|x| *x *= heavier);
-        for k in 1..4 {
-            own[k] += own[0] * tolerance.center * random.next();
-        }
+        let moved = own[0] * tolerance.center;
+        own[1..4].iter_mut().for_each(|x| *x += moved * random.next());
         own
     };
-    (0..tolerance.draws).map(|_| parameters.chunks_exact(10).flat_map(|own| body(own, random)).collect()).collect()
+    (0..tolerance.draws)
+        .map(|_| parameters.chunks_exact(10).flat_map(|own| body(own, random)).collect())
+        .collect()
 }
 
 impl Conditions {

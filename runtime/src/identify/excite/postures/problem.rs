@@ -84,7 +84,7 @@ impl Problem<'_, '_> {
         let mut cost = 0.0;
         for (placement, slope) in point.placements.iter().zip(&mut slope.placements) {
             let (slack, by) = self.conditions.placement(self.standing, placement);
-            if !(slack > 0.0) {
+            if slack.is_nan() || slack <= 0.0 {
                 return None;
             }
             cost -= barrier * slack.ln();
@@ -123,7 +123,11 @@ impl Problem<'_, '_> {
             let q: Vec<f64> = q.iter().zip(d.iter()).map(|(q, d)| q + step * d).collect();
             closed(self.standing, &q, &placements[*of])
         });
-        Some(Point { joints: joints.collect::<Option<_>>()?, placements: placements.clone(), of: point.of.clone() })
+        Some(Point {
+            joints: joints.collect::<Option<_>>()?,
+            placements: placements.clone(),
+            of: point.of.clone(),
+        })
     }
 }
 
@@ -157,9 +161,11 @@ impl Direction {
 
     /// Coordinates on another point's surface of what is nearest to this direction there.
     pub fn coordinates(&self, tangents: &[Tangent]) -> DVector<f64> {
-        let free = self.joints.iter().zip(tangents).flat_map(|(q, tangent)| {
-            tangent.free.tr_mul(q).iter().copied().collect::<Vec<f64>>()
-        });
+        let free = self
+            .joints
+            .iter()
+            .zip(tangents)
+            .flat_map(|(q, tangent)| tangent.free.tr_mul(q).iter().copied().collect::<Vec<f64>>());
         let all: Vec<f64> = self.placements.iter().flatten().copied().chain(free).collect();
         DVector::from_vec(all)
     }

@@ -143,7 +143,8 @@ pub fn design_postures(
         let descent = Descent { problem: &problem, left: Cell::new(request.evaluations), stop: &late };
         let end = descent.minimised(&begin, request.evaluations, &report);
         let (before, after) = (problem.quality(&begin), problem.quality(&end));
-        let (after, end) = if better(request.criterion, &after, &before) { (after, end) } else { (before, begin) };
+        let (after, end) =
+            if better(request.criterion, &after, &before) { (after, end) } else { (before, begin) };
         runs.push(Run { before, after, evaluations: request.evaluations - descent.left.get() });
         if best.as_ref().is_none_or(|(k, _)| better(request.criterion, &after, &runs[*k].after)) {
             best = Some((runs.len() - 1, end));
@@ -172,13 +173,19 @@ fn check(standing: &Standing<'_>, request: &PostureRequest) -> Result<(), Diagno
     let refuse = |what: String, help: &str| Err(Diagnostic::error(what).help(help.to_owned()));
     let unknowns = standing.parts.columns.len();
     if 2 * request.postures < unknowns {
-        let message =
-            format!("{} postures give {} equations for {unknowns} parameters", request.postures, 2 * request.postures);
+        let message = format!(
+            "{} postures give {} equations for {unknowns} parameters",
+            request.postures,
+            2 * request.postures
+        );
         return refuse(message, &format!("ask for at least {} postures; 50 are usual", unknowns.div_ceil(2)));
     }
     if !(1..=request.postures).contains(&request.placements) || request.postures > 2000 {
         let message = format!("{} postures on {} placements", request.postures, request.placements);
-        return refuse(message, "give at most 2000 postures, and 1 to as many placements as there are postures");
+        return refuse(
+            message,
+            "give at most 2000 postures, and 1 to as many placements as there are postures",
+        );
     }
     if standing.joints() < 7 {
         return refuse(
@@ -188,7 +195,10 @@ fn check(standing: &Standing<'_>, request: &PostureRequest) -> Result<(), Diagno
     }
     let lengths = [request.stability, request.gap, request.tolerance.center, request.tolerance.mass];
     if !(0.0..=0.9).contains(&request.margin) || lengths.iter().any(|x| !(0.0..1.0).contains(x)) {
-        return refuse("a margin has no meaning".to_owned(), "give parts between 0 and 0.9, lengths from 0 to 1 m");
+        return refuse(
+            "a margin has no meaning".to_owned(),
+            "give parts between 0 and 0.9, lengths from 0 to 1 m",
+        );
     }
     if !(1..=10_000).contains(&request.starts) || request.evaluations > 10_000_000 {
         return refuse(format!("{} starts", request.starts), "give 1 to 10000 starts");
@@ -244,7 +254,11 @@ fn judged(
         let [own, other] = standing.corners(placement).map(|c| Polygon::hull(&c));
         own.apart(&other).map_or(f64::NEG_INFINITY, |gap| gap.distance)
     };
-    debug_assert!(found.joints.iter().zip(&found.of).all(|(q, k)| conditions.kept(standing, q, &found.placements[*k])));
+    debug_assert!(found.joints.iter().zip(&found.of).all(|(q, k)| conditions.kept(
+        standing,
+        q,
+        &found.placements[*k]
+    )));
     DesignedPostures {
         gap: found.placements.iter().map(gap).fold(f64::INFINITY, f64::min),
         placements: found.placements,
@@ -305,7 +319,8 @@ impl Descent<'_, '_, '_> {
             report();
             let placements = here.point.placements.len();
             let mut x = two_loops(&here.gradient, &memory, &here.tangents);
-            if !(x.dot(&here.gradient) < 0.0) {
+            let slope = x.dot(&here.gradient);
+            if slope.is_nan() || slope >= 0.0 {
                 memory.clear();
                 x = -&here.gradient;
             }
@@ -334,7 +349,13 @@ impl Descent<'_, '_, '_> {
     }
 
     /// The first step along the direction, halved again and again, that falls enough.
-    fn stepped(&self, here: &Place, direction: &Direction, expected: f64, barrier: f64) -> Option<(f64, Place)> {
+    fn stepped(
+        &self,
+        here: &Place,
+        direction: &Direction,
+        expected: f64,
+        barrier: f64,
+    ) -> Option<(f64, Place)> {
         let mut step = (LARGEST / direction.largest().max(f64::MIN_POSITIVE)).min(1.0);
         for _ in 0..HALVINGS {
             if let Some(point) = self.problem.moved(&here.point, direction, step) {

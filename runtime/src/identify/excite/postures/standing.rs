@@ -192,7 +192,8 @@ impl<'a> Standing<'a> {
             let (sum, own) = moved.fold((Vector3::zeros(), 0.0), |(sum, own), (b, _)| {
                 (sum + firsts[b], own + parameters[10 * b])
             });
-            let turned = if self.parts.joints[joint].prismatic { axis * own } else { axis.cross(&(sum - at * own)) };
+            let turned =
+                if self.parts.joints[joint].prismatic { axis * own } else { axis.cross(&(sum - at * own)) };
             turned / mass
         };
         (firsts.iter().sum::<Vector3<f64>>() / mass, (0..self.joints()).map(rate).collect())

@@ -127,7 +127,8 @@ impl<'s, 'm> Scene<'s, 'm> {
     /// A centre of mass within the support and a torso that leans a little.
     fn target(&self, conditions: &Conditions, placement: &[f64; 3], random: &mut Random) -> Option<Target> {
         let corners = self.standing.corners(placement).concat();
-        let weights: Vec<f64> = corners.iter().map(|_| -(0.5 + 0.5 * random.next()).max(1e-12).ln()).collect();
+        let weights: Vec<f64> =
+            corners.iter().map(|_| -(0.5 + 0.5 * random.next()).max(1e-12).ln()).collect();
         let total: f64 = weights.iter().sum();
         let mean = |axis: usize| corners.iter().zip(&weights).map(|(c, w)| c[axis] * w / total).sum::<f64>();
         let (x, y) = (mean(0), mean(1));
@@ -171,7 +172,7 @@ impl<'s, 'm> Scene<'s, 'm> {
             let step = jacobian.tr_mul(&square.cholesky()?.solve(&right));
             let scale = (0.3 / step.amax().max(1e-300)).min(1.0);
             q.iter_mut().zip(step.iter()).for_each(|(q, step)| *q -= scale * step);
-            if q.iter().any(|q| !(q.abs() < 10.0)) {
+            if q.iter().any(|q| q.is_nan() || q.abs() >= 10.0) {
                 return None;
             }
         }

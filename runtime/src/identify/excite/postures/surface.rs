@@ -25,7 +25,7 @@ fn inverse(jacobian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let square = jacobian * jacobian.transpose();
     let eigen = SymmetricEigen::new(square.clone());
     let (least, most) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
-    if !(least > SINGULAR * most) {
+    if least.is_nan() || least <= SINGULAR * most {
         return None;
     }
     let back = square.cholesky()?.inverse();
@@ -51,12 +51,12 @@ pub fn closed(standing: &Standing<'_>, q: &[f64], placement: &[f64; 3]) -> Optio
     for _ in 0..CORRECTIONS {
         let bodies = standing.bodies(&q);
         let missed = standing.missed(&bodies, placement);
-        if missed.amax() < CLOSED {
+        if missed.iter().all(|x| x.abs() < CLOSED) {
             return Some(q);
         }
         let jacobian = standing.jacobian(&bodies, &standing.parts.soles[1].place);
         let step = inverse(&jacobian)? * DVector::from_column_slice(missed.as_slice());
-        if !(step.amax() < LARGEST) {
+        if step.iter().any(|x| x.is_nan() || x.abs() >= LARGEST) {
             return None;
         }
         q.iter_mut().zip(step.iter()).for_each(|(q, step)| *q -= step);

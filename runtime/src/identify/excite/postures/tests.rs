@@ -45,7 +45,12 @@ impl Model<f64> for Legs {
     }
     fn signature(&self, index: usize) -> Option<Signature<'_>> {
         let arguments = Arguments::of(&[Argument::Q]);
-        (index == 0).then_some(Signature { name: "center_of_mass_regressor", arguments, rows: 3, columns: 130 })
+        (index == 0).then_some(Signature {
+            name: "center_of_mass_regressor",
+            arguments,
+            rows: 3,
+            columns: 130,
+        })
     }
     fn argument_length(&self, _argument: Argument) -> usize {
         19
@@ -86,7 +91,9 @@ fn standing() -> Standing<'static> {
         [*m, 0.01 * m, 0.005 * m, z * m, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     });
     // Two first moments per joint: those across its axis.
-    let across = |b: usize| (1..4).filter(move |k| b == 0 && *k < 3 || b > 0 && *k != AXES[b - 1] + 1).map(move |k| 10 * b + k);
+    let across = |b: usize| {
+        (1..4).filter(move |k| b == 0 && *k < 3 || b > 0 && *k != AXES[b - 1] + 1).map(move |k| 10 * b + k)
+    };
     let mut columns: Vec<usize> = (0..13).flat_map(across).collect();
     columns.retain(|k| *k != 123);
     Standing::new(StandingParts {
@@ -141,7 +148,10 @@ fn slopes_along_the_surface_are_those_of_the_cost() {
                 };
                 let numeric = (at(1e-6) - at(-1e-6)) / 2e-6;
                 let exact = gradient.dot(&x);
-                assert!((numeric - exact).abs() < 1e-4 * exact.abs().max(1.0), "{criterion:?} {scaling:?}: {numeric} {exact}");
+                assert!(
+                    (numeric - exact).abs() < 1e-4 * exact.abs().max(1.0),
+                    "{criterion:?} {scaling:?}: {numeric} {exact}"
+                );
             }
         }
     }
