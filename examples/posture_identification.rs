@@ -159,7 +159,7 @@ fn parameters(
         );
     }
     println!(
-        "\n{well} of {} have a standard error below 15 % (thesis: 9 of 25, 'approximately one third'); {within} lie within two standard errors of the truth.",
+        "\n{well} of {} have a standard error below 15 % (table 8.3: 6 of 25; its text: 'approximately one third'); {within} lie within two standard errors of the truth.",
         values.len()
     );
     Ok(())
