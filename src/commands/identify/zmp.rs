@@ -4,7 +4,7 @@ use super::cop::NoRegressor;
 use super::ground::{Center, Ground, GroundAnswer, Mass, mean_joints, parameters};
 use crate::failure::Failure;
 use crate::identifying::{Identified, loaded, table_survey};
-use crate::measurements::{Content, Loaded, Measured};
+use crate::measurements::{Content, Loaded, Measured, content, subject};
 use crate::output;
 use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
@@ -23,10 +23,10 @@ pub fn run(
     logs: &[Log<'_>],
     judge: &[Log<'_>],
 ) -> Result<(Answer, GroundAnswer), Failure> {
-    let own = output::progress("deriving", || Measured::new(robot))?;
+    let joints = subject(&robot.clone().without_effects().tree()?)?;
     let mut with_base = 0;
     for log in logs.iter().chain(judge) {
-        match own.content(log.path, log.mapping)? {
+        match content(&joints, log.path, log.mapping)? {
             Content::Contacts => with_base += 1,
             Content::Efforts => {}
             Content::Postures | Content::Impacts => {
@@ -45,6 +45,7 @@ pub fn run(
             .help("give logs of one kind at a time")
             .into());
     }
+    let own = output::progress("deriving", || Measured::new(robot))?;
     let tables = output::progress("reading", || loaded(&own, logs))?;
     let judges = output::progress("reading", || loaded(&own, judge))?;
     let found = Identified::of_contacts(robot, logs, &tables)?;
