@@ -2,6 +2,7 @@
 use crate::failure::Failure;
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::compile::{Wish, feet};
+use bipedc_compiler::description::model::Base;
 use bipedc_compiler::program::{ProgramModel, ProgramTorques};
 use bipedc_compiler::tree::{BaseKind, Tree, anatomy};
 use bipedc_runtime::compare::{self, Joint, Options, Subject, compare_file};
@@ -13,6 +14,7 @@ use bipedc_runtime::diagnose::{Experiment, Foot, MotionExperiment, Recording, Ro
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::effect::Effect;
 use bipedc_runtime::log::{Kind, Mapping, Reader};
+use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 
 /// Most samples of a log that a diagnosis works on; longer logs are thinned after filtering.
@@ -91,7 +93,8 @@ impl Measured {
         })
     }
 
-    fn robot(&self) -> Robot<'_> {
+    /// What experiments know of the robot.
+    pub fn robot(&self) -> Robot<'_> {
         Robot {
             model: &self.model,
             subject: &self.subject,
@@ -104,6 +107,57 @@ impl Measured {
     /// What a file holds, from its header.
     pub fn content(&self, file: &Path, mapping: &Mapping) -> Result<Content, Diagnostics> {
         content(&self.subject, file, mapping)
+    }
+
+    /// A log with forces at the feet as an experiment, whatever else it holds.
+    pub fn contacts(
+        &self,
+        file: &Path,
+        mapping: &Mapping,
+        options: &Options,
+    ) -> Result<Loaded<'_>, Diagnostics> {
+        let experiment = ContactExperiment::read(self.robot(), file, mapping, options)?;
+        let mut source = Source::of(file, 0).map_err(|e| Diagnostics(vec![e]))?;
+        source.samples = experiment.time().len();
+        let recording = experiment.recording();
+        let (warnings, assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
+        let cutoff_hz = recording.cutoff_hz;
+        let content = Content::Contacts;
+        Ok(Loaded { experiment: Box::new(experiment), source, warnings, assumptions, cutoff_hz, content })
+    }
+
+    /// Centre of mass in the root's frame for inertial parameters (ten per body), m.
+    pub fn center(&self, joints: &[f64], parameters: &[f64]) -> [f64; 3] {
+        let model: &dyn Model<f64> = &self.model;
+        let mut q = vec![0.0; model.nq()];
+        let first = q.len().saturating_sub(joints.len());
+        if self.subject.base == compare::BaseKind::Floating {
+            q[6] = 1.0;
+        }
+        q[first..].copy_from_slice(joints);
+        let mut columns = vec![0.0; 3 * parameters.len()];
+        let function = model.function("center_of_mass_regressor");
+        let state = State::new().with(Argument::Q, &q);
+        if function.is_none_or(|f| model.evaluate(f, &state, &mut columns).is_err()) {
+            return [f64::NAN; 3];
+        }
+        let mass: f64 = parameters.iter().step_by(10).sum();
+        std::array::from_fn(|axis| {
+            columns.chunks_exact(3).zip(parameters).map(|(column, p)| column[axis] * p).sum::<f64>() / mass
+        })
+    }
+
+    /// The link that carries the base.
+    pub fn root_link(&self, robot: &Described) -> String {
+        let root = match &robot.description.base {
+            Base::Floating { root } | Base::Planar { root } => root,
+            Base::Fixed { link } => link,
+            Base::Pivot { about } => about,
+        };
+        match self.anatomy.link(root) {
+            Some(link) => link.name.clone(),
+            None => robot.description.root_link.clone(),
+        }
     }
 
     /// A log of efforts as an experiment, thinned to so many samples at most.

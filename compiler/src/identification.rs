@@ -3,7 +3,7 @@ use crate::compile::{Wish, compile, parameter_names};
 use crate::derive::newton_euler::generalised_forces;
 use crate::derive::{InertiaMode, Motions, RobotModel};
 use crate::description::model::RobotDescription;
-use crate::exact::{BaseParameters, ParameterList, StateSpace, base_parameters};
+use crate::exact::{BaseParameters, Model, ParameterList, Question, StateSpace, base_parameters};
 use crate::expression::{Expr, Graph};
 use crate::program::ProgramRegressor;
 use crate::tree::Tree;
@@ -31,7 +31,39 @@ pub fn base_regressor(
     tree: &Tree,
     rows: &[usize],
 ) -> Result<(BaseSet, ProgramRegressor), Diagnostic> {
-    let base = observed_base(tree, rows)?;
+    let set = base_set(&observed_base(tree, rows)?, tree)?;
+    let leading: Vec<usize> = (0..set.sums.len()).filter_map(|k| set.leading(k)).collect();
+    let wish = Wish { family: "inverse_dynamics_regressor".to_owned(), subject: None };
+    let rigid = description.clone().without_effects();
+    let compiled = compile(&rigid, tree, &[wish])?;
+    let program = &compiled.functions[0].program;
+    Ok((set, ProgramRegressor::new(program, (tree.nq, tree.nv), &leading)))
+}
+
+/// The base parameters of what the ground does to a robot that stands on its root (thesis 5.4): a point of a sole, or a
+/// foot. `of` is the centre of mass (rows x, y, z times mass) or the ground's wrench (Fx … Mz).
+///
+/// # Errors
+/// As [`Question::answer`].
+pub fn standing_base(
+    description: &RobotDescription,
+    tree: &Tree,
+    root: &str,
+    (of, rows): (Model, &[&str]),
+    feet_flat: bool,
+) -> Result<BaseSet, Diagnostic> {
+    let question = Question {
+        root: Some(root.to_owned()),
+        fixed: Some(true),
+        rows: rows.iter().map(|row| (*row).to_owned()).collect(),
+        feet_flat,
+        ..Question::new(of)
+    };
+    base_set(&question.answer(description)?, tree)
+}
+
+/// Sums over named columns as sums over the parameters of a tree, ten per body.
+fn base_set(base: &BaseParameters, tree: &Tree) -> Result<BaseSet, Diagnostic> {
     let names = parameter_names(tree);
     let place = |column: usize| {
         let name = &base.columns[column].name;
@@ -41,17 +73,11 @@ pub fn base_regressor(
         })
     };
     let mut set = BaseSet::default();
-    let mut leading = Vec::new();
     for parameter in &base.parameters {
         set.names.push(parameter.text.clone());
         set.units.push(parameter.unit);
-        leading.push(place(parameter.leading)?);
         let sum = parameter.combination.iter().map(|term| Ok((place(term.column)?, term.coefficient)));
         set.sums.push(sum.collect::<Result<_, Diagnostic>>()?);
     }
-    let wish = Wish { family: "inverse_dynamics_regressor".to_owned(), subject: None };
-    let rigid = description.clone().without_effects();
-    let compiled = compile(&rigid, tree, &[wish])?;
-    let program = &compiled.functions[0].program;
-    Ok((set, ProgramRegressor::new(program, (tree.nq, tree.nv), &leading)))
+    Ok(set)
 }

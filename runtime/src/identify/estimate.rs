@@ -8,6 +8,9 @@ use serde::Serialize;
 /// A direction shorter than this, with columns scaled to length 1, is not seen.
 const UNSEEN: f64 = 1e-7;
 
+/// Channels with fewer rows per unknown than this share the unknowns' cost.
+const SCARCE: usize = 5;
+
 /// How residuals count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -302,8 +305,14 @@ impl Fit {
 
 /// Standard deviations of the channels' residuals.
 fn residuals(channels: &[Triangle], design: &Design<'_>, theta: &DVector<f64>) -> Vec<f64> {
-    let freedom = |held: &Held, places: usize| held.rows.saturating_sub(places).max(1) as f64;
     let errors = errors(channels, design, theta);
+    let all: usize = errors.iter().map(|held| held.rows).sum();
+    let freedom = |held: &Held, places: usize| {
+        // Channels with few rows share their unknowns with the others: each pays for its part of them.
+        let shared = (design.unknowns.len() * held.rows).div_ceil(all.max(1));
+        let paid = if held.rows < SCARCE * places { places.min(shared) } else { places };
+        held.rows.saturating_sub(paid).max(1) as f64
+    };
     errors
         .iter()
         .zip(&design.channels)

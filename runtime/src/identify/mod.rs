@@ -7,6 +7,7 @@
 //! bars, essential parameters, physical consistency) works on these factors alone. Memory does not grow with the number
 //! of samples.
 mod accumulate;
+pub mod cop;
 mod design;
 #[cfg(feature = "sdp")]
 pub mod elastic;

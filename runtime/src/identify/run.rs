@@ -102,6 +102,8 @@ pub struct Options {
     pub bounds: Vec<Bound>,
     /// Whether torques over time are wanted, for a report.
     pub pictures: bool,
+    /// Rows are few, such as those of postures: all of them together must tell the unknowns, not each channel's.
+    pub scarce: bool,
 }
 
 /// The answer, and the links' new inertias for a URDF.
@@ -137,7 +139,10 @@ pub fn identify(
         threads: std::thread::available_parallelism().map_or(1, usize::from).min(8),
     };
     let raw = feed.pass((&design, parts.base), &motions, &settings, None)?;
-    enough(&design, &raw).map_err(one)?;
+    match options.scarce {
+        true => enough_together(&design, &raw).map_err(one)?,
+        false => enough(&design, &raw).map_err(one)?,
+    }
     progress(0.3);
     let nominal = nominal(&design, &parts.anatomy.parameters(), &options.extras);
     let (estimate, sums) =
@@ -253,6 +258,23 @@ fn enough(design: &Design<'_>, sums: &Sums) -> Result<(), Diagnostic> {
         }
     }
     Ok(())
+}
+
+/// Refuses fewer rows than unknowns, over all channels.
+fn enough_together(design: &Design<'_>, sums: &Sums) -> Result<(), Diagnostic> {
+    let rows: usize = (0..design.channels.len()).map(|channel| sums.rows(channel)).sum();
+    let unknowns = design.unknowns.len();
+    if rows > unknowns {
+        return Ok(());
+    }
+    let each = design.channels.len().max(1);
+    let message = format!(
+        "{} postures give {rows} equations for {unknowns} parameters: at least {} postures are needed (thesis 5.4.1)",
+        rows / each,
+        unknowns / each + 1
+    );
+    Err(Diagnostic::error(message)
+        .help("take three times as many; `bipedc excite ROBOT --postures 50` designs them"))
 }
 
 /// Least squares of the wanted kind; Huber's weights need further passes over the logs.

@@ -1,4 +1,6 @@
 //! `bipedc excite`: joint trajectories from which parameters can be identified well.
+mod plot;
+mod postures;
 mod say;
 mod subject;
 
@@ -7,8 +9,9 @@ use crate::arguments::RobotArguments;
 use crate::failure::Outcome;
 use crate::output;
 use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::identify::excite::{Criterion, Designed, Family, Machine, Request, design};
+use bipedc_runtime::identify::excite::{Criterion, Designed, Family, Machine, Request, Scaling, design};
 use clap::{Args, ValueEnum};
+use postures::{PostureArguments, Shared};
 use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -21,6 +24,7 @@ Examples:
   bipedc excite robots/tulip_v1_leg --duration 10 --harmonics 5 --out trajectory.csv
   bipedc excite robots/tulip_v1_leg --joints right_hip_pitch,right_knee_pitch --margin 20 --out gentle.csv
   bipedc excite robots/tulip --base fixed --acceleration 15 --time-limit 120 --out trajectory.csv --json
+  bipedc excite robots/tulip --postures 50 --placements 10 --out postures.csv --plot postures.svg
 
 A log of a poor motion tells some parameters only together. This looks for the joint trajectories whose base regressor
 (thesis 5.9) has the smallest condition number, within the limits of position, velocity and effort of the URDF
@@ -32,13 +36,17 @@ over and over. With --degree5 they are polynomials of degree 5 as in the thesis;
 unless --at-rest.
 Then: run the motion on the robot, log positions and efforts, and ask `bipedc identify`.
 
+With --postures: sets of static postures for force plates (thesis 5.24), both feet flat on K placements, within the joints'
+limits, the centre of pressure inside the support. Add measured columns cop/x and cop/y to the file and ask
+`bipedc identify --method cop`. Ctrl-C ends the search with the best so far.
+
 Always try a designed motion slowly and in simulation first: collisions are not checked.
 docs/experiments.md explains the method and every key of --json.";
 
 /// What is made small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum By {
-    /// Condition number of the regressor with columns of length 1
+    /// Condition number of the regressor with columns of length 1 (of postures: as it stands)
     Condition,
     /// Condition number of the regressor as it stands, in SI units (as in the thesis, 5.16)
     Unscaled,
@@ -46,7 +54,7 @@ enum By {
     Information,
 }
 
-/// Design joint trajectories that tell parameters well
+/// Design joint trajectories, or static postures, that tell parameters well
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Excite {
@@ -88,12 +96,14 @@ pub struct Excite {
     /// Number of random starts
     #[arg(long, value_name = "N", default_value_t = 6)]
     starts: usize,
-    /// Most evaluations of the cost in one start
-    #[arg(long, value_name = "N", default_value_t = 400)]
-    evaluations: usize,
+    /// Most evaluations of the cost in one start [default: 400, for postures 2000]
+    #[arg(long, value_name = "N")]
+    evaluations: Option<usize>,
     /// After this the best so far is taken, s
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     time_limit: Option<f64>,
+    #[command(flatten)]
+    postures: PostureArguments,
     /// Print the answer as JSON (docs/experiments.md explains every key)
     #[arg(long)]
     json: bool,
@@ -107,6 +117,20 @@ impl Excite {
     pub fn run(self) -> Outcome {
         let request = self.request()?;
         let robot = self.robot.read()?;
+        if let Some(postures) = self.postures.postures {
+            let shared = Shared {
+                robot: &robot,
+                out: &self.out,
+                margin: request.margin,
+                criterion: request.criterion,
+                seed: self.seed,
+                starts: self.starts,
+                evaluations: self.evaluations.unwrap_or(2000),
+                time_limit: request.time_limit,
+                json: self.json,
+            };
+            return self.postures.run(postures, &shared);
+        }
         let mut excited =
             output::progress("deriving", || Excited::new(&robot, &self.joints, self.acceleration))?;
         let machine = Machine {
@@ -173,14 +197,14 @@ impl Excite {
             },
             duration: self.duration,
             margin: self.margin / 100.0,
+            scaling: if self.criterion == By::Unscaled { Scaling::Own } else { Scaling::Unit },
             criterion: match self.criterion {
-                By::Condition => Criterion::Condition,
-                By::Unscaled => Criterion::Unscaled,
+                By::Condition | By::Unscaled => Criterion::Condition,
                 By::Information => Criterion::Information,
             },
             seed: self.seed,
             starts: self.starts,
-            evaluations: self.evaluations,
+            evaluations: self.evaluations.unwrap_or(400),
             time_limit,
         })
     }

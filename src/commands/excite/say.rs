@@ -1,6 +1,6 @@
 //! The answer, for people and as JSON.
 use crate::output::table;
-use bipedc_runtime::identify::excite::{Designed, Family, Limits, Machine, Peaks, Quality, Request};
+use bipedc_runtime::identify::excite::{Designed, Family, Limits, Machine, MotionQuality, Peaks, Request};
 use serde::Serialize;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -16,8 +16,8 @@ pub struct Answer {
     order: usize,
     duration: f64,
     base_parameters: usize,
-    before: Quality,
-    after: Quality,
+    before: MotionQuality,
+    after: MotionQuality,
     joints: Vec<Joint>,
     /// Positions of joints that do not move.
     held: Vec<Held>,

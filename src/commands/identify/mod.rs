@@ -1,7 +1,10 @@
 //! `bipedc identify`: inertial parameters from logs, with error bars, physically possible, as a new URDF.
+mod cop;
 mod elastic;
+mod ground;
 mod parse;
 mod say;
+mod zmp;
 
 use crate::amendment::files::Replacement;
 use crate::arguments::RobotArguments;
@@ -30,6 +33,8 @@ Examples:
   bipedc identify my_arm run1.csv --rotor all --coupled joint_5,joint_6 --cutoff 100 --decimate 20 --slow 1 --json
   bipedc identify robots/tulip hanging.csv --total-mass 19.2 --mirror left_foot=right_foot
   bipedc identify robots/tulip_v1_leg leg.csv --method elastic --validate other.csv
+  bipedc identify robots/tulip postures.csv --method cop --validate others.csv
+  bipedc identify robots/tulip kicks.csv --method zmp --stance right_foot
 
 Four steps: base parameters of what was measured (thesis 5.2), with friction and offset of every joint, by least squares
 with each joint's own noise; their standard errors, which respect that errors last; the fewest of them that predict as
@@ -41,6 +46,10 @@ every drive first, from the drive trains of biped.toml; then the springs' torque
 
 Where the base moves and forces at the feet are logged, the rows of the base tell instead of joint torques.
 
+Without joint torques: --method cop takes tables of static postures on force plates (columns `<joint>/position`, `cop/x`,
+`cop/y`; `bipedc excite ROBOT --postures 50` designs them), --method zmp logs of a robot that stands on --stance
+(`<joint>/position`, `<foot>/force/z`, `<foot>/cop/x`, `/y`, or whole wrenches) or whose base is logged too.
+
 docs/identification.md explains the method, every column and every key of --json.";
 
 /// How parameters are found.
@@ -50,6 +59,10 @@ enum By {
     Torque,
     /// From motor currents and springs of series elastic drives (thesis 5.3)
     Elastic,
+    /// From centres of pressure of postures at rest (thesis 5.4.1)
+    Cop,
+    /// From the ground's forces on a robot in motion (thesis 5.4.2)
+    Zmp,
 }
 
 /// How residuals count.
@@ -77,6 +90,12 @@ pub struct Identify {
     /// Which measurements tell
     #[arg(long, value_enum, default_value = "torque")]
     method: By,
+    /// Foot that stands still, for cop and zmp [default: the right one]
+    #[arg(long, value_name = "FOOT")]
+    stance: Option<String>,
+    /// cop: legs symmetric in x and y, feet in y: fewer parameters (thesis 8.3.2)
+    #[arg(long)]
+    symmetric: bool,
     /// A log of another motion, that only judges
     #[arg(long, value_name = "OTHER.csv")]
     validate: Option<PathBuf>,
@@ -148,21 +167,18 @@ impl Identify {
         self.check()?;
         let robot = self.robot.read()?;
         let mapping = self.mapping.as_deref().map(Mapping::open).transpose()?.unwrap_or_default();
-        let reading = compare::Options {
-            cutoff_hz: Some(self.cutoff),
-            trim_s: self.trim,
-            from_s: self.from,
-            to_s: self.to,
-            ..compare::Options::default()
-        };
+        let reading = zmp::reading(&self);
         // The judge is another recording: its clock has nothing to do with --from and --to.
         let whole = compare::Options { from_s: None, to_s: None, ..reading.clone() };
         let log =
             |path, options: &compare::Options| Log { path, mapping: &mapping, options: options.clone() };
         let logs: Vec<Log<'_>> = self.logs.iter().map(|path| log(path, &reading)).collect();
         let judge = self.validate.as_deref().map(|path| log(path, &whole));
-        if self.method == By::Elastic {
-            return elastic::run(&self, &robot, &logs, judge.as_ref());
+        match self.method {
+            By::Torque => {}
+            By::Elastic => return elastic::run(&self, &robot, &logs, judge.as_ref()),
+            By::Cop => return self.finish(&robot, cop::run(&self, &robot, &mapping)?),
+            By::Zmp => return self.finish(&robot, zmp::run(&self, &robot, &logs, judge.as_slice())?),
         }
         let measured = output::progress("deriving", || Measured::new(&robot))?;
         let every: Vec<Log<'_>> = logs.iter().chain(&judge).cloned().collect();
@@ -181,6 +197,23 @@ impl Identify {
             output::print_json(&answer.identification)?;
         } else {
             output::print(&say::text(&answer.identification))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Writes and prints the answer of the methods that use the ground's forces.
+    fn finish(&self, robot: &Robot, (answer, whole): (Answer, ground::GroundAnswer)) -> Outcome {
+        if let Some(path) = &self.write_urdf {
+            write_urdf(robot, &answer.links, path)?;
+        }
+        if self.outputs.wanted() {
+            let (identification, rows) = (&answer.identification, answer.pictures.clone());
+            self.outputs.write(&of_identification(robot, identification, None, rows)?)?;
+        }
+        if self.json {
+            output::print_json(&whole)?;
+        } else {
+            output::print(&whole.text())?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -253,6 +286,14 @@ impl Identify {
             return Err(Diagnostic::error("--steps one has no meaning without --method elastic")
                 .help("leave it out: joint torques are one regression"));
         }
+        if self.symmetric && self.method != By::Cop {
+            return Err(Diagnostic::error("--symmetric is about postures").help("add --method cop"));
+        }
+        if self.stance.is_some() && !matches!(self.method, By::Cop | By::Zmp) {
+            return Err(
+                Diagnostic::error("--stance is about forces of the ground").help("add --method cop or zmp")
+            );
+        }
         match self.weight {
             Some(weight) if !(weight.is_finite() && weight > 0.0) => {
                 refuse("--weight", weight, "give a positive number; 0.01 is little, 100 is much")
@@ -262,6 +303,12 @@ impl Identify {
     }
 
     fn options(&self, parts: &Identified) -> Result<Options, Diagnostic> {
+        let extras = parse::extras(&parts.subject, &self.friction, &self.rotor, &self.coupled)?;
+        Ok(Options { extras, ..self.estimation()? })
+    }
+
+    /// Options that all methods have.
+    fn estimation(&self) -> Result<Options, Diagnostic> {
         Ok(Options {
             method: match self.estimator {
                 Estimator::Ordinary => Method::Ordinary,
@@ -272,12 +319,12 @@ impl Identify {
                         .help("choose ordinary, weighted or huber"));
                 }
             },
-            extras: parse::extras(&parts.subject, &self.friction, &self.rotor, &self.coupled)?,
             decimate: self.decimate,
             slow: self.slow.unwrap_or(0.0) / 100.0,
             weight: self.weight,
             bounds: parse::bounds(self.total_mass, &self.center, &self.mirror)?,
             pictures: self.outputs.wanted(),
+            ..Options::default()
         })
     }
 

@@ -15,14 +15,25 @@ pub(super) struct FootColumns {
     pub corners: Vec<Option<usize>>,
     /// Force and torque are in the axes of the sole, not of the world.
     pub in_sole: bool,
+    /// Normal force and its centre are enough: moments are taken at a point of the ground (a robot that stands on a foot).
+    pub normal: bool,
 }
 
 impl FootColumns {
     /// Force in three directions (planar: x and z), and a moment or a centre of pressure.
     pub fn is_whole(&self, planar: bool) -> bool {
+        if self.normal {
+            let center = self.cop.iter().all(Option::is_some);
+            return self.force[2].is_some() && (center || self.torque[..2].iter().all(Option::is_some));
+        }
         let force = (0..3).all(|k| self.force[k].is_some() || planar && k == 1);
         let moment = self.has_torque(planar) || self.cop[0].is_some() && (planar || self.cop[1].is_some());
         force && moment
+    }
+
+    /// Force in all three directions.
+    pub fn has_force(&self) -> bool {
+        self.force.iter().all(Option::is_some)
     }
 
     /// All components of the torque that the robot can feel.
@@ -38,6 +49,8 @@ pub(super) struct Columns {
     pub feet: Vec<FootColumns>,
     /// Roll, pitch, yaw that stand for the last four columns, a quaternion.
     pub angles: Option<[usize; 3]>,
+    /// The foot that carries the base and stands still, where the log has no motion of the base.
+    pub standing: Option<usize>,
 }
 
 impl Columns {
@@ -73,7 +86,12 @@ impl Columns {
             return Err(Diagnostic::error(format!("a log is needed (first column `time`), not `{found}`")));
         }
         self.find_joints(robot, reader)?;
-        self.find_base(robot.subject.base, reader)?;
+        self.standing =
+            super::standing::foot(robot).filter(|_| !reader.columns().any(|c| c.name.starts_with("base/")));
+        match self.standing {
+            Some(foot) => self.plan.assumptions.push(super::standing::assumption(&robot.feet[foot].name)),
+            None => self.find_base(robot.subject.base, reader)?,
+        }
         let planar = robot.planar();
         for foot in robot.feet {
             let found = self.find_foot(foot, reader, mapping)?;
@@ -85,6 +103,11 @@ impl Columns {
         let names =
             |feet: &[(&Foot, &FootColumns)]| names::list(feet.iter().map(|(f, _)| f.name.as_str()), 8);
         if with.is_empty() {
+            if self.standing.is_some() {
+                return Err(Diagnostic::error("no foot has forces in the log").help(
+                    "log `<foot>/force/z` with `<foot>/cop/x`, `/y` (m, sole frame) or `<foot>/torque/x`, `/y`, or all `<foot>/<corner>/force/z`",
+                ));
+            }
             return Err(Diagnostic::error("no foot has forces in the log").help(
                 "log `<foot>/force/x`, `/y`, `/z` with `<foot>/cop/x`, `/y` or `<foot>/torque/x`, …, or all `<foot>/<corner>/force/z`",
             ));
@@ -183,6 +206,7 @@ impl Columns {
                 .map(|corner| self.add(reader, &format!("{}/{}/force/z", foot.name, corner.name)))
                 .collect(),
             in_sole: frame("force") == ForceFrame::Sole,
+            normal: self.standing.is_some(),
         };
         if found.torque.iter().any(Option::is_some) && frame("force") != frame("torque") {
             let message = format!("force and torque of `{}` are in different frames", foot.name);

@@ -48,6 +48,8 @@ pub struct ContactRecording {
     /// Whether rows pass the filter once more, which they do unless this is changed: measured and predicted alike,
     /// because accelerations are noisiest just below the cut-off.
     pub filter_rows: bool,
+    /// The foot that carries the base and stands still, where the log has no motion of the base.
+    pub(super) standing: Option<usize>,
     /// Sampling step, s.
     pub step: f64,
     /// Cut-off of the filter, Hz.
@@ -102,6 +104,7 @@ impl ContactRecording {
         let mut recording =
             Self { step: step * stride as f64, cutoff_hz, filter_rows: true, ..Self::default() };
         recording.assumptions = std::mem::take(&mut columns.plan.assumptions);
+        recording.standing = columns.standing;
         recording.prepare_feet(robot, &columns);
         recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
         // All samples are read, those at the ends too: the rows are filtered once more before the ends are left out.
@@ -127,6 +130,7 @@ impl ContactRecording {
         recording.finish(&passing, &raw_noise);
         // Half of them show all that the filter leaves.
         recording.keep(options, if thin { 2 } else { 1 });
+        recording.keep_standing(robot).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
         if recording.kept.len() < 8 {
             let message = format!("only {} samples of the log can be used", recording.kept.len());
             return Err(Diagnostics(vec![
@@ -141,7 +145,7 @@ impl ContactRecording {
         for (foot, columns) in robot.feet.iter().zip(&columns.feet) {
             let whole = columns.is_whole(planar);
             let corners = has_all_corners(columns);
-            if whole && !columns.has_torque(planar) {
+            if whole && !columns.normal && !columns.has_torque(planar) {
                 self.assumptions.push(format!(
                     "`{}` has no torque column: its force acts at its centre of pressure, without a moment about the vertical there",
                     foot.name
@@ -238,7 +242,7 @@ impl ContactRecording {
         self.noise_gains = [1, 2].map(|passes| gains(passing.filter, passing.step, passes));
         let plan = &passing.columns.plan;
         let noise = |column: Option<usize>| column.and_then(|c| raw.get(c)).copied().unwrap_or(0.0);
-        let mut all: Vec<f64> = Vec::new();
+        let mut all: Vec<f64> = vec![0.0; if self.standing.is_some() { 6 } else { 0 }];
         if let Some(base) = &plan.base {
             let each: Vec<f64> = base.0.iter().map(|c| noise(Some(*c))).collect();
             all.extend(&each[..3.min(each.len())]);

@@ -8,6 +8,9 @@
 //! corners are logged, the rows are `base/force/z` and `cop/x`, `cop/y`: the centre of pressure of all feet (m, world
 //! axes, in the height of the loaded soles) against the zero moment point.
 //!
+//! A log without any `base/…` column is one of a robot that stands on the foot that carries its base (root link: that
+//! foot, or a point of its sole), as in thesis 5.4.2; see `standing`.
+//!
 //! While the feet carry less than a twentieth of the weight there is no centre of pressure: its rows are zero.
 //!
 //! Foot forces are in world axes at the centre of pressure in the sole frame, or, where the mapping file says
@@ -37,6 +40,7 @@ mod quantities;
 mod rows;
 mod simpler;
 mod soles;
+mod standing;
 mod walking;
 
 pub use forces::{CUTOFF_HZ, ContactRecording};

@@ -346,6 +346,14 @@ impl<'a> ContactExperiment<'a> {
 fn kinds(robot: &Robot<'_>, recording: &ContactRecording) -> Vec<Kind> {
     let planar = robot.planar();
     let logged = || recording.feet.iter().filter(|foot| foot.is_logged);
+    if recording.standing.is_some() {
+        let force = !logged().any(|foot| foot.from_corners) && logged().all(|foot| foot.columns.has_force());
+        let torque = force && logged().all(|foot| foot.columns.has_torque(false));
+        let mut rows = vec![Kind::Force(2), Kind::Moment(0), Kind::Moment(1)];
+        rows.extend(force.then_some([Kind::Force(0), Kind::Force(1)]).into_iter().flatten());
+        rows.extend(torque.then_some(Kind::Moment(2)));
+        return rows;
+    }
     if logged().any(|foot| foot.from_corners) {
         let rows = [Kind::Force(2), Kind::Pressure(0), Kind::Pressure(1)];
         return rows[..if planar { 2 } else { 3 }].to_vec();

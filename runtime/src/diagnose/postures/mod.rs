@@ -11,6 +11,7 @@
 //! `ground_compliance`: corners sink by force / stiffness; the stance sole tilts by the plane that fits best. Damping
 //! plays no part at rest.
 mod load;
+mod moments;
 mod noise;
 mod predict;
 
@@ -21,6 +22,7 @@ use super::world::World;
 use super::{Experiment, Inertial, Robot, Row};
 use crate::effect::{Effect, Location};
 pub(crate) use load::normalise;
+pub use moments::{Moments, SolePose};
 use nalgebra::Vector3;
 pub(crate) use noise::is_clipped;
 use predict::Sensors;

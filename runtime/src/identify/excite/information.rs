@@ -1,33 +1,20 @@
 //! How much a motion tells: the regression that it would make, and how that changes with the motion.
 use super::machine::{Machine, Motion};
-use crate::identify::Triangle;
+use super::spectrum::{self, Criterion, Scaling};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 /// Columns of this part of their length are sums of others.
 const DEPENDENT: f64 = 1e-9;
-/// The smooth condition number is made of this power of the eigenvalues of the scaled information.
-const POWER: i32 = 4;
 /// Step of central differences of the regressor, rad and rad/s, rad/s².
 const STEP: f64 = 1e-5;
 
-/// What is made small.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Criterion {
-    /// Condition number of the regressor with columns of length 1: it depends on no units.
-    Condition,
-    /// Condition number of the regressor as it stands, in SI units (thesis 5.9, 5.16).
-    Unscaled,
-    /// Minus the logarithm of the determinant of the information `WᵀW` (D-optimal).
-    Information,
-}
-
 /// What a motion is worth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Quality {
+pub struct MotionQuality {
     /// Condition number of the regressor with columns of length 1.
     pub condition_number: f64,
-    /// Condition number of the regressor in SI units.
+    /// Condition number of the regressor in SI units (thesis 5.9, 5.16).
     pub unscaled_condition_number: f64,
     /// `ln det WᵀW` over the samples at which motions are judged, SI units.
     pub log_determinant: f64,
@@ -120,87 +107,12 @@ impl<'r, 'm> Regression<'r, 'm> {
         rows
     }
 
-    /// The triangular factor of a regressor and the lengths of its columns. `None` if a column is zero.
-    fn factor(&self, rows: &DMatrix<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let mut triangle = Triangle::new(self.columns.len());
-        let mut values = rows.as_slice().to_vec();
-        values.resize(values.len() + rows.nrows(), 0.0);
-        triangle.absorb(rows.nrows(), &mut values);
-        let lengths = triangle.lengths();
-        if lengths.iter().any(|length| !(length.is_finite() && *length > 1e-100)) {
-            return None;
-        }
-        Some((triangle.matrix(), lengths))
-    }
-
-    /// Singular value decomposition of a regressor whose columns are divided by `lengths`: singular values, largest
-    /// first, and right singular vectors as rows.
-    fn spectrum(mut factor: DMatrix<f64>, lengths: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        factor.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, length)| column /= *length);
-        let svd = factor.try_svd(false, true, f64::EPSILON, 10_000)?;
-        Some((svd.singular_values, svd.v_t?))
-    }
-
     /// What a motion is worth; infinite condition numbers if it does not tell everything.
-    pub fn quality(&self, motion: &Motion) -> Quality {
-        let nothing = Quality {
-            condition_number: f64::INFINITY,
-            unscaled_condition_number: f64::INFINITY,
-            log_determinant: f64::NEG_INFINITY,
-        };
-        let Some((factor, lengths)) = self.factor(&self.rows(motion)) else { return nothing };
-        let plain = factor.singular_values();
-        let Some((singular, _)) = Self::spectrum(factor, &lengths) else { return nothing };
-        let (most, least) = (singular.max(), singular.min());
-        if least <= 1e-13 * most {
-            return nothing;
-        }
-        Quality {
-            condition_number: most / least,
-            unscaled_condition_number: plain.max() / plain.min(),
-            log_determinant: singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln()).sum(),
-        }
-    }
-
-    /// The smooth cost and its derivative by each element of the regressor; `None` where it is infinite.
-    ///
-    /// With `S` the scaled regressor, `C = SᵀS = V Λ Vᵀ` and a cost `Σ φ(λ)` the derivative by `C` is `Φ = V φ'(Λ) Vᵀ`,
-    /// so by column k of the regressor `2/‖w_k‖ ((SΦ)_k − s_k (CΦ)_kk)`: the second part is the scaling's.
-    fn slopes(&self, rows: &DMatrix<f64>, criterion: Criterion) -> Option<(f64, DMatrix<f64>)> {
-        let (factor, mut lengths) = self.factor(rows)?;
-        if criterion == Criterion::Unscaled {
-            lengths.fill(1.0);
-        }
-        let (singular, v_t) = Self::spectrum(factor, &lengths)?;
-        let lambda = singular.map(|s| s * s);
-        if lambda.min() <= 1e-24 * lambda.max() {
-            return None;
-        }
-        let size = lambda.len() as f64;
-        let (cost, slope, scaled) = match criterion {
-            Criterion::Condition | Criterion::Unscaled => {
-                // (ln Σ λᵖ + ln Σ λ⁻ᵖ)/2p: between ln κ and ln κ + ln(n)/p.
-                let p = f64::from(POWER);
-                let (up, down): (f64, f64) =
-                    (lambda.iter().map(|l| l.powi(POWER)).sum(), lambda.iter().map(|l| l.powi(-POWER)).sum());
-                let slope = lambda.map(|l| 0.5 * (l.powi(POWER - 1) / up - l.powi(-POWER - 1) / down));
-                (0.5 * (up.ln() + down.ln()) / p, slope, criterion == Criterion::Condition)
-            }
-            Criterion::Information => {
-                let logarithms: f64 = singular.iter().chain(lengths.iter()).map(|x| 2.0 * x.ln()).sum();
-                (-logarithms / size, lambda.map(|l| -1.0 / (l * size)), false)
-            }
-        };
-        let phi = v_t.tr_mul(&(DMatrix::from_diagonal(&slope) * &v_t));
-        let mut unit = rows.clone();
-        unit.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, length)| column /= *length);
-        let mut out = &unit * phi;
-        for (k, mut column) in out.column_iter_mut().enumerate() {
-            let part = if scaled { unit.column(k).dot(&column) } else { 0.0 };
-            column.axpy(-part, &unit.column(k), 1.0);
-            column *= 2.0 / lengths[k];
-        }
-        Some((cost, out))
+    pub fn quality(&self, motion: &Motion) -> MotionQuality {
+        let rows = self.rows(motion);
+        let (condition_number, log_determinant) = spectrum::quality(&rows, Scaling::Unit);
+        let (unscaled_condition_number, _) = spectrum::quality(&rows, Scaling::Own);
+        MotionQuality { condition_number, unscaled_condition_number, log_determinant }
     }
 
     /// The smooth cost of a motion and its derivatives by positions, velocities and accelerations, laid out like them;
@@ -208,8 +120,8 @@ impl<'r, 'm> Regression<'r, 'm> {
     ///
     /// The regressor's own derivatives are central differences (exact for velocities and accelerations, up to rounding:
     /// it is of second degree in them).
-    pub fn cost(&self, motion: &Motion, criterion: Criterion) -> Option<(f64, Motion)> {
-        let (cost, slopes) = self.slopes(&self.rows(motion), criterion)?;
+    pub fn cost(&self, motion: &Motion, criterion: Criterion, scaling: Scaling) -> Option<(f64, Motion)> {
+        let (cost, slopes) = spectrum::slopes(&self.rows(motion), criterion, scaling)?;
         let joints = self.machine.subject.joints.len();
         let none = vec![0.0; motion.count * joints];
         let mut gradient = Motion { count: motion.count, q: none.clone(), v: none.clone(), a: none };

@@ -1,8 +1,9 @@
 //! The search for a motion that tells much.
 use super::basis::{Basis, Family};
-use super::information::{Criterion, Quality, Regression};
+use super::information::{MotionQuality, Regression};
 use super::limits::{Overload, Peaks, excess, fine, kept, peaks};
 use super::machine::{Machine, Motion, dot};
+use super::spectrum::{Criterion, Scaling};
 use crate::diagnostic::Diagnostic;
 use crate::identify::design::Random;
 use slsqp::{StopTols, minimize};
@@ -30,6 +31,8 @@ pub struct Request {
     pub margin: f64,
     /// What is made small.
     pub criterion: Criterion,
+    /// Of the regressor's columns, for condition numbers.
+    pub scaling: Scaling,
     /// Of the random starts.
     pub seed: u64,
     /// Number of starts.
@@ -50,9 +53,9 @@ pub struct Designed {
     /// Number of unknowns that it tells.
     pub unknowns: usize,
     /// Of the first random motion that keeps the limits.
-    pub before: Quality,
+    pub before: MotionQuality,
     /// Of the answer.
-    pub after: Quality,
+    pub after: MotionQuality,
     /// Largest values of each moving joint, at samples much finer than its fastest wave.
     pub peaks: Vec<Peaks>,
     /// Starts that were finished.
@@ -84,7 +87,7 @@ pub fn design(
     let regression = Regression::new(machine, &mut || probe.next());
     let search =
         Search { machine, request, basis, regression, begun: Instant::now(), evaluations: Cell::new(0) };
-    let (mut first, mut best, mut refused) = (None, None::<(Quality, Vec<f64>)>, None::<Overload>);
+    let (mut first, mut best, mut refused) = (None, None::<(MotionQuality, Vec<f64>)>, None::<Overload>);
     let mut starts = 0;
     for start in 0..request.starts {
         let guess = search.guess(&mut random);
@@ -192,7 +195,7 @@ impl Search<'_, '_> {
     }
 
     /// The motion that keeps its limits, and what it is worth.
-    fn judged(&self, x: &[f64]) -> Result<Result<(Quality, Vec<f64>), Overload>, Diagnostic> {
+    fn judged(&self, x: &[f64]) -> Result<Result<(MotionQuality, Vec<f64>), Overload>, Diagnostic> {
         Ok(kept(self.machine, &self.basis, x, self.request.margin)?.map(|x| {
             // More than the search has, so that both ends count no more than other times.
             let motion = self.machine.motion(&self.basis, &x, 8 * self.basis.samples());
@@ -200,10 +203,12 @@ impl Search<'_, '_> {
         }))
     }
 
-    fn better(&self, one: &Quality, other: &Quality) -> bool {
+    fn better(&self, one: &MotionQuality, other: &MotionQuality) -> bool {
         match self.request.criterion {
-            Criterion::Condition => one.condition_number < other.condition_number,
-            Criterion::Unscaled => one.unscaled_condition_number < other.unscaled_condition_number,
+            Criterion::Condition => match self.request.scaling {
+                Scaling::Unit => one.condition_number < other.condition_number,
+                Scaling::Own => one.unscaled_condition_number < other.unscaled_condition_number,
+            },
             Criterion::Information => one.log_determinant > other.log_determinant,
         }
     }
@@ -255,7 +260,9 @@ impl Search<'_, '_> {
         self.evaluations.set(self.evaluations.get() + 1);
         let motion = self.machine.motion(&self.basis, x, self.basis.samples());
         let (over, of_limits) = excess(self.machine, &motion, self.request.margin)?;
-        let Some((cost, mut slopes)) = self.regression.cost(&motion, self.request.criterion) else {
+        let Some((cost, mut slopes)) =
+            self.regression.cost(&motion, self.request.criterion, self.request.scaling)
+        else {
             return Ok((NOTHING, vec![0.0; x.len()]));
         };
         let pairs =

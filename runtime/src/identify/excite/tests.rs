@@ -1,5 +1,5 @@
 //! On a pendulum with two links, whose regressor fits on a page.
-use super::information::Criterion;
+
 use super::limits::{excess, fine};
 use super::*;
 use crate::compare::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
@@ -98,6 +98,7 @@ fn request() -> Request {
         duration: 6.0,
         margin: 0.05,
         criterion: Criterion::Condition,
+        scaling: Scaling::Unit,
         seed: 1,
         starts: 2,
         evaluations: 200,
@@ -115,9 +116,9 @@ fn gradients_are_those_of_the_cost() {
         assert_eq!(regression.unknowns(), 4);
         type Cost<'a> = &'a dyn Fn(&Motion) -> (f64, Motion);
         let costs: [Cost<'_>; 4] = [
-            &|m| regression.cost(m, Criterion::Condition).unwrap(),
-            &|m| regression.cost(m, Criterion::Unscaled).unwrap(),
-            &|m| regression.cost(m, Criterion::Information).unwrap(),
+            &|m| regression.cost(m, Criterion::Condition, Scaling::Unit).unwrap(),
+            &|m| regression.cost(m, Criterion::Condition, Scaling::Own).unwrap(),
+            &|m| regression.cost(m, Criterion::Information, Scaling::Unit).unwrap(),
             &|m| excess(machine, m, 0.05).unwrap(),
         ];
         for (which, cost) in costs.iter().enumerate() {
