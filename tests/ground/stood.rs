@@ -21,11 +21,6 @@ impl Noise {
         self.0 ^= self.0 << 17;
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
-    /// Normal, variance 1.
-    pub fn normal(&mut self) -> f64 {
-        let (u, v) = (0.5 + 0.5 * self.even(), 0.5 + 0.5 * self.even());
-        (-2.0 * u.max(1e-300).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-    }
 }
 
 /// Other masses, centres and inertias.
