@@ -103,7 +103,7 @@ fn equal_seeds_give_equal_files() {
     let file = |name: &str, seed: &str| {
         let out = folder.join(name);
         let options =
-            ["--postures", "14", "--placements", "2", "--starts", "1", "--evaluations", "6", "--seed", seed];
+            ["--postures", "20", "--placements", "4", "--starts", "1", "--evaluations", "6", "--seed", seed];
         excite(&out, &options).ok();
         std::fs::read(&out).unwrap()
     };

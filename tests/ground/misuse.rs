@@ -1,17 +1,18 @@
 //! Wrong use: what is said names the column, the joint or the posture.
-use crate::cli::{Run, bipedc, scratch, text};
-use crate::support::measured::example;
+use crate::cli::{bipedc, scratch, text};
+use crate::support::measured::{Subjects, example};
+use bipedc_runtime::diagnose::postures::PostureExperiment;
+use bipedc_runtime::identify::cop::check_postures;
+use bipedc_runtime::log::{Mapping, Reader};
 use flate2::read::GzDecoder;
-use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::io::{Cursor, Read as _};
+use std::path::Path;
+use tulip::Tulip;
 
-/// The example's table, cell by cell, changed and written.
-fn changed(
-    folder: &Path,
-    name: &str,
-    rows: usize,
-    change: impl Fn(&str, usize, &str) -> Option<String>,
-) -> PathBuf {
+type Change<'a> = &'a dyn Fn(&str, usize, &str) -> Option<String>;
+
+/// The example's table, cell by cell, changed.
+fn changed(rows: usize, change: Change<'_>) -> String {
     let mut table = String::new();
     let file = std::fs::File::open(example("postures").join("train.csv.gz")).unwrap();
     GzDecoder::new(file).read_to_string(&mut table).unwrap();
@@ -23,74 +24,85 @@ fn changed(
     };
     let kept: Vec<&str> = head.iter().copied().filter(|name| change(name, 0, "0").is_some()).collect();
     let body: Vec<String> = lines.take(rows).enumerate().map(row).collect();
-    let path = folder.join(name);
-    std::fs::write(&path, format!("{}\n{}\n", kept.join(","), body.join("\n"))).unwrap();
-    path
+    format!("{}\n{}\n", kept.join(","), body.join("\n"))
 }
 
-fn identify(path: &Path, more: &[&str]) -> Run {
-    bipedc(&[&["identify", "robots/tulip", text(path), "--method", "cop"][..], more].concat())
+/// All that is said of a table, errors before warnings.
+fn said(stance: &str, change: Change<'_>) -> String {
+    let subjects = Subjects::named("tulip");
+    let (path, text) = (Path::new("postures.csv"), changed(90, change));
+    let reader = Reader::from_source(path, Box::new(Cursor::new(text.into_bytes())), &Mapping::default());
+    let read =
+        reader.and_then(|r| PostureExperiment::from_reader(subjects.robot(&Tulip, &[]), r, Some(stance)));
+    match read {
+        Err(found) => found.0.iter().map(ToString::to_string).collect(),
+        Ok(postures) => {
+            check_postures(&postures, &subjects.subject).iter().map(ToString::to_string).collect()
+        }
+    }
+}
+
+fn demand(said: &str, words: &[&str]) {
+    words.iter().for_each(|word| assert!(said.contains(word), "no `{word}` in: {said}"));
+}
+
+fn same(_: &str, _: usize, cell: &str) -> Option<String> {
+    Some(cell.to_owned())
 }
 
 #[test]
 fn tables_that_cannot_be_right() {
-    let folder = scratch("misuse");
-    let same = |_: &str, _: usize, cell: &str| Some(cell.to_owned());
-    let file = |name: &str, rows, change: &dyn Fn(&str, usize, &str) -> Option<String>| {
-        changed(&folder, name, rows, change)
-    };
-    identify(&file("few.csv", 10, &same), &[]).fails_with(&["10 postures", "25 parameters", "13 postures"]);
     let scaled = |what: &'static str, factor: f64| {
         move |name: &str, _: usize, cell: &str| {
             let value: f64 = cell.parse().unwrap();
             Some(if name.contains(what) { (factor * value).to_string() } else { cell.to_owned() })
         }
     };
-    identify(&file("mm.csv", 90, &scaled("cop/", 1e3)), &[]).fails_with(&["cop/x", "millimetres", "mapping"]);
-    identify(&file("degrees.csv", 90, &scaled("/position", 57.29578)), &[])
-        .fails_with(&["knee_pitch/position", "degrees"]);
-    identify(&file("alike.csv", 90, &scaled("/position", 0.0)), &[]).fails_with(&["alike", "no joint moves"]);
     let without = |what: &'static str| {
         move |name: &str, _: usize, cell: &str| (!name.contains(what)).then(|| cell.to_owned())
     };
-    identify(&file("no_x.csv", 90, &without("cop/x")), &[]).fails_with(&["cop/x", "right_foot"]);
-    identify(&file("no_cop.csv", 90, &without("cop/")), &[]).fails_with(&["cop/x", "cop/y"]);
-    identify(&file("no_joints.csv", 90, &without("/position")), &[]).fails_with(&["position of a joint"]);
-    let nan = |name: &str, i: usize, cell: &str| {
-        Some(if name == "left_knee_pitch/position" && i == 6 { "nan".to_owned() } else { cell.to_owned() })
+    let right = |change: Change<'_>| said("right_foot", change);
+    assert_eq!(right(&same), "", "nothing is wrong with the example");
+    demand(&right(&scaled("cop/", 1e3)), &["error", "cop/x", "millimetres", "mapping"]);
+    demand(&right(&scaled("cop/", 1e2)), &["error", "cop/x", "centimetres"]);
+    demand(&right(&scaled("/position", 57.29578)), &["error", "knee_pitch/position", "degrees"]);
+    demand(&right(&scaled("/position", 0.0)), &["error", "alike", "no joint moves"]);
+    demand(&right(&without("cop/x")), &["error", "cop/x", "right_foot"]);
+    demand(&right(&without("cop/")), &["error", "cop/x", "cop/y"]);
+    demand(&right(&without("/position")), &["error", "position of a joint"]);
+    demand(&said("left_foot", &same), &["error", "outside the soles", "--stance"]);
+    let cell = |what: &'static str, row: usize, new: &'static str| {
+        move |name: &str, i: usize, cell: &str| {
+            Some(if name == what && i == row { new.to_owned() } else { cell.to_owned() })
+        }
     };
-    identify(&file("nan.csv", 90, &nan), &[]).fails_with(&["left_knee_pitch/position", "8"]);
-    let empty = |name: &str, i: usize, cell: &str| {
-        Some(if name == "cop/y" && i == 3 { String::new() } else { cell.to_owned() })
-    };
-    identify(&file("empty.csv", 90, &empty), &[]).fails_with(&["cop/y", "posture 3"]);
-    identify(&file("light.csv", 90, &scaled("/force/z", 0.01)), &[])
-        .fails_with(&["corner forces carry", "--total-mass"]);
-    let good = file("good.csv", 90, &same);
-    identify(&good, &["--stance", "middle_foot"]).fails_with(&["middle_foot", "right_foot, left_foot"]);
-    identify(&good, &["--stance", "left_foot"]).fails_with(&["outside the soles", "--stance"]);
-    let shifted = |name: &str, i: usize, cell: &str| {
-        let value: f64 = cell.parse().unwrap();
-        Some(if name == "cop/y" && i == 4 { (value + 0.4).to_string() } else { cell.to_owned() })
-    };
-    let run = identify(&file("outside.csv", 90, &shifted), &[]).ok();
-    assert!(
-        run.err.contains("outside the soles in 1 of 90 postures") && run.err.contains("posture 5"),
-        "{}",
-        run.err
+    demand(&right(&cell("left_knee_pitch/position", 6, "nan")), &["error", "left_knee_pitch/position", "8"]);
+    demand(&right(&cell("cop/y", 3, "")), &["error", "cop/y", "posture 3"]);
+    demand(
+        &right(&cell("cop/y", 4, "0.7")),
+        &["warning", "outside the soles in 1 of 90 postures", "posture 5"],
     );
-    let tilted = |name: &str, i: usize, cell: &str| {
-        let value: f64 = cell.parse().unwrap();
-        let tilt = if name == "left_ankle_pitch/position" && i == 2 { 0.3 } else { 0.0 };
-        Some((value + tilt).to_string())
-    };
-    let run = identify(&file("tilted.csv", 90, &tilted), &[]).ok();
-    assert!(run.err.contains("not flat") && run.err.contains("`left_foot`"), "{}", run.err);
+    demand(&right(&cell("left_ankle_pitch/position", 2, "0.4")), &["warning", "not flat", "`left_foot`"]);
     let held = |name: &str, _: usize, cell: &str| {
         Some(if name == "right_hip_yaw/position" { "0.1".to_owned() } else { cell.to_owned() })
     };
-    let run = identify(&file("held.csv", 90, &held), &["--json"]).ok();
-    assert!(run.err.contains("hardly move") && run.err.contains("right_hip_yaw"), "{}", run.err);
+    demand(&right(&held), &["warning", "hardly move", "right_hip_yaw"]);
+}
+
+#[test]
+fn tables_that_tell_too_little() {
+    let folder = scratch("misuse");
+    let identify = |name: &str, text: String| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        bipedc(&["identify", "robots/tulip", path.to_str().unwrap(), "--method", "cop"])
+    };
+    identify("few.csv", changed(10, &same)).fails_with(&["10 postures", "25 parameters", "13 postures"]);
+    let light = |name: &str, _: usize, cell: &str| {
+        let value: f64 = cell.parse().unwrap();
+        Some(if name.contains("/force/z") { (0.01 * value).to_string() } else { cell.to_owned() })
+    };
+    identify("light.csv", changed(90, &light)).fails_with(&["corner forces carry", "--total-mass"]);
 }
 
 #[test]
@@ -102,6 +114,8 @@ fn methods_that_do_not_fit() {
     run(&["--symmetric"]).fails_with(&["--method cop"]);
     run(&["--stance", "left_foot"]).fails_with(&["--method"]);
     run(&["--method", "cop", "--total-mass", "-3"]).fails_with(&["--total-mass"]);
+    run(&["--method", "cop", "--stance", "middle_foot"])
+        .fails_with(&["middle_foot", "right_foot, left_foot"]);
     let log = example("swaying").join("train.csv.gz");
     bipedc(&["identify", "robots/tulip", text(&log), "--method", "cop"]).fails_with(&["posture"]);
     bipedc(&["identify", "robots/tulip_v1_leg", text(&train), "--method", "cop"]).fails_with(&["foot"]);

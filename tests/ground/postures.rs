@@ -184,7 +184,7 @@ fn the_example_gives_its_truth_back() {
     assert!((rms("description", "validation") / 0.0075647 - 1.0).abs() < 0.01);
     assert!(rms("full", "validation") < 1.3 * 0.0003098 && rms("physical", "validation") < 1.3 * 0.0003098);
     assert!(rms("full", "training") <= rms("full", "held_out"));
-    assert!(rms("simplified", "validation") > rms("full", "validation"), "URDF legs are not symmetric");
+    assert!(rms("simplified", "validation") < 0.0005);
     assert_eq!(answer["physical"]["consistent"], true);
     assert!(urdf.exists());
 }
@@ -198,7 +198,7 @@ fn the_simplified_model_of_the_thesis() {
     let zeros = rooted.zeros().unwrap();
     let smaller = simplified(&full, &names, &|k| zeros.contains(&k));
     println!("{} parameters: {:?}", smaller.sums.len(), smaller.names);
-    assert!(smaller.sums.len() < 20);
+    assert_eq!(smaller.sums.len(), 13, "as many as in table 8.3");
     let train = example("postures").join("train.csv.gz");
     let run = bipedc(&["identify", "robots/tulip", text(&train), "--method", "cop", "--symmetric", "--json"]);
     let answer = run.ok().json();
@@ -248,7 +248,8 @@ fn designed_postures_are_read_back() {
             let values: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
             let q = values[2..14].to_vec();
             let (center, _) = standing.center(&standing.bodies(&q), &parameters);
-            (q, [center.x, center.y])
+            // Tables have so many digits.
+            (q, [center.x, center.y].map(|c| (c * 1e7).round() / 1e7))
         })
         .collect();
     let path = write_postures(&folder, "measured.csv", &joints, &rows);
@@ -268,6 +269,6 @@ fn designed_postures_are_read_back() {
     for (name, truth) in base.names.iter().zip(truth) {
         let all = answer["parameters"].as_array().unwrap();
         let found = all.iter().find(|p| p["name"] == name.as_str()).unwrap_or_else(|| panic!("{name}"));
-        assert!((number(found, &["value"]) - truth).abs() < 1e-6, "{name}: {} {truth}", found["value"]);
+        assert!((number(found, &["value"]) - truth).abs() < 1e-3, "{name}: {} {truth}", found["value"]);
     }
 }

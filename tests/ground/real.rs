@@ -40,6 +40,8 @@ fn a_humanoid_whose_ground_forces_have_several_explanations() {
         text(&map),
         "--cutoff",
         "3",
+        "--to",
+        "45",
         "--json",
     ]);
     let answer = run.ok().json();

@@ -8,6 +8,8 @@ use serde::Serialize;
 /// A direction shorter than this, with columns scaled to length 1, is not seen.
 const UNSEEN: f64 = 1e-7;
 
+/// Noise is at least this part of what was measured.
+const EXACT: f64 = 1e-9;
 /// Channels with fewer rows per unknown than this share the unknowns' cost.
 const SCARCE: usize = 5;
 
@@ -135,9 +137,13 @@ impl Estimate {
         for _ in 0..4 {
             let theta = estimate.solve(&estimate.total, &estimate.seen);
             let noise = residuals(&channels, design, &theta);
-            // Exact data have no noise; a floor far below anything measured keeps weights finite.
+            // Exact data have no noise; a floor far below anything measured keeps weights finite, and the semidefinite
+            // program solvable.
             let floor = 1e-12 * noise.iter().copied().fold(0.0, f64::max).max(f64::MIN_POSITIVE.sqrt());
-            let noise: Vec<f64> = noise.iter().map(|x| x.max(floor)).collect();
+            let exact =
+                |channel: &Triangle| EXACT * (channel.right_squares() / channel.rows().max(1) as f64).sqrt();
+            let floors = channels.iter().map(|channel| floor.max(exact(channel)));
+            let noise: Vec<f64> = noise.iter().zip(floors).map(|(x, floor)| x.max(floor)).collect();
             let held = std::mem::take(&mut estimate.held);
             estimate = Self::new(design, sums, &noise, held);
         }

@@ -9,7 +9,7 @@ use bipedc_compiler::exact::Model;
 use bipedc_compiler::standing::{Root, Standing};
 use bipedc_runtime::compare::Batch;
 use bipedc_runtime::diagnose::postures::PostureExperiment;
-use bipedc_runtime::diagnose::{Channel, Experiment};
+use bipedc_runtime::diagnose::{Anatomy, Channel, Experiment};
 use bipedc_runtime::diagnostic::{Diagnostic, Severity};
 use bipedc_runtime::identify::cop::{
     Confounded, PostureTable, TILTED, check_postures, confounded, held_out, least_squares, pressure_errors,
@@ -139,9 +139,10 @@ impl Job<'_> {
         };
         let surveys: Vec<Survey> = tables.iter().zip(&self.training).map(survey).collect();
         let judge_surveys: Vec<Survey> = judges.iter().zip(&self.judging).map(survey).collect();
+        let anatomy = self.prior(command.symmetric)?;
         let parts = Parts {
             subject: &self.measured.subject,
-            anatomy: &self.standing.anatomy,
+            anatomy: &anatomy,
             base: &self.base,
             regressor: &NoRegressor,
             rows: &[],
@@ -163,7 +164,18 @@ impl Job<'_> {
         Ok((answer, whole))
     }
 
-    /// The total mass is known; limbs that the simplified model takes as symmetric are.
+    /// The description near which bodies stay; of a robot taken as symmetric, with what is zero there.
+    fn prior(&self, symmetric: bool) -> Result<Anatomy, Diagnostic> {
+        let mut anatomy = self.standing.anatomy.clone();
+        let zeros = if symmetric { self.standing.zeros()? } else { Vec::new() };
+        for link in &mut anatomy.links {
+            let of_body = zeros.iter().filter(|k| **k / 10 == link.body);
+            of_body.for_each(|k| link.center[k % 10 - 1] = 0.0);
+        }
+        Ok(anatomy)
+    }
+
+    /// The total mass is known.
     fn options(&self, command: &Identify) -> Result<Options, Failure> {
         let mut options = command.estimation()?;
         options.scarce = true;

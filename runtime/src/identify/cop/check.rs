@@ -12,6 +12,8 @@ const STILL: f64 = 0.01;
 const DEGREES: f64 = 7.0;
 /// A foot higher than this is in the air; one that is lower by more is below the ground, m.
 const HEIGHT: f64 = 0.01;
+/// Usual distances of a centre of pressure from the stance sole's origin, m.
+const USUAL: std::ops::Range<f64> = 0.02..0.6;
 /// A centre of pressure may lie outside the soles by what plates and encoders are off, m.
 const OUTSIDE: f64 = 0.01;
 
@@ -165,10 +167,14 @@ fn centers(postures: &PostureExperiment<'_>) -> Vec<Diagnostic> {
     };
     let wrong = outside(1.0);
     if 2 * wrong.len() > centers.len() {
+        let mut sizes: Vec<f64> = centers.iter().map(|[x, y]| x.hypot(*y)).collect();
+        sizes.sort_by(f64::total_cmp);
+        let middle = sizes[sizes.len() / 2];
         for (scale, unit) in [(1e-3, "millimetres"), (1e-2, "centimetres")] {
-            if 4 * outside(scale).len() < centers.len() {
-                let message =
-                    format!("`cop/x` and `cop/y` seem to be in {unit}: as metres they lie outside the feet");
+            if USUAL.contains(&(scale * middle)) && 4 * outside(scale).len() < centers.len() {
+                let message = format!(
+                    "`cop/x` and `cop/y` seem to be in {unit}: as metres they lie {middle:.1} m from the sole"
+                );
                 return vec![Diagnostic::error(message).help(format!(
                     "a mapping file converts: \"cop/x\" = {{ column = \"cop/x\", scale = {scale} }}, and the same for y"
                 ))];

@@ -156,7 +156,7 @@ pub fn design_postures(
     let (best, found) = best.ok_or_else(|| Diagnostic::error("no postures were found"))?;
     if !runs[best].after.condition_number.is_finite() {
         return Err(Diagnostic::error("these postures do not tell all parameters")
-            .help("ask for more --postures, or widen the joints' limits"));
+            .help("ask for more --postures or --placements, or widen the joints' limits"));
     }
     let stopped = late() && runs.len() < request.starts;
     Ok(judged(standing, request, &conditions, (found, best, runs), stopped))
