@@ -79,6 +79,12 @@ impl<'a> Mechanics<'a> {
         Ok(Self { model, base, mass, bias: find("bias")?, contact })
     }
 
+    /// The same in the air: nothing touches the ground.
+    #[must_use]
+    pub fn without_contact(self) -> Self {
+        Self { contact: None, ..self }
+    }
+
     /// How the robot hangs in the world.
     pub fn base(&self) -> BaseKind {
         self.base

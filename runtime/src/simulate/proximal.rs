@@ -144,6 +144,10 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
     for row in 0..problem.rows() {
         problem.velocity[row] = problem.velocity_of(row);
     }
+    if !problem.velocity.iter().all(|velocity| velocity.is_finite()) {
+        // Comparisons below would take NaN for an open contact.
+        return f64::NAN;
+    }
     let (mut missed, mut size, mut free) = (0.0, 0.0, 0.0);
     for block in &problem.blocks {
         let row = block.first;
