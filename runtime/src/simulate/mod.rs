@@ -4,11 +4,14 @@
 //! impact, all contacts at once ([`Problem`], [`Solver`]), on any [`Model`](crate::Model) with a mass matrix, a bias and
 //! contact points ([`Mechanics`]). A [`Scenario`] file says what a [`Simulation`] of a robot ([`Plant`]) does: initial
 //! state, controllers, hidden effects, sensors; its rows are a measurement log.
+//!
+//! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end.
 mod dense;
 mod drives;
 mod ground;
 mod mechanics;
 mod newton;
+pub mod phases;
 mod plant;
 mod problem;
 mod proximal;
