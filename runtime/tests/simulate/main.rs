@@ -9,6 +9,7 @@ mod motion;
 mod rest;
 mod soft;
 mod solver;
+mod walkers;
 
 /// Random numbers in -1 to 1, the same every time (SplitMix64).
 pub struct Numbers(pub u64);

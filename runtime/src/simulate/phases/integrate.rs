@@ -198,7 +198,8 @@ fn phase(
         observer,
     };
     watch.armed = watch.guard > ARMED;
-    let method = DOP853 { max_step: Some(precision.largest_step), max_steps: 10_000_000, ..DOP853::default() };
+    let method =
+        DOP853 { max_step: Some(precision.largest_step), max_steps: 10_000_000, ..DOP853::default() };
     let result = method.solve(
         &derivative,
         last.time,

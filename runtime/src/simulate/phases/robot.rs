@@ -111,7 +111,9 @@ impl<'a> PhasedRobot<'a> {
             })
         };
         if phases.is_empty() {
-            return Err(Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml"));
+            return Err(
+                Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml")
+            );
         }
         let relabelled = if phases.iter().any(|phase| phase.relabel) {
             Some([find("relabelled_configuration")?, find("relabelled_velocity")?])
@@ -193,7 +195,13 @@ impl<'a> PhasedRobot<'a> {
     }
 
     /// Centre of pressure of a flat foot, its points and their middle.
-    fn pressure(&self, q: &[f64], load: &Load, sole: &[usize], work: &mut Work) -> ([f64; 2], Vec<[f64; 2]>, [f64; 2]) {
+    fn pressure(
+        &self,
+        q: &[f64],
+        load: &Load,
+        sole: &[usize],
+        work: &mut Work,
+    ) -> ([f64; 2], Vec<[f64; 2]>, [f64; 2]) {
         let points = self.places(q, sole, work);
         let count = points.len().max(1) as f64;
         let middle = [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / count);
@@ -202,7 +210,14 @@ impl<'a> PhasedRobot<'a> {
     }
 
     /// Forces or impulses of the rows against the laws of contact.
-    fn contact_violation(&self, phase: &str, time: f64, rows: &[Row], forces: &[f64], impact: bool) -> Option<Violation> {
+    fn contact_violation(
+        &self,
+        phase: &str,
+        time: f64,
+        rows: &[Row],
+        forces: &[f64],
+        impact: bool,
+    ) -> Option<Violation> {
         let (unit, kind) = if impact { ("N s", "impulse") } else { ("N", "force") };
         for (index, foot) in self.feet.iter().enumerate() {
             if !rows.iter().any(|row| row.foot == index) {
