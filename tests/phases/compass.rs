@@ -1,7 +1,7 @@
 //! The passive compass gait on 3 degrees (Goswami, Thuilot and Espiau, 1998): fixed point, period and multipliers.
 use super::{passive, phased, ready};
 use bipedc_runtime::nalgebra::{Matrix3, Vector3};
-use bipedc_runtime::simulate::phases::{Assumptions, End, Phased, PhasedRobot, Precision, Start, walk};
+use bipedc_runtime::simulate::phases::{Assumptions, End, PhasedRobot, Precision, Start, walk};
 use std::f64::consts::PI;
 
 const SLOPE: f64 = PI / 60.0;
@@ -19,7 +19,7 @@ fn standing(section: &Section) -> Vec<f64> {
 
 fn robot(walker: &bipedc_compiler::simulation::Walker) -> PhasedRobot<'_> {
     // Without knees the swing foot passes through the ground.
-    let assumptions = Assumptions { scuffing: f64::INFINITY, ..Assumptions::default() };
+    let assumptions = Assumptions { scuffing: f64::INFINITY, shortest_step: 0.05, ..Assumptions::default() };
     phased(walker, assumptions, &passive)
 }
 
@@ -110,7 +110,6 @@ fn many_steps_stay_on_the_gait_and_energy_is_kept_in_between() {
     assert!((period - 0.734_346_391_2).abs() < 1e-8, "{period}");
     assert!(drift < 1e-7, "{drift}");
     assert!(robot.heights(&done.last.x[..4]).iter().any(|height| height.abs() < 1e-9));
-    assert!(robot.guard(done.last.phase, 0.0, &done.last.x).abs() < 1e-9);
 }
 
 fn total_energy(x: &[f64]) -> f64 {

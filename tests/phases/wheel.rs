@@ -43,7 +43,7 @@ fn the_closed_form_holds_to_1e_10() {
     let once = run(after, 1);
     let miss = [once.changes[0].before[5] - before, once.changes[0].after[5] - after].map(f64::abs);
     println!(
-        "after {:.12}, before {:.12}: {miss:.1e?} from the closed form",
+        "after {:.12}, before {:.12}: {miss:?} from the closed form",
         once.last.x[5], once.changes[0].before[5]
     );
     assert!(miss.iter().all(|miss| *miss < 1e-10), "{miss:?}");
@@ -105,14 +105,14 @@ fn time_stepping_and_events_agree_as_the_step_shrinks() {
     let start = Start { time: 0.0, phase: 0, x: landed(gait()[0] + 0.2) };
     let exact = walk(&robot, start, 1e2, 5, &Precision::default(), &mut |_, _, _| ()).unwrap();
     let (speed, time) = (exact.changes[4].before[5], exact.changes[4].time);
-    let errors: Vec<[f64; 2]> = [2e-3, 5e-4, 1.25e-4]
-        .iter()
-        .map(|step| {
-            let found = rolled(*step);
-            [(found.0 - speed).abs(), (found.1 - time).abs()]
-        })
-        .collect();
-    println!("errors of the speed before the fifth impact and of its time: {errors:.2e?}");
-    assert!(errors[2][0] < 0.15 * errors[0][0] && errors[2][1] < 0.15 * errors[0][1], "{errors:?}");
-    assert!(errors[2][0] < 2e-3 && errors[2][1] < 2e-3, "{errors:?}");
+    for step in [2e-3, 5e-4, 1.25e-4, 3e-5] {
+        let found = rolled(step);
+        let errors = [(found.0 - speed).abs(), (found.1 - time).abs()];
+        println!(
+            "step {step} s: speed before the fifth impact {:.1e} rad/s off, its time {:.1e} s",
+            errors[0], errors[1]
+        );
+        // First order: every impact is late by up to half a step, and the next ones carry that on.
+        assert!(errors[0] < 5.0 * step && errors[1] < 20.0 * step, "{step}: {errors:?}");
+    }
 }

@@ -52,11 +52,14 @@ pub struct Assumptions {
     pub scuffing: f64,
     /// Feet may not pull.
     pub pushing: bool,
+    /// A foot lands only where it is at least this far ahead (along x) of what stands, m; minus infinity: anywhere. With it
+    /// a walker without knees passes its swing foot through the ground beside the other.
+    pub shortest_step: f64,
 }
 
 impl Default for Assumptions {
     fn default() -> Self {
-        Self { friction: f64::INFINITY, scuffing: 1e-6, pushing: true }
+        Self { friction: f64::INFINITY, scuffing: 1e-6, pushing: true, shortest_step: f64::NEG_INFINITY }
     }
 }
 
@@ -187,6 +190,18 @@ impl<'a> PhasedRobot<'a> {
         points.iter().map(place).collect()
     }
 
+    /// How far landing points are behind the shortest step, m; negative: a landing counts.
+    fn behind(&self, q: &[f64], landing: &[usize], standing: &[usize], work: &mut Work) -> f64 {
+        if self.assumptions.shortest_step == f64::NEG_INFINITY {
+            return f64::NEG_INFINITY;
+        }
+        let mut foremost = |points: &[usize]| {
+            let places = self.places(q, points, work);
+            places.iter().map(|place| place[0]).fold(f64::NEG_INFINITY, f64::max)
+        };
+        self.assumptions.shortest_step - (foremost(landing) - foremost(standing))
+    }
+
     /// Points of a foot that stand.
     fn sole(&self, foot: usize, standing: &[usize]) -> Vec<usize> {
         let first: usize = self.feet[..foot].iter().map(|f| f.corners.len()).sum();
@@ -274,7 +289,8 @@ impl Phased for PhasedRobot<'_> {
             Ending::Never => f64::INFINITY,
             Ending::Touch(points) => {
                 self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
-                points.iter().map(|&point| work.points[point]).fold(f64::INFINITY, f64::min)
+                let height = points.iter().map(|&point| work.points[point]).fold(f64::INFINITY, f64::min);
+                height.max(self.behind(q, points, &spec.standing, &mut work))
             }
             Ending::Release(foot) => {
                 self.dynamics(phase, time, x, &mut work);
