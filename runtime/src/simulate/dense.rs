@@ -71,7 +71,8 @@ pub(super) fn solve(a: &mut [f64], n: usize, b: &mut [f64]) -> bool {
             if a[row * n + k].abs() > a[best * n + k].abs() { row } else { best }
         };
         let pivot = (k + 1..n).fold(k, largest);
-        if !(a[pivot * n + k].abs() > f64::MIN_POSITIVE) {
+        let size = a[pivot * n + k].abs();
+        if size <= f64::MIN_POSITIVE || !size.is_finite() {
             return false;
         }
         if pivot != k {

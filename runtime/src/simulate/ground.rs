@@ -85,7 +85,7 @@ impl JointLaw {
         within("dry friction", self.dry[0], 0.0, f64::MAX, "N m")?;
         within("dry friction", self.dry[1], 0.0, f64::MAX, "N m")?;
         match self.limits {
-            Some([low, high]) if !(low < high) => {
+            Some([low, high]) if low >= high || low.is_nan() || high.is_nan() => {
                 Err(Diagnostic::error(format!("joint limits of {low} to {high} rad leave no position"))
                     .help("the lower limit must be below the upper one"))
             }

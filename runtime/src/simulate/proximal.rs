@@ -64,7 +64,7 @@ impl Solver {
         problem.weigh();
         let mut solved = Solved { residual: residual(problem), ..Solved::default() };
         let mut round = FIRST_SWEEPS;
-        while !(solved.residual <= tolerance.relative) {
+        while solved.residual > tolerance.relative || solved.residual.is_nan() {
             if solved.sweeps + solved.newton >= tolerance.sweeps || !solved.residual.is_finite() {
                 return solved;
             }

@@ -202,8 +202,8 @@ impl<'a> Stepper<'a> {
         let first = nv - self.joints.len();
         let v = if middle { &self.middle } else { &motion.v };
         self.mechanics.bias(&motion.q, v, &mut self.bias);
-        for i in 0..nv {
-            self.drive[i] = time * (force[i] - self.bias[i]);
+        for ((drive, force), bias) in self.drive.iter_mut().zip(force).zip(&self.bias) {
+            *drive = time * (force - bias);
         }
         for (j, joint) in self.joints.iter().enumerate() {
             self.drive[first + j] -= time * joint.damping * motion.v[first + j];
