@@ -317,8 +317,15 @@ impl Reading<'_> {
             let names: Vec<String> = reader.columns().map(|column| column.name.to_owned()).collect();
             Table::read(reader, &names)
         };
+        let rises = |table: &Table| {
+            table.column("time").is_some_and(|time| time.windows(2).all(|pair| pair[0] < pair[1]))
+        };
         match read() {
-            Ok(table) => Some(table),
+            Ok(table) if rises(&table) => Some(table),
+            Ok(_) => {
+                let message = format!("`trajectory`: the times of {} do not increase", path.display());
+                self.wrong(name.span().start, message, "give a log with the column `time` in s")
+            }
             Err(Diagnostics(list)) => {
                 let why = list.first().map_or_else(String::new, |first| first.message.clone());
                 let help = "give a CSV file with columns `time` and `<joint>/position`, beside the scenario";
