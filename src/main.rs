@@ -7,6 +7,7 @@ mod diagnosing;
 mod explaining;
 mod failure;
 mod identifying;
+mod interruption;
 mod measurements;
 mod output;
 mod reporting;
@@ -23,6 +24,7 @@ Examples:
   bipedc evaluate robots/tulip mass_matrix --states states.json
   bipedc compare robots/tulip log.csv.gz             predicted against logged torques
   bipedc identify robots/tulip log.csv --write-urdf new.urdf   masses, centres and inertias with error bars
+  bipedc simulate robots/tulip --scenario stand.toml --out run.csv   a log of the robot in motion, on the ground
   bipedc effects coulomb_friction                    what the model may lack, how it looks and what to confuse it with
   bipedc amend robots/tulip --effect coulomb_friction --joint left_knee_pitch --set torque=0.43
   bipedc history robots/tulip                        what was added to the description, and how the error fell

@@ -15,6 +15,7 @@ pub mod front;
 pub mod identification;
 pub mod program;
 pub mod robot;
+pub mod simulation;
 pub mod standing;
 pub mod states;
 pub mod tree;

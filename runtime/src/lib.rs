@@ -24,6 +24,8 @@ pub mod log;
 pub mod report;
 #[cfg(feature = "std")]
 pub mod signal;
+#[cfg(feature = "std")]
+pub mod simulate;
 
 pub use model::{Argument, Arguments, CallError, Model, Signature, State};
 pub use real::Real;

@@ -12,6 +12,7 @@ mod history;
 mod identify;
 mod init;
 mod inspect;
+mod simulate;
 
 use crate::failure::Outcome;
 use clap::Subcommand;
@@ -31,6 +32,7 @@ pub enum Command {
     History(history::History),
     Identify(identify::Identify),
     Excite(excite::Excite),
+    Simulate(simulate::Simulate),
 }
 
 impl Command {
@@ -49,6 +51,7 @@ impl Command {
             Self::History(command) => command.run(),
             Self::Identify(command) => command.run(),
             Self::Excite(command) => command.run(),
+            Self::Simulate(command) => command.run(),
         }
     }
 }

@@ -16,5 +16,6 @@ pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport};
 pub use header::{Column, Kind};
 pub use lines::LONGEST_LINE;
 pub use mapping::{ForceFrame, Mapping, Source};
+pub use names::closest;
 pub use reader::{Absent, MOST_ERRORS, Reader, Row};
 pub use table::{LARGEST_TABLE, Table};

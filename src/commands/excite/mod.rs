@@ -7,6 +7,7 @@ mod subject;
 use crate::amendment::files::Replacement;
 use crate::arguments::RobotArguments;
 use crate::failure::Outcome;
+use crate::interruption;
 use crate::output;
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::identify::excite::{Criterion, Designed, Family, Machine, Request, Scaling, design};
@@ -16,6 +17,7 @@ use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 use subject::Excited;
 
@@ -143,7 +145,9 @@ impl Excite {
         };
         // Whether the file can be written shows before the search, not after it.
         drop(Replacement::prepare(&self.out, "")?);
-        let found = output::bar("searching", |progress| design(&machine, &request, progress))?;
+        let interrupted = interruption::flag().map_err(|e| Diagnostic::error(e.to_string()))?;
+        let stop = || interrupted.load(Ordering::Relaxed);
+        let found = output::bar("searching", |progress| design(&machine, &request, progress, &stop))?;
         let count = (self.duration * self.rate).round() as usize + 1;
         Replacement::prepare(&self.out, &csv(&machine, &found, count))?.commit()?;
         let answer =

@@ -2,6 +2,7 @@
 use super::plot;
 use crate::amendment::files::Replacement;
 use crate::failure::Outcome;
+use crate::interruption;
 use crate::output::{self, table};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
@@ -18,8 +19,7 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Robots that are a little different, on which postures must stand too.
@@ -120,7 +120,7 @@ impl PostureArguments {
         if let Some(plot) = &self.plot {
             drop(Replacement::prepare(plot, "")?);
         }
-        let interrupted = interrupt();
+        let interrupted = interruption::flag().map_err(|e| Diagnostic::error(e.to_string()))?;
         let stop = || interrupted.load(Ordering::Relaxed);
         let found =
             output::bar("searching", |progress| design_postures(&standing, &request, progress, &stop))?;
@@ -188,19 +188,6 @@ impl PostureArguments {
             time_limit: shared.time_limit,
         })
     }
-}
-
-/// Set when Ctrl-C is pressed; a second time ends the program at once.
-fn interrupt() -> Arc<AtomicBool> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let seen = Arc::clone(&flag);
-    // Without a handler Ctrl-C ends the program as ever: nothing is lost but the best so far.
-    let _ = ctrlc::set_handler(move || {
-        if seen.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    flag
 }
 
 /// The postures in the order of their placements, as a table of postures without measurements.

@@ -77,6 +77,7 @@ pub fn design(
     machine: &Machine<'_>,
     request: &Request,
     progress: &dyn Fn(f64),
+    stop: &dyn Fn() -> bool,
 ) -> Result<Designed, Diagnostic> {
     check(request)?;
     machine.check()?;
@@ -85,8 +86,15 @@ pub fn design(
     // Always the same: which unknowns there are does not depend on the seed.
     let mut probe = Random(0x1dea);
     let regression = Regression::new(machine, &mut || probe.next());
-    let search =
-        Search { machine, request, basis, regression, begun: Instant::now(), evaluations: Cell::new(0) };
+    let search = Search {
+        machine,
+        request,
+        basis,
+        regression,
+        stop,
+        begun: Instant::now(),
+        evaluations: Cell::new(0),
+    };
     let (mut first, mut best, mut refused) = (None, None::<(MotionQuality, Vec<f64>)>, None::<Overload>);
     let mut starts = 0;
     for start in 0..request.starts {
@@ -170,13 +178,15 @@ struct Search<'r, 'm> {
     request: &'r Request,
     basis: Basis,
     regression: Regression<'r, 'm>,
+    /// Whether the best so far shall be the answer.
+    stop: &'r dyn Fn() -> bool,
     begun: Instant,
     evaluations: Cell<usize>,
 }
 
 impl Search<'_, '_> {
     fn out_of_time(&self) -> bool {
-        self.request.time_limit.is_some_and(|limit| self.begun.elapsed() >= limit)
+        (self.stop)() || self.request.time_limit.is_some_and(|limit| self.begun.elapsed() >= limit)
     }
 
     /// Which part of the search is done, of starts or of time.

@@ -155,7 +155,7 @@ fn pseudo(mut seed: u64) -> impl FnMut() -> f64 {
 fn the_answer_is_better_and_keeps_its_limits() {
     let limits = limits(9.0);
     let (found, peaks) = with(&limits, |machine| {
-        let found = design(machine, &request(), &|_| ()).unwrap();
+        let found = design(machine, &request(), &|_| (), &|| false).unwrap();
         let motion = machine.motion(&found.basis, &found.coefficients, 10 * fine(&found.basis));
         (found, peaks(machine, &motion).unwrap())
     });
@@ -170,7 +170,9 @@ fn the_answer_is_better_and_keeps_its_limits() {
 #[test]
 fn a_seed_always_gives_the_same_motion() {
     let of = |seed| {
-        with(&limits(9.0), |m| design(m, &Request { seed, ..request() }, &|_| ()).unwrap().coefficients)
+        with(&limits(9.0), |m| {
+            design(m, &Request { seed, ..request() }, &|_| (), &|| false).unwrap().coefficients
+        })
     };
     assert_eq!(of(1), of(1));
     assert_ne!(of(1), of(2));
@@ -198,7 +200,8 @@ fn joints_that_do_not_move_leave_fewer_unknowns() {
 #[test]
 fn impossible_wishes_are_told() {
     let fails = |limits: &[Limits; 2], request: &Request, words: &str| {
-        let error = with(limits, |machine| design(machine, request, &|_| ()).unwrap_err().to_string());
+        let error =
+            with(limits, |machine| design(machine, request, &|_| (), &|| false).unwrap_err().to_string());
         assert!(error.contains(words), "no `{words}` in {error}");
     };
     let mut bent = limits(0.4);

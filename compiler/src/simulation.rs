@@ -1,0 +1,184 @@
+//! Robots ready for [`bipedc_runtime::simulate`]: what is built into the true model, and what a simulation knows beside it.
+use crate::compile::{Wish, feet};
+use crate::description::model::{Contact, ContactPart, Phase, RobotDescription};
+use crate::program::ProgramModel;
+use crate::robot::Robot;
+use crate::tree::{BaseKind, Tree};
+use bipedc_runtime::compare::{self, Joint, Subject};
+use bipedc_runtime::diagnose::Foot;
+use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::effect::{Effect, Law};
+use bipedc_runtime::simulate::phases::{Ending, PhaseSpec, Row, RowKind};
+use bipedc_runtime::simulate::{FUNCTIONS, Plant};
+
+/// Names, places and limits of a robot.
+///
+/// # Errors
+/// A base that cannot be simulated.
+pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagnostic> {
+    let base = match tree.base {
+        BaseKind::Floating => compare::BaseKind::Floating,
+        BaseKind::Planar => compare::BaseKind::Planar,
+        BaseKind::Fixed => compare::BaseKind::Fixed,
+        BaseKind::Pivot => {
+            return Err(Diagnostic::error(
+                "a robot on a pivot is not simulated: its contact could not let go",
+            )
+            .help("choose another base with --base floating|planar|fixed"));
+        }
+    };
+    let joints = tree.joints.iter();
+    let joints = joints.map(|joint| Joint { name: joint.name.clone(), prismatic: joint.prismatic }).collect();
+    let of_urdf = |name: &str| description.joints.iter().find(|joint| joint.name == name);
+    let limits =
+        |name: &str| of_urdf(name).and_then(|joint| joint.position_limits).map(|(low, high)| [low, high]);
+    Ok(Plant {
+        feet: feet(description),
+        links: description.links.iter().map(|link| link.name.clone()).collect(),
+        position_limits: tree.joints.iter().map(|joint| limits(&joint.name)).collect(),
+        effort_limits: tree
+            .joints
+            .iter()
+            .map(|j| of_urdf(&j.name).and_then(|joint| joint.effort_limit))
+            .collect(),
+        effects: description.effects.clone(),
+        subject: Subject { joints, base },
+    })
+}
+
+/// The rigid-body functions of the robot as it truly is: with those effects, of the description and hidden ones, that make
+/// it another body. The simulation itself adds the others.
+///
+/// # Errors
+/// Functions that cannot be derived.
+pub fn true_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Diagnostic> {
+    let mut robot = robot.clone();
+    robot.description.effects.extend_from_slice(hidden);
+    robot.description.effects.retain(|effect| {
+        let law = effect.definition().map(|kind| kind.law);
+        matches!(law, Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError | Law::GravityTilt))
+    });
+    let touches = !robot.description.feet.is_empty() && robot.tree()?.base != BaseKind::Fixed;
+    let functions = if touches { &FUNCTIONS[..] } else { &FUNCTIONS[..2] };
+    let wish = |family: &&str| Wish { family: (*family).to_owned(), subject: None };
+    let wishes: Vec<Wish> = functions.iter().map(wish).collect();
+    Ok(ProgramModel::new(robot.compile_only(&wishes)?))
+}
+
+/// A robot with phases, for the event-driven simulation.
+#[derive(Debug, Clone)]
+pub struct Walker {
+    /// Constrained dynamics, impacts, contact points.
+    pub model: ProgramModel,
+    /// In the order of the description.
+    pub phases: Vec<PhaseSpec>,
+    /// In the order of the model's contact points.
+    pub feet: Vec<Foot>,
+    /// How it hangs in the world.
+    pub base: compare::BaseKind,
+}
+
+/// The phases of a description with their functions and endings.
+///
+/// A phase ends when a point reaches the ground that holds just after the change (`impact`, else the next phase's contacts);
+/// without such a point, when a foot that stands now is let go, or begins to tip about what remains of it.
+///
+/// # Errors
+/// No phases; a base that has none; functions that cannot be derived.
+pub fn walker(robot: &Robot) -> Result<Walker, Diagnostic> {
+    let (description, tree) = (&robot.description, robot.tree()?);
+    if description.phases.is_empty() {
+        return Err(Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml"));
+    }
+    let base = plant(description, &tree)?.subject.base;
+    let mut wishes: Vec<Wish> = ["contact_distances", "contact_positions"].map(|f| wish(f, None)).to_vec();
+    for phase in &description.phases {
+        wishes.push(wish("constrained_dynamics", Some(&phase.name)));
+        if !phase.impact.is_empty() {
+            wishes.push(wish("impact_map", Some(&phase.name)));
+        }
+    }
+    if description.phases.iter().any(|phase| phase.relabel) {
+        wishes.extend(["relabelled_configuration", "relabelled_velocity"].map(|f| wish(f, None)));
+    }
+    let compiled = robot.compile_only(&wishes)?;
+    let rows = |name: &str| -> Vec<Row> {
+        let function = compiled.functions.iter().find(|function| function.name == name);
+        let names = function.map_or(&[][..], |function| &function.rows[tree.nv.min(function.rows.len())..]);
+        names.iter().filter_map(|name| row(description, name)).collect()
+    };
+    let spec = |phase: &Phase| {
+        let dynamics = format!("constrained_dynamics_of_{}", phase.name);
+        let impact = format!("impact_map_of_{}", phase.name);
+        Ok(PhaseSpec {
+            rows: rows(&dynamics),
+            standing: points(description, &phase.contacts),
+            ending: ending(description, phase),
+            impact: (!phase.impact.is_empty()).then(|| (impact.clone(), rows(&impact))),
+            relabel: phase.relabel,
+            next: description.phases.iter().position(|other| other.name == phase.next).unwrap_or(0),
+            name: phase.name.clone(),
+            dynamics,
+        })
+    };
+    let phases = description.phases.iter().map(spec).collect::<Result<_, Diagnostic>>()?;
+    Ok(Walker { phases, feet: feet(description), base, model: ProgramModel::new(compiled) })
+}
+
+fn wish(family: &str, subject: Option<&str>) -> Wish {
+    Wish { family: family.to_owned(), subject: subject.map(str::to_owned) }
+}
+
+/// `right_foot/force/z` as a row.
+fn row(description: &RobotDescription, name: &str) -> Option<Row> {
+    let (foot, kind) = name.split_once('/')?;
+    let foot = description.feet.iter().position(|other| other.name == foot)?;
+    Some(Row { foot, kind: RowKind::named(kind) })
+}
+
+/// Indices of the contact points that stand.
+fn points(description: &RobotDescription, contacts: &[Contact]) -> Vec<usize> {
+    let mut found = Vec::new();
+    let mut first = 0;
+    for foot in &description.feet {
+        for contact in contacts.iter().filter(|contact| contact.foot == foot.name) {
+            let stands = |name: &str| match &contact.part {
+                ContactPart::Flat => true,
+                ContactPart::Point(point) => point == name,
+                ContactPart::Edge(edge) => foot
+                    .edges
+                    .iter()
+                    .any(|other| other.name == *edge && other.points.iter().any(|p| p == name)),
+            };
+            let own = foot.points.iter().enumerate().filter(|(_, point)| stands(&point.name));
+            found.extend(own.map(|(index, _)| first + index));
+        }
+        first += foot.points.len();
+    }
+    found
+}
+
+fn ending(description: &RobotDescription, phase: &Phase) -> Ending {
+    let now = points(description, &phase.contacts);
+    let next = description.phases.iter().find(|other| other.name == phase.next);
+    let after = if phase.impact.is_empty() {
+        next.map_or(Vec::new(), |next| points(description, &next.contacts))
+    } else {
+        points(description, &phase.impact)
+    };
+    let new: Vec<usize> = after.iter().copied().filter(|point| !now.contains(point)).collect();
+    if !new.is_empty() {
+        return Ending::Touch(new);
+    }
+    let mut first = 0;
+    for (index, foot) in description.feet.iter().enumerate() {
+        let own = first..first + foot.points.len();
+        first = own.end;
+        let before = now.iter().filter(|point| own.contains(point)).count();
+        let kept: Vec<usize> = after.iter().copied().filter(|point| own.contains(point)).collect();
+        if kept.len() < before {
+            return if kept.is_empty() { Ending::Release(index) } else { Ending::Tip(index, kept) };
+        }
+    }
+    Ending::Never
+}

@@ -1,0 +1,33 @@
+//! Simulation of walking robots (thesis chapter 4).
+//!
+//! [`Stepper`] is the non-smooth time stepping of 4.3: rigid ground, Signorini's and Coulomb's laws, Newton's law of
+//! impact, all contacts at once ([`Problem`], [`Solver`]), on any [`Model`](crate::Model) with a mass matrix, a bias and
+//! contact points ([`Mechanics`]). A [`Scenario`] file says what a [`Simulation`] of a robot ([`Plant`]) does: initial
+//! state, controllers, hidden effects, sensors; its rows are a measurement log.
+//!
+//! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end.
+mod dense;
+mod drives;
+mod ground;
+mod mechanics;
+mod newton;
+pub mod phases;
+mod plant;
+mod problem;
+mod proximal;
+mod random;
+mod reference;
+mod run;
+mod scenario;
+mod sensing;
+mod stepper;
+
+pub use ground::{Compliance, Ground, JointLaw};
+pub use mechanics::{FUNCTIONS, Frame, Mechanics};
+pub use plant::Plant;
+pub use problem::{Block, Cone, Law, Problem};
+pub use proximal::{Solved, Solver, Tolerance};
+pub use reference::{Reference, Sine};
+pub use run::{Run, Simulation, Summary, csv_line};
+pub use scenario::{Initial, Scenario, Sensors, Servo};
+pub use stepper::{Motion, Stepped, Stepper};

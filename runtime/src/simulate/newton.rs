@@ -1,0 +1,191 @@
+//! One semismooth Newton step on `λ = prox(λ − r ξ(λ))`.
+use super::dense;
+use super::problem::{Cone, Law, Problem};
+use super::proximal::residual;
+
+/// Added to the scaled rows `r ξ = 0`, whose diagonal is 1: redundant contacts (four corners of one foot) share their
+/// load in infinitely many ways, and this takes the solution nearest to the present one.
+const NEARNESS: f64 = 1e-9;
+
+/// Step lengths that are tried.
+const LENGTHS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
+
+/// Workspace.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Newton {
+    /// Rows that are not simply zero.
+    active: Vec<usize>,
+    matrix: Vec<f64>,
+    step: Vec<f64>,
+    /// Present impulses.
+    before: Vec<f64>,
+    /// After the full step.
+    after: Vec<f64>,
+}
+
+impl Newton {
+    pub fn with_room(rows: usize) -> Self {
+        Self {
+            active: Vec::with_capacity(rows),
+            matrix: Vec::with_capacity(rows * rows),
+            step: Vec::with_capacity(rows),
+            before: Vec::with_capacity(rows),
+            after: Vec::with_capacity(rows),
+        }
+    }
+
+    /// Makes the residual smaller than `present`, if it can: the new one. Expects `problem.velocity` to be current.
+    pub fn step(&mut self, problem: &mut Problem, present: f64) -> Option<f64> {
+        self.before.clear();
+        self.before.extend_from_slice(&problem.impulse);
+        self.choose(problem);
+        self.assemble(problem);
+        if !dense::solve(&mut self.matrix, self.active.len(), &mut self.step) {
+            return None;
+        }
+        self.after.clear();
+        self.after.resize(problem.rows(), 0.0);
+        for (&row, step) in self.active.iter().zip(&self.step) {
+            self.after[row] = self.before[row] + step;
+        }
+        for length in LENGTHS {
+            for (k, impulse) in problem.impulse.iter_mut().enumerate() {
+                *impulse = self.before[k] + length * (self.after[k] - self.before[k]);
+            }
+            let found = residual(problem);
+            if found < present * (1.0 - 0.1 * length) {
+                return Some(found);
+            }
+        }
+        problem.impulse.copy_from_slice(&self.before);
+        residual(problem);
+        None
+    }
+
+    /// All rows but those of open contacts.
+    fn choose(&mut self, problem: &Problem) {
+        self.active.clear();
+        for block in &problem.blocks {
+            let closed = match block.law {
+                Law::Limited { .. } => true,
+                _ => wanted(problem, block.first) > 0.0,
+            };
+            if closed {
+                self.active.extend(block.first..block.first + block.size());
+            }
+        }
+    }
+
+    /// Linear equations of the step of the active rows. Rows that become zero contribute with their whole way there.
+    fn assemble(&mut self, problem: &Problem) {
+        let n = self.active.len();
+        self.matrix.clear();
+        self.matrix.resize(n * n, 0.0);
+        self.step.clear();
+        self.step.resize(n, 0.0);
+        let mut at = 0;
+        for block in &problem.blocks {
+            if self.active.get(at) != Some(&block.first) {
+                continue;
+            }
+            match block.law {
+                Law::Unilateral => self.still(problem, at),
+                Law::Limited { low, high } => {
+                    let target = wanted(problem, block.first);
+                    if target <= low || target >= high {
+                        self.matrix[at * n + at] = 1.0;
+                        self.step[at] = target.max(low).min(high) - problem.impulse[block.first];
+                    } else {
+                        self.still(problem, at);
+                    }
+                }
+                Law::Contact { friction, tangents, cone } => {
+                    self.still(problem, at);
+                    if tangents == 2 && cone == Cone::Round {
+                        self.slip_round(problem, at, friction);
+                    } else {
+                        for k in 1..=tangents {
+                            self.slip_straight(problem, at, at + k, friction);
+                        }
+                    }
+                }
+            }
+            at += block.size();
+        }
+    }
+
+    /// `r ξ = 0` after the step.
+    fn still(&mut self, problem: &Problem, at: usize) {
+        let n = self.active.len();
+        let row = self.active[at];
+        let weight = problem.weight[row];
+        for (k, &column) in self.active.iter().enumerate() {
+            self.matrix[at * n + k] = weight * problem.row(row)[column];
+        }
+        self.matrix[at * n + at] += NEARNESS;
+        self.step[at] = -weight * self.velocity_without_open(problem, row);
+    }
+
+    /// ξ when open contacts let go.
+    fn velocity_without_open(&self, problem: &Problem, row: usize) -> f64 {
+        let mut velocity = problem.velocity[row];
+        let mut next = self.active.iter().peekable();
+        for (k, impulse) in problem.impulse.iter().enumerate() {
+            if next.peek() == Some(&&k) {
+                next.next();
+            } else if *impulse != 0.0 {
+                velocity -= problem.row(row)[k] * impulse;
+            }
+        }
+        velocity
+    }
+
+    /// One tangential row that sticks, or slips with `λ_T = ± μ λ_N`.
+    fn slip_straight(&mut self, problem: &Problem, normal: usize, at: usize, friction: f64) {
+        let n = self.active.len();
+        let (row, normal_row) = (self.active[at], self.active[normal]);
+        let target = wanted(problem, row);
+        let limit = friction * problem.impulse[normal_row].max(0.0);
+        if target.abs() <= limit {
+            return self.still(problem, at);
+        }
+        let sign = target.signum();
+        self.matrix[at * n + at] = 1.0;
+        self.matrix[at * n + normal] = -sign * friction;
+        self.step[at] = sign * friction * problem.impulse[normal_row] - problem.impulse[row];
+    }
+
+    /// Both tangential rows: stick, or slip with `λ_T = μ λ_N z/|z|`, `z = λ_T − r ξ_T`, whose derivative has the part
+    /// along `z` (through λ_N) and the part across it.
+    fn slip_round(&mut self, problem: &Problem, normal: usize, friction: f64) {
+        let n = self.active.len();
+        let rows = [self.active[normal + 1], self.active[normal + 2]];
+        let target = rows.map(|row| wanted(problem, row));
+        let force = problem.impulse[self.active[normal]].max(0.0);
+        let length = target[0].hypot(target[1]);
+        if length <= friction * force {
+            self.still(problem, normal + 1);
+            return self.still(problem, normal + 2);
+        }
+        let along = target.map(|x| x / length);
+        let ratio = friction * force / length;
+        for k in 0..2 {
+            let at = normal + 1 + k;
+            for other in 0..2 {
+                let across = f64::from(u8::from(k == other)) - along[k] * along[other];
+                let (row, weight) = (rows[other], problem.weight[rows[other]]);
+                for (j, &column) in self.active.iter().enumerate() {
+                    self.matrix[at * n + j] += ratio * across * weight * problem.row(row)[column];
+                }
+                self.matrix[at * n + normal + 1 + other] -= ratio * across;
+            }
+            self.matrix[at * n + at] += 1.0;
+            self.matrix[at * n + normal] -= friction * along[k];
+            self.step[at] = friction * force * along[k] - problem.impulse[rows[k]];
+        }
+    }
+}
+
+fn wanted(problem: &Problem, row: usize) -> f64 {
+    problem.impulse[row] - problem.weight[row] * problem.velocity[row]
+}

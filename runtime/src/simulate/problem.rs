@@ -1,0 +1,147 @@
+//! One step's contact problem: which impulses, which velocities they make, which laws tie the two.
+use super::dense::dot;
+
+/// What an impulse may be, and what its velocity is then.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Law {
+    /// One row: pushes and never pulls, `0 ≤ λ ⊥ ξ ≥ 0` (4.2) on the level of velocities.
+    Unilateral,
+    /// One row: at most this large and against the motion, `λ ∈ −limits · Sign(ξ)` as (4.5): dry friction of a joint.
+    Limited {
+        /// Smallest impulse, not positive, N s or N m s.
+        low: f64,
+        /// Largest one, not negative.
+        high: f64,
+    },
+    /// A normal row and `tangents` rows of friction after it (4.2), (4.5).
+    Contact {
+        /// Friction coefficient.
+        friction: f64,
+        /// 1 in the plane, 2 in space.
+        tangents: usize,
+        /// Shape of the set of friction forces.
+        cone: Cone,
+    },
+}
+
+/// The set that tangential impulses stay in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Cone {
+    /// `|λ_T| ≤ μ λ_N`: Coulomb's law, the same in all directions.
+    #[default]
+    Round,
+    /// `|λ_x| ≤ μ λ_N` and `|λ_y| ≤ μ λ_N`: what simulators such as ODE use (thesis 4.3.2); too strong by up to √2.
+    Pyramid,
+}
+
+/// Consecutive rows under one law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    /// Its first row; normal row of a contact.
+    pub first: usize,
+    /// See [`Law`].
+    pub law: Law,
+}
+
+impl Block {
+    /// How many rows it has.
+    pub fn size(&self) -> usize {
+        match self.law {
+            Law::Unilateral | Law::Limited { .. } => 1,
+            Law::Contact { tangents, .. } => 1 + tangents,
+        }
+    }
+}
+
+/// Find λ so that `ξ = G λ + c` and every block's law hold. Kept between steps: nothing is allocated once it is large
+/// enough.
+#[derive(Debug, Clone, Default)]
+pub struct Problem {
+    /// `rows × rows`, symmetric, positive semidefinite: velocities per impulse (Delassus' operator `Wᵀ D⁻¹ W`), 1/kg.
+    pub delassus: Vec<f64>,
+    /// Velocity without impulses plus restitution times the velocity before, m/s.
+    pub free: Vec<f64>,
+    /// In the order of the rows, without gaps.
+    pub blocks: Vec<Block>,
+    /// λ: a guess before, the answer after; N s.
+    pub impulse: Vec<f64>,
+    /// ξ of `impulse`, m/s.
+    pub velocity: Vec<f64>,
+    /// Step of the proximal point by row (r of 4.7), kg.
+    pub(super) weight: Vec<f64>,
+}
+
+impl Problem {
+    /// How many impulses there are.
+    pub fn rows(&self) -> usize {
+        self.free.len()
+    }
+
+    /// Takes everything out and makes place for this many rows; λ and c are zero.
+    pub fn clear(&mut self, rows: usize) {
+        self.blocks.clear();
+        for (values, size) in [
+            (&mut self.delassus, rows * rows),
+            (&mut self.free, rows),
+            (&mut self.impulse, rows),
+            (&mut self.velocity, rows),
+            (&mut self.weight, rows),
+        ] {
+            values.clear();
+            values.resize(size, 0.0);
+        }
+    }
+
+    /// Makes room for so many rows once, so that [`Self::clear`] never allocates for fewer.
+    pub fn reserve(&mut self, rows: usize) {
+        self.clear(rows);
+        self.blocks.reserve(rows);
+        self.clear(0);
+    }
+
+    /// One row of `G`.
+    pub(super) fn row(&self, row: usize) -> &[f64] {
+        let n = self.rows();
+        &self.delassus[row * n..(row + 1) * n]
+    }
+
+    /// `ξ` of one row at the present impulses.
+    pub(super) fn velocity_of(&self, row: usize) -> f64 {
+        self.free[row] + dot(self.row(row), &self.impulse)
+    }
+
+    /// The steps of the proximal point: the reciprocal of the largest velocity per impulse of a block's normal row, or
+    /// of its tangential rows together, so that a lone contact is solved at once.
+    pub(super) fn weigh(&mut self) {
+        for block in 0..self.blocks.len() {
+            let Block { first, law } = self.blocks[block];
+            self.weight[first] = reciprocal(self.row(first)[first]);
+            if let Law::Contact { tangents, .. } = law {
+                let largest = match tangents {
+                    2 => {
+                        let (a, b) = (self.row(first + 1), self.row(first + 2));
+                        let (xx, xy, yy) = (a[first + 1], a[first + 2], b[first + 2]);
+                        0.5 * (xx + yy) + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt()
+                    }
+                    _ => self.row(first + 1)[first + 1],
+                };
+                self.weight[first + 1..first + 1 + tangents].fill(reciprocal(largest));
+            }
+        }
+    }
+}
+
+fn reciprocal(x: f64) -> f64 {
+    if x > 0.0 { x.recip() } else { 0.0 }
+}
+
+/// The nearest admissible tangential impulse (prox of 4.7) under a normal impulse.
+pub(super) fn nearest(tangential: [f64; 2], limit: f64, tangents: usize, cone: Cone) -> [f64; 2] {
+    match (cone, tangents) {
+        (Cone::Round, 2) => {
+            let length = tangential[0].hypot(tangential[1]);
+            if length <= limit { tangential } else { tangential.map(|x| x * (limit / length)) }
+        }
+        _ => tangential.map(|x| x.clamp(-limit, limit)),
+    }
+}

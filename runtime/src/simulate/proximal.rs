@@ -1,0 +1,176 @@
+//! The solver of contact problems: proximal points by Gauss and Seidel, Newton's method on the same equations.
+use super::newton::Newton;
+use super::problem::{Law, Problem, nearest};
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Largest admissible [`Solved::residual`].
+    pub relative: f64,
+    /// Largest number of sweeps; a Newton step counts as one.
+    pub sweeps: usize,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { relative: 1e-8, sweeps: 400 }
+    }
+}
+
+/// How well a problem was solved.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Solved {
+    /// `|λ − prox(λ − r ξ)|` over the larger of `|λ|` and `|r c|` (Euclidean norms): what the laws (4.7) are missed by,
+    /// as a part of the impulses.
+    pub residual: f64,
+    /// Sweeps of Gauss and Seidel.
+    pub sweeps: usize,
+    /// Newton steps.
+    pub newton: usize,
+    /// Whether the residual is within the tolerance.
+    pub converged: bool,
+}
+
+/// Sweeps before the first Newton step.
+const FIRST_SWEEPS: usize = 1;
+
+/// Largest number of Newton steps in a row.
+const NEWTON_STEPS: usize = 12;
+
+/// After so many sweeps, Newton steps that do not arrive are taken back.
+const PATIENCE: usize = 100;
+
+/// Solves contact problems; keeps its workspace.
+#[derive(Debug, Clone, Default)]
+pub struct Solver {
+    newton: Newton,
+    /// Where the sweeps were.
+    start: Vec<f64>,
+}
+
+impl Solver {
+    /// With room for problems of so many rows.
+    pub fn with_room(rows: usize) -> Self {
+        Self { newton: Newton::with_room(rows), start: Vec::with_capacity(rows) }
+    }
+
+    /// Improves `problem.impulse` until the tolerance is met; `problem.velocity` is ξ of the answer.
+    ///
+    /// Sweeps find which contacts open, stick and slip; Newton's method on the semismooth equations (Alart and
+    /// Curnier, 1991) then converges within a few steps, where sweeps alone take hundreds because the corners of a
+    /// foot share their load. Where Newton steps stop short again and again they lead the sweeps, which would converge,
+    /// around in circles: after [`PATIENCE`] sweeps those that do not arrive are taken back.
+    pub fn solve(&mut self, problem: &mut Problem, tolerance: &Tolerance) -> Solved {
+        problem.weigh();
+        let mut solved = Solved { residual: residual(problem), ..Solved::default() };
+        let mut round = FIRST_SWEEPS;
+        while solved.residual > tolerance.relative || solved.residual.is_nan() {
+            if solved.sweeps + solved.newton >= tolerance.sweeps || !solved.residual.is_finite() {
+                return solved;
+            }
+            for _ in 0..round {
+                sweep(problem);
+            }
+            solved.sweeps += round;
+            solved.residual = residual(problem);
+            self.finish(problem, tolerance, &mut solved);
+            round = (2 * round).min(64);
+        }
+        solved.converged = true;
+        solved
+    }
+
+    /// Newton steps from where the sweeps are: to the end, or back.
+    fn finish(&mut self, problem: &mut Problem, tolerance: &Tolerance, solved: &mut Solved) {
+        let before = solved.residual;
+        self.start.clear();
+        self.start.extend_from_slice(&problem.impulse);
+        for _ in 0..NEWTON_STEPS {
+            if solved.residual <= tolerance.relative {
+                return;
+            }
+            solved.newton += 1;
+            match self.newton.step(problem, solved.residual) {
+                Some(smaller) => solved.residual = smaller,
+                None => break,
+            }
+        }
+        if solved.residual > tolerance.relative && solved.sweeps > PATIENCE {
+            problem.impulse.copy_from_slice(&self.start);
+            solved.residual = before;
+        }
+    }
+
+    /// Sweeps alone, for comparison.
+    pub fn solve_by_sweeps(problem: &mut Problem, tolerance: &Tolerance) -> Solved {
+        problem.weigh();
+        let mut solved = Solved { residual: residual(problem), ..Solved::default() };
+        while solved.residual > tolerance.relative && solved.sweeps < tolerance.sweeps {
+            sweep(problem);
+            solved.sweeps += 1;
+            solved.residual = residual(problem);
+        }
+        solved.converged = solved.residual <= tolerance.relative;
+        solved
+    }
+}
+
+/// Every block once, each with the latest impulses of the others.
+fn sweep(problem: &mut Problem) {
+    for index in 0..problem.blocks.len() {
+        let block = problem.blocks[index];
+        let row = block.first;
+        let normal = problem.impulse[row] - problem.weight[row] * problem.velocity_of(row);
+        match block.law {
+            Law::Unilateral => problem.impulse[row] = normal.max(0.0),
+            Law::Limited { low, high } => problem.impulse[row] = normal.max(low).min(high),
+            Law::Contact { friction, tangents, cone } => {
+                problem.impulse[row] = normal.max(0.0);
+                let limit = friction * problem.impulse[row];
+                let mut wanted = [0.0; 2];
+                for (k, wanted) in wanted.iter_mut().enumerate().take(tangents) {
+                    let t = row + 1 + k;
+                    *wanted = problem.impulse[t] - problem.weight[t] * problem.velocity_of(t);
+                }
+                let found = nearest(wanted, limit, tangents, cone);
+                problem.impulse[row + 1..row + 1 + tangents].copy_from_slice(&found[..tangents]);
+            }
+        }
+    }
+}
+
+/// [`Solved::residual`]; computes `problem.velocity`.
+pub(super) fn residual(problem: &mut Problem) -> f64 {
+    for row in 0..problem.rows() {
+        problem.velocity[row] = problem.velocity_of(row);
+    }
+    if !problem.velocity.iter().all(|velocity| velocity.is_finite()) {
+        // Comparisons below would take NaN for an open contact.
+        return f64::NAN;
+    }
+    let (mut missed, mut size, mut free) = (0.0, 0.0, 0.0);
+    for block in &problem.blocks {
+        let row = block.first;
+        let wanted = |r: usize| problem.impulse[r] - problem.weight[r] * problem.velocity[r];
+        let mut add = |r: usize, target: f64| {
+            missed += (problem.impulse[r] - target).powi(2);
+            size += problem.impulse[r].powi(2);
+            free += (problem.weight[r] * problem.free[r]).powi(2);
+        };
+        match block.law {
+            Law::Unilateral => add(row, wanted(row).max(0.0)),
+            Law::Limited { low, high } => add(row, wanted(row).max(low).min(high)),
+            Law::Contact { friction, tangents, cone } => {
+                add(row, wanted(row).max(0.0));
+                let limit = friction * problem.impulse[row].max(0.0);
+                let both = [wanted(row + 1), if tangents == 2 { wanted(row + 2) } else { 0.0 }];
+                let found = nearest(both, limit, tangents, cone);
+                for (k, &target) in found.iter().enumerate().take(tangents) {
+                    add(row + 1 + k, target);
+                }
+            }
+        }
+    }
+    let scale = f64::max(size, free).sqrt();
+    if scale > 0.0 { missed.sqrt() / scale } else { missed.sqrt() }
+}

@@ -1,0 +1,270 @@
+//! A whole run: control, effects, steps, sensors, log.
+use super::drives::Drives;
+use super::ground::{Compliance, Ground};
+use super::mechanics::Mechanics;
+use super::plant::Plant;
+use super::scenario::{Initial, Scenario};
+use super::sensing::{Sample, Sensing};
+use super::stepper::{Motion, Stepper};
+use crate::compare::BaseKind;
+use crate::diagnostic::Diagnostic;
+use crate::effect::Effect;
+use serde::Serialize;
+use std::fmt::Write;
+
+/// Depth by which a contact point may begin below the ground: rounding of what people write, m.
+const ROUNDING: f64 = 1e-6;
+
+/// What a run reports besides its log.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Summary {
+    /// Steps done.
+    pub steps: usize,
+    /// Rows of the log.
+    pub rows: usize,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Whether it was stopped before its end.
+    pub interrupted: bool,
+    /// Worst residual of a contact problem.
+    pub worst_residual: f64,
+    /// Contact problems that did not reach the tolerance.
+    pub not_converged: usize,
+    /// Largest number of closed contact points.
+    pub contacts: usize,
+    /// Deepest penetration of a contact point, m.
+    pub penetration: f64,
+    /// Largest energy that the law of impact made in one step, J; 0 unless restitution is given.
+    pub energy_made: f64,
+    /// Steps in which a torque was clipped, by joint; those without are left out.
+    pub clipped: Vec<(String, usize)>,
+}
+
+/// Where a run's rows go, who is told how far it is (0 to 1), and who may stop it.
+pub struct Run<'a> {
+    /// Takes the names of the columns once, then every row.
+    pub row: &'a mut dyn FnMut(&[f64]) -> Result<(), Diagnostic>,
+    /// Is told the fraction that is done.
+    pub progress: &'a dyn Fn(f64),
+    /// Asked now and then; true ends the run early.
+    pub stop: &'a dyn Fn() -> bool,
+}
+
+/// A scenario of a robot, ready to run.
+pub struct Simulation<'a> {
+    plant: &'a Plant,
+    scenario: &'a Scenario,
+    stepper: Stepper<'a>,
+    drives: Drives,
+    sensing: Sensing<'a>,
+    motion: Motion,
+    force: Vec<f64>,
+    /// Torques of the next step, and those of the last.
+    effort: [Vec<f64>; 2],
+    reference: Vec<f64>,
+    clipped: Vec<usize>,
+    summary: Summary,
+}
+
+impl<'a> Simulation<'a> {
+    /// Puts the robot where the scenario says. `mechanics` is of the true robot: effects that change masses are in it,
+    /// effects in joints, sensors and ground are not.
+    ///
+    /// # Errors
+    /// Contact points below the ground; effects that cannot be simulated.
+    pub fn new(
+        mechanics: Mechanics<'a>,
+        plant: &'a Plant,
+        scenario: &'a Scenario,
+    ) -> Result<Self, Diagnostic> {
+        let effects: Vec<&Effect> = plant.effects.iter().chain(&scenario.effects).collect();
+        // A robot on a stand hangs in the air, whatever the height of its feet is.
+        let hangs = plant.subject.base == BaseKind::Fixed;
+        let mechanics = if hangs { mechanics.without_contact() } else { mechanics };
+        let motion = begin(&mechanics, plant, &scenario.initial)?;
+        let drives = Drives::new(plant, &effects, scenario.step)?;
+        let laws = drives.laws(plant, scenario.joint_stops);
+        let ground = with_effects(scenario.ground, &effects);
+        let stepper = Stepper::new(mechanics, ground, laws, scenario.tolerance)?;
+        let joints = mechanics.joints();
+        Ok(Self {
+            plant,
+            scenario,
+            stepper,
+            drives,
+            sensing: Sensing::new(plant, scenario.sensors, &effects, scenario.seed),
+            motion,
+            force: vec![0.0; mechanics.nv()],
+            effort: [vec![0.0; joints], vec![0.0; joints]],
+            reference: vec![0.0; joints],
+            clipped: vec![0; joints],
+            summary: Summary::default(),
+        })
+    }
+
+    /// Names of the log's columns.
+    pub fn columns(&self) -> Vec<String> {
+        self.sensing.columns()
+    }
+
+    /// The present state.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Runs to the end, or until stopped.
+    ///
+    /// # Errors
+    /// The motion became infinite, or `run.row` refused a row.
+    pub fn run(mut self, run: &mut Run<'_>) -> Result<Summary, Diagnostic> {
+        let (h, every) = (self.scenario.step, self.scenario.log_every);
+        let steps = (self.scenario.duration / h).round() as usize;
+        let (mut sample, mut row) = (Sample::default(), Vec::new());
+        let (mut earlier, mut later) = (Vec::new(), Vec::new());
+        for step in 0..steps {
+            let logged = step % every == 0;
+            if step % 256 == 0 {
+                (run.progress)(step as f64 / steps as f64);
+                if (run.stop)() {
+                    self.summary.interrupted = true;
+                    break;
+                }
+            }
+            self.control(step as f64 * h);
+            if logged {
+                self.take(&mut sample, step as f64 * h);
+                self.measured(&mut earlier);
+            }
+            self.step(h)?;
+            if logged {
+                self.measured(&mut later);
+                if step == 0 {
+                    earlier.clone_from(&later);
+                }
+                for (force, (a, b)) in sample.forces.iter_mut().zip(earlier.iter().zip(&later)) {
+                    *force = std::array::from_fn(|i| 0.5 * (a[i] + b[i]));
+                }
+                self.sensing.row(&sample, &self.drives, &mut row);
+                (run.row)(&row)?;
+                self.summary.rows += 1;
+            }
+        }
+        self.summary.time = self.summary.steps as f64 * h;
+        let names = self.plant.joint_names().map(str::to_owned);
+        self.summary.clipped = names.zip(self.clipped).filter(|(_, count)| *count > 0).collect();
+        Ok(self.summary)
+    }
+
+    /// Torques that the controllers ask for from what the encoders read.
+    fn control(&mut self, time: f64) {
+        let joints = self.plant.subject.joints.len();
+        let (q, v) = (&self.motion.q, &self.motion.v);
+        let (q, v) = (&q[q.len() - joints..], &v[v.len() - joints..]);
+        let first = self.force.len() - joints;
+        self.effort.swap(0, 1);
+        for j in 0..joints {
+            let servo = &self.scenario.servos[j];
+            let [wanted, rate] = servo.reference.at(time);
+            let read = self.sensing.encoder(&self.drives, j, q[j]);
+            let asked = servo.stiffness * (wanted - read) + servo.damping * (rate - v[j]);
+            let given = asked.clamp(-servo.limit, servo.limit);
+            self.clipped[j] += usize::from(given != asked);
+            self.reference[j] = wanted;
+            let truly = self.drives.transmit(j, given);
+            let resistance = self.drives.resistance(j, q, v);
+            // What the link got in the last step: the load of friction that follows the load.
+            let load = truly - resistance + self.stepper.joint_impulse(j) / self.scenario.step;
+            self.stepper.joints_mut()[j].dry = self.drives.dry(j, v[j], load);
+            self.force[first + j] = truly - resistance;
+            self.effort[0][j] = given;
+        }
+    }
+
+    /// The state now.
+    fn take(&self, sample: &mut Sample, time: f64) {
+        sample.time = time;
+        sample.q.clone_from(&self.motion.q);
+        sample.v.clone_from(&self.motion.v);
+        // The mean of what is held before and after the sample: one of them alone would be half a step late or early.
+        let [next, last] = &self.effort;
+        let last = if self.summary.steps == 0 { next } else { last };
+        sample.effort.clear();
+        sample.effort.extend(next.iter().zip(last).map(|(next, last)| 0.5 * (next + last)));
+        sample.reference.clone_from(&self.reference);
+        sample.forces.resize(self.stepper.mechanics().points(), [0.0; 3]);
+    }
+
+    /// Forces of the last step on the contact points, N.
+    fn measured(&self, forces: &mut Vec<[f64; 3]>) {
+        forces.clear();
+        let points = self.stepper.mechanics().points();
+        forces.extend((0..points).map(|i| self.stepper.impulse(i).map(|x| x / self.scenario.step)));
+    }
+
+    fn step(&mut self, h: f64) -> Result<(), Diagnostic> {
+        let stepped = self.stepper.step(&mut self.motion, &self.force, h)?;
+        let summary = &mut self.summary;
+        summary.steps += 1;
+        summary.worst_residual = summary.worst_residual.max(stepped.solved.residual);
+        summary.not_converged += usize::from(stepped.solved.residual > self.scenario.tolerance.relative);
+        summary.contacts = summary.contacts.max(stepped.contacts);
+        let deepest = self.stepper.gaps().iter().fold(0.0, |deep: f64, gap| deep.max(-gap));
+        summary.penetration = summary.penetration.max(deepest);
+        summary.energy_made = summary.energy_made.max(stepped.work);
+        Ok(())
+    }
+}
+
+/// The initial state with the height of the base.
+fn begin(mechanics: &Mechanics<'_>, plant: &Plant, initial: &Initial) -> Result<Motion, Diagnostic> {
+    let mut q = initial.q.clone();
+    let mut gaps = vec![0.0; mechanics.points()];
+    mechanics.distances(&q, &mut gaps);
+    let lowest = |gaps: &[f64]| gaps.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+    if let (Some(clearance), Some((_, gap))) = (initial.clearance, lowest(&gaps)) {
+        let height = if plant.subject.base == BaseKind::Planar { 1 } else { 2 };
+        q[height] += clearance - gap;
+    } else if let Some((point, gap)) = lowest(&gaps)
+        && gap < -ROUNDING
+    {
+        let message = format!("`{}` begins {:.6} m below the ground", plant.point_name(point), -gap);
+        let (line, column) = initial.position;
+        return Err(Diagnostic::error(message)
+            .at(line, column)
+            .help("raise `base_position`, or write `clearance = 0.0` instead of it"));
+    }
+    Ok(Motion { time: 0.0, q, v: initial.v.clone() })
+}
+
+/// The ground as the effects make it.
+fn with_effects(mut ground: Ground, effects: &[&Effect]) -> Ground {
+    for effect in effects {
+        match effect.kind.as_str() {
+            "ground_compliance" => {
+                ground.compliance = Some(Compliance {
+                    stiffness: effect.value("stiffness"),
+                    damping: effect.value("damping"),
+                });
+            }
+            "impact_restitution" => ground.normal_restitution = effect.value("coefficient"),
+            "foot_slip" => ground.friction = effect.value("friction"),
+            _ => {}
+        }
+    }
+    ground
+}
+
+/// A row as a line of CSV; nothing where the number is NaN.
+pub fn csv_line(row: &[f64], line: &mut String) {
+    line.clear();
+    for (i, value) in row.iter().enumerate() {
+        if i > 0 {
+            line.push(',');
+        }
+        if value.is_finite() {
+            // Adding zero turns −0 into 0. Writing to a string cannot fail.
+            let _ = write!(line, "{:.9}", value + 0.0);
+        }
+    }
+    line.push('\n');
+}

@@ -1,0 +1,85 @@
+//! The scenario file as TOML has it, before anything is checked.
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use toml::Spanned;
+
+pub(super) type Number = Spanned<f64>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct File {
+    pub duration: Number,
+    pub step: Option<Number>,
+    pub log_step: Option<Number>,
+    pub method: Option<Spanned<String>>,
+    #[serde(default)]
+    pub seed: u64,
+    pub residual: Option<Number>,
+    pub initial: Option<Spanned<Start>>,
+    pub control: Option<Control>,
+    #[serde(default)]
+    pub joint: BTreeMap<String, Spanned<Joint>>,
+    pub ground: Option<Soil>,
+    pub sensors: Option<Senses>,
+    #[serde(default)]
+    pub effect: Vec<Spanned<BTreeMap<String, Spanned<toml::Value>>>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Start {
+    pub base_position: Option<Spanned<Vec<f64>>>,
+    pub base_rotation: Option<Spanned<Vec<f64>>>,
+    pub base_velocity: Option<Spanned<Vec<f64>>>,
+    pub base_angular_velocity: Option<Spanned<Vec<f64>>>,
+    pub clearance: Option<Number>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Control {
+    pub stiffness: Option<Number>,
+    pub damping: Option<Number>,
+    pub effort_limits: Option<bool>,
+    pub joint_stops: Option<bool>,
+    pub trajectory: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Joint {
+    pub position: Option<Number>,
+    pub velocity: Option<Number>,
+    pub stiffness: Option<Number>,
+    pub damping: Option<Number>,
+    pub reference: Option<Number>,
+    pub sines: Option<Spanned<Vec<[f64; 3]>>>,
+    pub points: Option<Spanned<Vec<[f64; 2]>>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Soil {
+    pub friction: Option<Number>,
+    pub restitution: Option<Number>,
+    pub tangential_restitution: Option<Number>,
+    pub cone: Option<Spanned<String>>,
+    pub stiffness: Option<Number>,
+    pub damping: Option<Number>,
+    pub recovery: Option<Number>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Senses {
+    pub encoder_counts: Option<Number>,
+    pub position_noise: Option<Number>,
+    pub velocity_noise: Option<Number>,
+    pub effort_noise: Option<Number>,
+    pub force_noise: Option<Number>,
+    pub base_position_noise: Option<Number>,
+    pub base_orientation_noise: Option<Number>,
+    pub base_velocity_noise: Option<Number>,
+    pub force_limit: Option<Number>,
+    pub velocities: Option<bool>,
+}

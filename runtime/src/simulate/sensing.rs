@@ -1,0 +1,222 @@
+//! What the log says of the true state: names of the columns, and a row of numbers.
+use super::drives::Drives;
+use super::mechanics::rotate;
+use super::plant::Plant;
+use super::random::Random;
+use super::scenario::Sensors;
+use crate::compare::BaseKind;
+use crate::effect::Effect;
+use std::f64::consts::TAU;
+
+/// Load below which a foot has no centre of pressure, N.
+const LOADED: f64 = 1.0;
+
+/// The truth at one sample.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sample {
+    pub time: f64,
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    /// Reported torques, N m.
+    pub effort: Vec<f64>,
+    pub reference: Vec<f64>,
+    /// On the contact points, world axes, N.
+    pub forces: Vec<[f64; 3]>,
+}
+
+/// Turns samples into rows.
+pub(super) struct Sensing<'a> {
+    plant: &'a Plant,
+    sensors: Sensors,
+    /// Those of foot force sensors.
+    effects: Vec<&'a Effect>,
+    random: Random,
+    /// Whether the log has feet and base.
+    stands: bool,
+}
+
+impl<'a> Sensing<'a> {
+    pub fn new(plant: &'a Plant, sensors: Sensors, effects: &[&'a Effect], seed: u64) -> Self {
+        let effects = effects.iter().filter(|e| e.kind.starts_with("force_sensor")).copied().collect();
+        let stands = plant.subject.base != BaseKind::Fixed;
+        Self { plant, sensors, effects, random: Random::new(seed), stands }
+    }
+
+    /// Names of the columns, `time` first.
+    pub fn columns(&self) -> Vec<String> {
+        let mut names = vec!["time".to_owned()];
+        for joint in self.plant.joint_names() {
+            names.push(format!("{joint}/position"));
+            if self.sensors.velocities {
+                names.push(format!("{joint}/velocity"));
+            }
+            names.extend(["effort", "reference"].map(|quantity| format!("{joint}/{quantity}")));
+        }
+        if self.stands {
+            for foot in &self.plant.feet {
+                names.extend(
+                    ["force/x", "force/y", "force/z", "cop/x", "cop/y"].map(|c| format!("{}/{c}", foot.name)),
+                );
+                names.extend(
+                    foot.corners.iter().map(|corner| format!("{}/{}/force/z", foot.name, corner.name)),
+                );
+            }
+        }
+        let base: &[&str] = match self.plant.subject.base {
+            BaseKind::Fixed => &[],
+            BaseKind::Planar => &[
+                "position/x",
+                "position/z",
+                "orientation/pitch",
+                "linear_velocity/x",
+                "linear_velocity/z",
+                "angular_velocity/y",
+            ],
+            BaseKind::Floating => &[
+                "position/x",
+                "position/y",
+                "position/z",
+                "orientation/x",
+                "orientation/y",
+                "orientation/z",
+                "orientation/w",
+                "linear_velocity/x",
+                "linear_velocity/y",
+                "linear_velocity/z",
+                "angular_velocity/x",
+                "angular_velocity/y",
+                "angular_velocity/z",
+            ],
+        };
+        names.extend(base.iter().map(|name| format!("base/{name}")));
+        names
+    }
+
+    /// The position that an encoder reads, without noise: what the controller works with.
+    pub fn encoder(&self, drives: &Drives, joint: usize, position: f64) -> f64 {
+        rounded(position + drives.encoder_offset(joint), self.sensors.encoder_counts)
+    }
+
+    /// A row, in the order of the columns; NaN where there is nothing.
+    pub fn row(&mut self, sample: &Sample, drives: &Drives, row: &mut Vec<f64>) {
+        row.clear();
+        row.push(sample.time);
+        let joints = self.plant.subject.joints.len();
+        let (first_q, first_v) = (sample.q.len() - joints, sample.v.len() - joints);
+        let sensors = self.sensors;
+        for j in 0..joints {
+            let position = sample.q[first_q + j] + drives.encoder_offset(j) + self.noise(sensors.position);
+            row.push(rounded(position, sensors.encoder_counts));
+            if sensors.velocities {
+                row.push(sample.v[first_v + j] + self.noise(sensors.velocity));
+            }
+            row.push(sample.effort[j] + self.noise(sensors.effort));
+            row.push(sample.reference[j]);
+        }
+        if self.stands {
+            self.feet(sample, row);
+            self.base(sample, row);
+        }
+    }
+
+    /// Forces and centres of pressure.
+    fn feet(&mut self, sample: &Sample, row: &mut Vec<f64>) {
+        let planar = self.plant.subject.base == BaseKind::Planar;
+        let mut point = 0;
+        for foot in &self.plant.feet {
+            let (mut sum, mut moment, mut load) = ([0.0; 3], [0.0; 2], 0.0);
+            let mut corners = Vec::with_capacity(foot.corners.len());
+            for (index, corner) in foot.corners.iter().enumerate() {
+                let mut force = sample.forces[point];
+                point += 1;
+                for (axis, force) in force.iter_mut().enumerate() {
+                    if !(planar && axis == 1) {
+                        *force += self.sensors.force * self.random.normal();
+                    }
+                }
+                if self.sensors.force_limit > 0.0 {
+                    force[2] = force[2].min(self.sensors.force_limit);
+                }
+                let name = format!("{}/{}", foot.name, corner.name);
+                corners.push(self.read(&foot.name, &name, force)[2]);
+                let place = foot.corner(index);
+                (0..3).for_each(|axis| sum[axis] += force[axis]);
+                moment = [moment[0] + place.x * force[2], moment[1] + place.y * force[2]];
+                load += force[2];
+            }
+            row.extend(self.read(&foot.name, &foot.name, sum));
+            let loaded = load > LOADED;
+            row.extend(moment.map(|moment| if loaded { moment / load } else { f64::NAN }));
+            row.extend(corners);
+        }
+    }
+
+    /// A force through the effects of a foot's sensor, or of that of one of its corners.
+    fn read(&self, foot: &str, place: &str, force: [f64; 3]) -> [f64; 3] {
+        let mut force = force;
+        for effect in &self.effects {
+            let sensor = effect.location.sensor.as_deref();
+            if sensor.is_some_and(|sensor| sensor != foot && sensor != place) {
+                continue;
+            }
+            match effect.kind.as_str() {
+                "force_sensor_gain" => force = force.map(|f| f * effect.value("gain")),
+                "force_sensor_bias" => {
+                    force = std::array::from_fn(|i| force[i] + effect.value(["x", "y", "z"][i]));
+                }
+                _ => force[2] = force[2].min(effect.value("limit")),
+            }
+        }
+        force
+    }
+
+    /// Pose and velocities of the base.
+    fn base(&mut self, sample: &Sample, row: &mut Vec<f64>) {
+        let (q, v, s) = (&sample.q, &sample.v, self.sensors);
+        if self.plant.subject.base == BaseKind::Planar {
+            let noise = [s.base_position, s.base_position, s.base_orientation];
+            for (value, deviation) in q[..3].iter().zip(noise) {
+                row.push(value + self.noise(deviation));
+            }
+            for value in &v[..3] {
+                row.push(value + self.noise(s.base_velocity));
+            }
+            return;
+        }
+        for value in &q[..3] {
+            row.push(value + self.noise(s.base_position));
+        }
+        let turn = [0; 3].map(|_| 0.5 * self.noise(s.base_orientation));
+        let own = [q[3], q[4], q[5], q[6]];
+        let noisy = small_turn(own, turn);
+        row.extend(noisy);
+        for value in rotate(own, [v[0], v[1], v[2]]) {
+            row.push(value + self.noise(s.base_velocity));
+        }
+        for value in &v[3..6] {
+            row.push(value + self.noise(s.base_velocity));
+        }
+    }
+
+    fn noise(&mut self, deviation: f64) -> f64 {
+        // Every channel draws, so that switching one off leaves the noise of the others as it was.
+        deviation * self.random.normal()
+    }
+}
+
+/// A quaternion (x y z w) turned by half a rotation vector that is small.
+fn small_turn([x, y, z, w]: [f64; 4], [a, b, c]: [f64; 3]) -> [f64; 4] {
+    let turned = [
+        x + w * a + y * c - z * b,
+        y + w * b + z * a - x * c,
+        z + w * c + x * b - y * a,
+        w - x * a - y * b - z * c,
+    ];
+    let length = turned.iter().map(|x| x * x).sum::<f64>().sqrt();
+    turned.map(|x| x / length)
+}
+
+/// To the nearest count; 0 counts per turn: exact.
+fn rounded(value: f64, counts: f64) -> f64 {
+    if counts > 0.0 { (value * counts / TAU).round() * TAU / counts } else { value }
+}

@@ -1,0 +1,49 @@
+//! A step allocates nothing.
+use super::bodies::Pendulum;
+use bipedc_runtime::simulate::{JointLaw, Motion};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: forwards to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // Not counted while the thread ends.
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Allocations of this thread so far.
+pub fn count() -> usize {
+    ALLOCATIONS.get()
+}
+
+#[test]
+fn steps_do_not_allocate() {
+    drop(std::hint::black_box(Box::new(1)));
+    assert!(count() > 0, "the counter works");
+    let pendulum = Pendulum { inertia: 0.2, weight: 5.0 };
+    let law = JointLaw { dry: [0.1, 0.1], limits: Some([-0.2, 0.3]), damping: 0.01, rotor_inertia: 0.01 };
+    let mut stepper = pendulum.stepper(law);
+    let mut motion = Motion { time: 0.0, q: vec![0.1], v: vec![0.0] };
+    let before = count();
+    for k in 0..2000 {
+        let torque = if k % 500 < 250 { 9.0 } else { -9.0 };
+        stepper.step(&mut motion, &[torque], 1e-3).unwrap();
+    }
+    assert_eq!(count(), before);
+}

@@ -1,0 +1,238 @@
+//! `bipedc simulate`: a robot in motion, and the log that its sensors would write.
+use crate::amendment::files::Replacement;
+use crate::arguments::RobotArguments;
+use crate::failure::{Failure, Outcome};
+use crate::interruption;
+use crate::output;
+use bipedc_compiler::robot::fnv1a;
+use bipedc_compiler::simulation::{plant, true_model};
+use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::effect::Effect;
+use bipedc_runtime::simulate::{Mechanics, Run, Scenario, Simulation, Summary, csv_line};
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+const EXAMPLES: &str = "\
+Examples:
+  bipedc simulate robots/tulip --scenario stand.toml --out run.csv
+  bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
+  bipedc diagnose robots/tulip run.csv                       finds what the scenario hides
+
+A scenario, all keys of which docs/simulation.md explains:
+
+  duration = 4.0                      # s
+  step = 0.001                        # s
+  [control]
+  stiffness = 300.0                   # N m/rad, all joints
+  damping = 3.0                       # N m s/rad
+  [joint.left_knee_pitch]
+  position = 0.4                      # rad, at the start
+  sines = [[0.2, 0.5, 0.0]]           # amplitude (rad), frequency (Hz), phase (rad)
+  [ground]
+  friction = 0.7
+  [[effect]]                          # hidden: in the robot, not in its description
+  kind = \"coulomb_friction\"
+  joint = \"left_knee_pitch\"
+  torque = 0.4                        # N m
+
+Rigid ground, dry friction and impacts are solved together in every step (Moreau's time stepping, thesis 4.3). The log
+has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log
+up to there is kept.
+JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \"not_converged\" (steps), \"contacts\",
+\"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"}.";
+
+/// Exit code of a run that was interrupted, as shells have it.
+const INTERRUPTED: u8 = 130;
+
+/// Simulate a robot on the ground or on a stand and log what its sensors would say
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Simulate {
+    #[command(flatten)]
+    robot: RobotArguments,
+    /// What happens: duration, initial state, controllers, ground, hidden effects, sensors
+    #[arg(long, value_name = "FILE.toml")]
+    scenario: PathBuf,
+    /// Where the log goes
+    #[arg(long, value_name = "RUN.csv")]
+    out: PathBuf,
+    /// Also write down what was hidden, as JSON
+    #[arg(long, value_name = "TRUTH.json")]
+    truth: Option<PathBuf>,
+    /// Print the summary as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Simulate {
+    /// Reads, runs, writes, prints.
+    pub fn run(self) -> Outcome {
+        let robot = self.robot.read()?;
+        let plant = plant(&robot.description, &robot.tree()?)?;
+        let scenario = Scenario::open(&self.scenario, &plant)?;
+        let model = output::progress("deriving", || true_model(&robot, &scenario.effects))?;
+        let in_file = |error: Diagnostic| Failure(vec![error.in_file(&self.scenario)]);
+        let mechanics = Mechanics::new(&model, plant.subject.base)?;
+        let simulation = Simulation::new(mechanics, &plant, &scenario).map_err(in_file)?;
+        let truth = match &self.truth {
+            Some(path) => {
+                Some(Replacement::prepare(path, &self.hidden(&robot.description.name, &scenario)?)?)
+            }
+            None => None,
+        };
+        let mut log = Log::begin(&self.out, &simulation.columns())?;
+        let start = Instant::now();
+        let stop = interruption::flag()?;
+        let summary = output::bar("simulating", |progress| {
+            let mut row = |values: &[f64]| log.row(values);
+            let stop = || stop.load(Ordering::Relaxed);
+            simulation.run(&mut Run { row: &mut row, progress, stop: &stop })
+        });
+        let summary = summary.map_err(in_file)?;
+        log.commit()?;
+        truth.map_or(Ok(()), Replacement::commit)?;
+        self.say(&summary, start.elapsed().as_secs_f64())?;
+        Ok(if summary.interrupted { ExitCode::from(INTERRUPTED) } else { ExitCode::SUCCESS })
+    }
+
+    /// What the robot has that its description does not say.
+    fn hidden(&self, robot: &str, scenario: &Scenario) -> Result<String, Failure> {
+        let text = std::fs::read_to_string(&self.scenario)?;
+        let truth = Truth {
+            robot,
+            scenario_hash: format!("{:016x}", fnv1a(&text)),
+            seed: scenario.seed,
+            step: scenario.step,
+            effects: &scenario.effects,
+        };
+        Ok(serde_json::to_string_pretty(&truth).map_err(io::Error::from)? + "\n")
+    }
+
+    fn say(&self, summary: &Summary, wall_time: f64) -> Result<(), Failure> {
+        let real_time_factor = summary.time / wall_time.max(1e-9);
+        if summary.not_converged > 0 {
+            let message = format!(
+                "{} of {} contact problems did not reach the residual; the worst is {:.1e}",
+                summary.not_converged, summary.steps, summary.worst_residual
+            );
+            output::diagnostics(&[Diagnostic::warning(message).help("a shorter `step` makes them easier")]);
+        }
+        if self.json {
+            let log = self.out.display().to_string();
+            output::print_json(&Answer { summary, wall_time, real_time_factor, log })?;
+            return Ok(());
+        }
+        let mut text = String::new();
+        let end = if summary.interrupted { "interrupted after" } else { "simulated" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{end} {:.3} s in {} steps, {real_time_factor:.0} times as fast as real time",
+            summary.time, summary.steps
+        );
+        if summary.contacts > 0 {
+            let _ = writeln!(
+                text,
+                "contact: at most {} points, worst relative residual {:.1e}, deepest penetration {:.2e} m",
+                summary.contacts, summary.worst_residual, summary.penetration
+            );
+        }
+        if summary.energy_made > 1e-9 {
+            let _ = writeln!(
+                text,
+                "an impact made {:.2e} J: restitution differs by direction",
+                summary.energy_made
+            );
+        }
+        for (joint, steps) in &summary.clipped {
+            let _ = writeln!(text, "{joint}: the torque was clipped in {steps} steps");
+        }
+        let _ = writeln!(text, "{} rows in {}", summary.rows, self.out.display());
+        output::print(&text)?;
+        Ok(())
+    }
+}
+
+#[derive(Serialize)]
+struct Truth<'a> {
+    robot: &'a str,
+    scenario_hash: String,
+    seed: u64,
+    step: f64,
+    effects: &'a [Effect],
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    wall_time: f64,
+    real_time_factor: f64,
+    log: String,
+}
+
+/// A log that grows beside its place and goes there whole; dropped before that, it leaves no trace.
+struct Log {
+    file: BufWriter<File>,
+    temporary: PathBuf,
+    path: PathBuf,
+    line: String,
+    committed: bool,
+}
+
+impl Log {
+    fn begin(path: &Path, columns: &[String]) -> Result<Self, Diagnostic> {
+        let mut name = path.file_name().unwrap_or_default().to_os_string();
+        name.push(".partial");
+        let temporary = path.with_file_name(name);
+        let file = File::create(&temporary).map_err(|error| cannot_write(path, &error))?;
+        let mut log = Self {
+            file: BufWriter::new(file),
+            temporary,
+            path: path.to_path_buf(),
+            line: String::new(),
+            committed: false,
+        };
+        log.line = columns.join(",") + "\n";
+        log.write()?;
+        Ok(log)
+    }
+
+    fn row(&mut self, values: &[f64]) -> Result<(), Diagnostic> {
+        csv_line(values, &mut self.line);
+        self.write()
+    }
+
+    fn write(&mut self) -> Result<(), Diagnostic> {
+        self.file.write_all(self.line.as_bytes()).map_err(|error| cannot_write(&self.path, &error))
+    }
+
+    fn commit(mut self) -> Result<(), Diagnostic> {
+        let done = self.file.flush().and_then(|()| std::fs::rename(&self.temporary, &self.path));
+        done.map_err(|error| cannot_write(&self.path, &error))?;
+        self.committed = true;
+        Ok(())
+    }
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        if !self.committed {
+            // Nothing to be done if even that fails: the file's name says what it is.
+            let _ = std::fs::remove_file(&self.temporary);
+        }
+    }
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> Diagnostic {
+    Diagnostic::error(format!("cannot write the log: {error}"))
+        .in_file(path)
+        .help("choose another file with --out, or make room on the disk")
+}

@@ -1,0 +1,187 @@
+//! `bipedc simulate`: scenarios, logs, interruption, and whether `diagnose` finds what was hidden.
+#[path = "support/cli.rs"]
+#[allow(dead_code)]
+mod cli;
+
+use cli::{Run, bipedc, command, scratch, text};
+use std::path::Path;
+
+/// A double pendulum's worth of robot: fixed base, four joints.
+const SWING: &str = "duration = 8.0
+step = 0.0005
+log_step = 0.005
+seed = 3
+[control]
+stiffness = 300.0
+damping = 5.0
+[joint]
+right_hip_pitch = { position = -0.2, sines = [[0.3, 0.5, 0.0], [0.1, 1.1, 1.0]] }
+right_knee_pitch = { position = 0.6, sines = [[0.3, 0.4, 0.2], [0.1, 0.9, 0.5]] }
+left_hip_pitch = { position = -0.2, sines = [[0.25, 0.45, 0.3], [0.1, 1.3, 0.0]] }
+left_knee_pitch = { position = 0.6, sines = [[0.3, 0.55, 0.7], [0.12, 1.2, 0.0]] }
+[sensors]
+encoder_counts = 200000
+effort_noise = 0.03
+";
+
+const STAND: &str = "duration = 0.4
+[control]
+stiffness = 500.0
+damping = 3.0
+";
+
+fn simulate(robot: &str, folder: &Path, name: &str, scenario: &str, options: &[&str]) -> Run {
+    let (file, log) = (folder.join(format!("{name}.toml")), folder.join(format!("{name}.csv")));
+    std::fs::write(&file, scenario).unwrap();
+    bipedc(&[&["simulate", robot, "--scenario", text(&file), "--out", text(&log)], options].concat())
+}
+
+#[test]
+fn diagnose_finds_what_simulate_hid() {
+    let folder = scratch("simulate_hidden");
+    let hidden = "[[effect]]\nkind = \"coulomb_friction\"\njoint = \"left_knee_pitch\"\ntorque = 0.8\n";
+    let truth = folder.join("truth.json");
+    let options = ["--base", "fixed", "--truth", text(&truth), "--json"];
+    let run =
+        simulate("robots/five_link", &folder, "train", &format!("{SWING}{hidden}"), &options).ok().json();
+    assert_eq!(run["rows"], 1600);
+    let written: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&truth).unwrap()).unwrap();
+    assert_eq!(written["effects"][0]["kind"], "coulomb_friction");
+    assert_eq!(written["effects"][0]["parameters"]["torque"], 0.8);
+    let log = folder.join("train.csv");
+    let found = bipedc(&[
+        "diagnose",
+        "robots/five_link",
+        text(&log),
+        "--base",
+        "fixed",
+        "--inertial",
+        "none",
+        "--json",
+    ]);
+    let found = found.ok().json();
+    let steps = found["steps"].as_array().unwrap();
+    let kinds: Vec<&str> = steps.iter().filter_map(|step| step["effect"]["kind"].as_str()).collect();
+    assert_eq!(kinds, ["coulomb_friction"], "{found}");
+    assert_eq!(steps[0]["effect"]["joint"], "left_knee_pitch");
+    let torque = steps[0]["effect"]["parameters"]["torque"].as_f64().unwrap();
+    println!("hidden 0.8 N m, found {torque} N m");
+    assert!((torque - 0.8).abs() < 0.03, "{torque}");
+}
+
+#[test]
+fn equal_seeds_give_equal_bytes() {
+    let folder = scratch("simulate_seeds");
+    let noise = "[sensors]\nposition_noise = 1e-4\nforce_noise = 0.5\nbase_orientation_noise = 1e-3\n";
+    let log = |name: &str, seed: u64| {
+        let scenario = format!("seed = {seed}\n{STAND}{noise}");
+        simulate("robots/seven_link", &folder, name, &scenario, &[]).ok();
+        std::fs::read_to_string(folder.join(format!("{name}.csv"))).unwrap()
+    };
+    let (a, b, c) = (log("a", 1), log("b", 1), log("c", 2));
+    assert_eq!(a, b);
+    assert_ne!(a, c);
+    let header = a.lines().next().unwrap();
+    for column in
+        ["time", "right_knee_pitch/effort", "right_foot/force/z", "left_foot/toe/force/z", "right_foot/cop/x"]
+    {
+        assert!(header.split(',').any(|name| name == column), "no {column} in {header}");
+    }
+    assert!(
+        header.ends_with("base/linear_velocity/x,base/linear_velocity/z,base/angular_velocity/y"),
+        "{header}"
+    );
+    assert_eq!(a.lines().count(), 401);
+}
+
+#[test]
+fn a_standing_log_is_read_by_compare() {
+    let folder = scratch("simulate_stand");
+    simulate("robots/tulip", &folder, "stand", &STAND.replace("0.4", "2.0"), &[]).ok();
+    let log = folder.join("stand.csv");
+    let compared = bipedc(&["compare", "robots/tulip", text(&log), "--json"]).ok().json();
+    let channels = compared["channels"].as_array().unwrap();
+    assert!(!channels.is_empty(), "{compared}");
+    for channel in channels {
+        // Nothing is hidden: what is left is what the filter of 5 Hz takes away, and the landing by rounding.
+        let rms = channel["rms"].as_f64().unwrap();
+        assert!(rms < 1.0, "{channel}");
+    }
+}
+
+#[test]
+fn mistakes_are_named_with_their_place() {
+    let folder = scratch("simulate_mistakes");
+    let fails = |name: &str, scenario: &str, words: &[&str]| {
+        simulate("robots/tulip", &folder, name, scenario, &[]).fails_with(words);
+        assert!(!folder.join(format!("{name}.csv")).exists(), "{name} left a log");
+        assert!(!folder.join(format!("{name}.csv.partial")).exists(), "{name} left a partial log");
+    };
+    fails("key", "duration = 1.0\nstepp = 0.1\n", &["key.toml:2", "stepp"]);
+    fails("type", "duration = \"long\"\n", &["type.toml:1"]);
+    fails("negative", "duration = 1.0\nstep = -0.1\n", &["negative.toml:2:8", "`step` = -0.1"]);
+    fails(
+        "joint",
+        "duration = 1.0\n[joint.left_kne_pitch]\nposition = 0.1\n",
+        &["joint.toml:2", "left_knee_pitch"],
+    );
+    let limits = "duration = 1.0\n[joint.left_knee_pitch]\nposition = 9.0\n";
+    fails("limits", limits, &["limits.toml:3:12", "beyond its limits"]);
+    let sunk = "duration = 1.0\n\n[initial]\nbase_position = [0.0, 0.0, 0.5]\n";
+    fails("sunk", sunk, &["sunk.toml:3", "below the ground", "clearance"]);
+    let base = "duration = 1.0\n[initial]\nbase_position = [0.0, 0.5]\n";
+    fails("base", base, &["base.toml:3", "[x, y, z]"]);
+    let effect = "duration = 1.0\n[[effect]]\nkind = \"coulomb_frictoin\"\n";
+    fails("effect", effect, &["effect.toml:2", "coulomb_friction"]);
+    let place = "duration = 1.0\n[[effect]]\nkind = \"payload\"\nlink = \"torsoo\"\nmass = 1.0\n";
+    fails("place", place, &["place.toml:4", "torso"]);
+    let bounds =
+        "duration = 1.0\n[[effect]]\nkind = \"viscous_friction\"\njoint = \"left_hip_roll\"\ndamping = -1\n";
+    fails("bounds", bounds, &["bounds.toml:5", "damping"]);
+    fails(
+        "elastic",
+        "duration = 1.0\n[[effect]]\nkind = \"backlash\"\njoint = \"left_hip_roll\"\ngap = 0.01\n",
+        &["cannot be simulated"],
+    );
+    fails("log", "duration = 1.0\nstep = 0.001\nlog_step = 0.0015\n", &["log.toml:3", "multiple"]);
+    let missing = folder.join("nothing.toml");
+    let out = folder.join("nothing.csv");
+    bipedc(&["simulate", "robots/tulip", "--scenario", text(&missing), "--out", text(&out)])
+        .fails_with(&["nothing.toml", "cannot read the scenario"]);
+}
+
+#[test]
+fn unstable_gains_are_said() {
+    let folder = scratch("simulate_unstable");
+    let wild = "duration = 1.0\n[control]\nstiffness = 1e9\neffort_limits = false\njoint_stops = false\n[joint.left_knee_pitch]\nposition = 0.1\nreference = 0.5\n";
+    simulate("robots/tulip", &folder, "wild", wild, &["--base", "fixed"])
+        .fails_with(&["no longer finite", "gains"]);
+    assert!(!folder.join("wild.csv").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_keeps_its_log() {
+    let folder = scratch("simulate_interrupted");
+    let (file, log) = (folder.join("long.toml"), folder.join("long.csv"));
+    std::fs::write(&file, STAND.replace("0.4", "100000.0")).unwrap();
+    let mut run = command(&["simulate", "robots/seven_link", "--scenario", text(&file), "--out", text(&log)]);
+    let mut child =
+        run.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
+    let partial = folder.join("long.csv.partial");
+    // Until rows have reached the disk.
+    for _ in 0..600 {
+        if std::fs::metadata(&partial).is_ok_and(|file| file.len() > 20_000) {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!partial.exists());
+    let written = std::fs::read_to_string(&log).unwrap();
+    let columns = written.lines().next().unwrap().split(',').count();
+    assert!(written.ends_with('\n') && written.lines().count() > 10);
+    assert!(written.lines().all(|line| line.split(',').count() == columns));
+}

@@ -1,0 +1,4 @@
+//! Time stepping of the robots: against another simulator, and by the laws that it must keep.
+mod another_simulator;
+mod humanoid;
+mod laws;
