@@ -3,7 +3,7 @@ use crate::cli::{bipedc, scratch, text};
 use crate::stood::{Noise, model, other, rooted, tulip};
 use bipedc_compiler::exact::Model;
 use bipedc_compiler::standing::Root;
-use bipedc_runtime::{Argument, Model as _, State};
+use bipedc_runtime::{Argument, State};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
