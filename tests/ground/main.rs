@@ -10,5 +10,4 @@ mod postures;
 mod real;
 mod stood;
 #[path = "../support/mod.rs"]
-#[allow(dead_code)]
 mod support;

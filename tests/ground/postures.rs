@@ -27,7 +27,7 @@ fn base_regressor_times_parameters_is_the_moment() {
         let q: Vec<f64> = (0..12).map(|_| 0.8 * noise.even()).collect();
         let bodies = standing.bodies(&q);
         let center = call(&truth, "center_of_mass", &q);
-        for axis in 0..2 {
+        for (axis, center) in center.iter().enumerate().take(2) {
             let sum: f64 = standing
                 .parts
                 .columns
@@ -35,7 +35,7 @@ fn base_regressor_times_parameters_is_the_moment() {
                 .zip(&beta)
                 .map(|(k, b)| standing.column(&bodies, *k)[axis] * b)
                 .sum();
-            assert!((sum - mass * center[axis]).abs() < 1e-12 * mass, "{sum} {}", mass * center[axis]);
+            assert!((sum - mass * center).abs() < 1e-12 * mass, "{sum} {}", mass * center);
         }
         let (own, _) = standing.center(&bodies, &parameters);
         // The world of `Standing` begins at the sole, that of the model at the foot's frame.

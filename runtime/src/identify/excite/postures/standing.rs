@@ -169,7 +169,7 @@ impl<'a> Standing<'a> {
             return Vector3::zeros();
         }
         let (axis, at) = bodies.axes[joint];
-        let is_mass = k % 10 == 0;
+        let is_mass = k.is_multiple_of(10);
         match (self.parts.joints[joint].prismatic, is_mass) {
             (true, true) => axis,
             (true, false) => Vector3::zeros(),
