@@ -48,6 +48,7 @@ pub fn choose(
     let count = folds.iter().copied().max().unwrap_or(0) + 1;
     let mut errors_of = vec![Vec::new(); WEIGHTS.len()];
     let mut held = vec![Held::default(); WEIGHTS.len()];
+    let mut failed: [Option<Diagnostic>; WEIGHTS.len()] = std::array::from_fn(|_| None);
     for fold in 0..count {
         let others: Vec<Triangle> =
             estimate.cells.iter().zip(folds).filter(|(_, of)| **of != fold).map(|(c, _)| c.clone()).collect();
@@ -57,22 +58,36 @@ pub fn choose(
             continue;
         }
         for (k, weight) in WEIGHTS.iter().enumerate() {
-            let errors = errors(&own, design, &problem.solve(&data, *weight)?.theta);
-            errors_of[k].push(normalised(&errors, &estimate.noise));
-            held[k] = errors.iter().fold(held[k], |sum, e| sum.plus(e));
+            match problem.solve(&data, *weight) {
+                Ok(physical) => {
+                    let errors = errors(&own, design, &physical.theta);
+                    errors_of[k].push(normalised(&errors, &estimate.noise));
+                    held[k] = errors.iter().fold(held[k], |sum, e| sum.plus(e));
+                }
+                Err(error) => failed[k] = Some(error),
+            }
             progress((fold * WEIGHTS.len() + k + 1) as f64 / (count * WEIGHTS.len()) as f64);
         }
     }
-    let excess = compared(&errors_of);
-    let trial = |k: usize| Trial {
-        weight: WEIGHTS[k],
-        error: mean(&errors_of[k]),
-        excess: excess[k],
-        relative: held[k].relative(),
-    };
-    let trials: Vec<Trial> = (0..WEIGHTS.len()).map(trial).collect();
+    // A weight with which the program cannot be solved is none to choose.
+    let solved: Vec<usize> = (0..WEIGHTS.len()).filter(|&k| failed[k].is_none()).collect();
+    if let (true, Some(error)) = (solved.is_empty(), failed.into_iter().flatten().next()) {
+        return Err(error);
+    }
+    let errors_of: Vec<Vec<f64>> = solved.iter().map(|&k| std::mem::take(&mut errors_of[k])).collect();
+    let trials: Vec<Trial> = solved
+        .iter()
+        .zip(&errors_of)
+        .zip(compared(&errors_of))
+        .map(|((&k, errors), excess)| Trial {
+            weight: WEIGHTS[k],
+            error: mean(errors),
+            excess,
+            relative: held[k].relative(),
+        })
+        .collect();
     let good = trials.iter().filter(|trial| trial.excess[0] <= trial.excess[1]);
-    let strongest = good.map(|trial| trial.weight).fold(WEIGHTS[0], f64::max);
+    let strongest = good.map(|trial| trial.weight).fold(f64::MIN_POSITIVE, f64::max);
     let best =
         trials.iter().min_by(|a, b| a.error.total_cmp(&b.error)).map_or(strongest, |trial| trial.weight);
     Ok(Choice { weight: (best * strongest).sqrt(), trials })
