@@ -40,7 +40,7 @@ impl Space {
         scaled.column_iter_mut().zip(&factors).for_each(|(mut column, factor)| column *= *factor);
         let (rows, width) = scaled.shape();
         let none = Self { basis: DMatrix::zeros(rows, 0), inverse: DMatrix::zeros(width, 0) };
-        if width == 0 || scaled.iter().any(|x| !x.is_finite()) {
+        if scaled.is_empty() || scaled.iter().any(|x| !x.is_finite()) {
             return none;
         }
         let Some(svd) = scaled.try_svd(true, true, f64::EPSILON, 10_000) else { return none };
@@ -78,6 +78,9 @@ pub(super) fn independent(columns: &DMatrix<f64>, beside: &DMatrix<f64>, least: 
     let factors: Vec<f64> = sizes.iter().map(|size| if *size > 0.0 { 1.0 / size } else { 0.0 }).collect();
     let mut scaled = third.without(columns);
     scaled.column_iter_mut().zip(&factors).for_each(|(mut column, factor)| column *= *factor);
+    if scaled.is_empty() || scaled.iter().any(|x| !x.is_finite()) {
+        return DMatrix::zeros(columns.ncols(), 0);
+    }
     let Some(svd) = scaled.try_svd(false, true, f64::EPSILON, 10_000) else {
         return DMatrix::zeros(columns.ncols(), 0);
     };
@@ -232,6 +235,7 @@ mod tests {
         let none = DMatrix::zeros(20, 0);
         assert_eq!(independent(&all.columns(0, 3).into_owned(), &none, 1e-7).ncols(), 2);
         let beside = all.columns(1, 4).into_owned();
+        assert_eq!(independent(&none, &beside, 1e-7).shape(), (0, 0));
         assert_eq!(independent(&all.columns(0, 1).into_owned(), &beside, 1e-7).ncols(), 0);
         all.fill(0.0);
         assert_eq!(independent(&all, &none, 1e-7).ncols(), 0);

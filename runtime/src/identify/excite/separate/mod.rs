@@ -9,6 +9,8 @@
 mod angle;
 mod columns;
 mod objective;
+#[cfg(test)]
+mod tests;
 
 pub use columns::Candidate;
 pub use objective::Separation;
