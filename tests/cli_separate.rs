@@ -149,10 +149,66 @@ fn a_designed_motion_ends_the_doubt_of_a_poor_one() {
     let answer = separate(&plan, ["torque_gain", "parallel_spring"], &["--joint", KNEE, "--noise", "0.02"])
         .ok()
         .json();
-    println!("{:#} {:#}", answer["before"], answer["after"]);
+    let [before, after] = ["before", "after"].map(|key| number(&answer[key]["correlation"]));
+    println!("correlation {before:.4}, designed {after:.4}");
+    assert!(after < 0.1 && after < 0.2 * before, "{after} after {before}");
     let gain = |_: [f64; 3], tau: f64| tau / 0.8;
     log(&bad, &poor(), &gain);
     log(&good, &trajectory(&plan), &gain);
     let ((first, doubts), (found, alternatives)) = (diagnosed(&bad), diagnosed(&good));
     println!("poor: {first:?} or {doubts:?}; designed: {found:?} or {alternatives:?}");
+    for kind in ["torque_gain", "parallel_spring"] {
+        assert!(doubts.iter().any(|doubt| doubt == kind), "{doubts:?}");
+    }
+    assert_eq!(found, ["torque_gain"]);
+    assert!(!alternatives.iter().any(|other| other == "parallel_spring"), "{alternatives:?}");
+}
+
+#[test]
+fn what_no_motion_tells_and_wrong_use_are_refused() {
+    let folder = scratch("separate_refused");
+    let out = folder.join("never.csv");
+    let fails = |effects: [&str; 2], options: &[&str], words: &[&str]| {
+        separate(&out, effects, options).fails_with(words);
+        assert!(!out.exists());
+    };
+    let at_knee = ["--joint", KNEE];
+    fails(
+        ["rotor_inertia", "coulomb_frictoin"],
+        &at_knee,
+        &["no effect `coulomb_frictoin`", "did you mean `coulomb_friction`"],
+    );
+    fails(["rotor_inertia", "payload"], &at_knee, &["`payload` needs a link", "--link LINK"]);
+    fails(["rotor_inertia", "coupling"], &at_knee, &["two different joints", "--other-joint"]);
+    fails(["viscous_friction", "torque_bias"], &[], &["needs a joint"]);
+    fails(["viscous_friction", "ground_compliance"], &at_knee, &["only in contact with the ground"]);
+    fails(["viscous_friction", "series_elasticity"], &at_knee, &["motor's angle"]);
+    fails(["viscous_friction", "torque_bias"], &["--joint", "elbow"], &["no joint `elbow`"]);
+    fails(
+        ["rotor_inertia", "payload"],
+        &["--joint", KNEE, "--link", "right_lower_lek"],
+        &["no link `right_lower_lek`", "did you mean `right_lower_leg`"],
+    );
+    fails(
+        ["viscous_friction", "torque_bias"],
+        &["--joint", KNEE, "--link", "right_foot"],
+        &["neither effect is at such a place: --link"],
+    );
+    fails(
+        ["viscous_friction", "torque_bias"],
+        &["--joint", KNEE, "--noise", "0"],
+        &["noise of torques is 0"],
+    );
+    fails(["viscous_friction", "torque_bias"], &["--joint", "a,b,c"], &["--joint names 3 places"]);
+    // The ankle is held, so its friction is never seen.
+    fails(
+        ["viscous_friction", "torque_bias"],
+        &["--joint", "right_ankle_pitch"],
+        &["changes no measured torque", "--joints"],
+    );
+    // One contains the other.
+    fails(["coulomb_friction", "stribeck_friction"], &at_knee, &["whatever Coulomb friction", "can do too"]);
+    let first = ["--joints", "right_hip_yaw", "--joint", "right_hip_yaw", "--link", "right_hip_yaw_link"];
+    let words = ["excite", ROBOT, "--out", text(&out), "--separate", "rotor_inertia", "inertia_error"];
+    bipedc(&[&words[..], &first].concat()).fails_with(&["canonical correlation is 1 along every motion"]);
 }
