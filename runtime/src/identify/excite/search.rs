@@ -237,6 +237,9 @@ pub(super) fn check(request: &Request) -> Result<(), Diagnostic> {
     Ok(())
 }
 
+/// What a motion that keeps its limits is worth, and its coefficients.
+type Judged<Q> = Result<(Q, Vec<f64>), Overload>;
+
 struct Search<'r, 'm, O> {
     machine: &'r Machine<'m>,
     request: &'r Request,
@@ -261,7 +264,7 @@ impl<O: Objective> Search<'_, '_, O> {
     }
 
     /// The motion that keeps its limits, and what it is worth.
-    fn judged(&self, x: &[f64]) -> Result<Result<(O::Quality, Vec<f64>), Overload>, Diagnostic> {
+    fn judged(&self, x: &[f64]) -> Result<Judged<O::Quality>, Diagnostic> {
         match kept(self.machine, &self.basis, x, self.request.margin)? {
             Ok(x) => {
                 // More than the search has, so that both ends count no more than other times.
