@@ -162,23 +162,15 @@ fn example(kind: &Kind) -> String {
         return text;
     }
     for parameter in kind.estimated() {
-        let _ =
-            writeln!(text, "{} = {:?}  # {}", parameter.name, sample(parameter), unit_words(parameter.unit));
+        let _ = writeln!(
+            text,
+            "{} = {:?}  # {}",
+            parameter.name,
+            parameter.example(),
+            unit_words(parameter.unit)
+        );
     }
     text
-}
-
-/// A usual value: between the ends of the usual range, geometrically where it spans decades.
-fn sample(parameter: &Parameter) -> f64 {
-    let (low, high) = parameter.plausible;
-    let value: f64 = match (low, high) {
-        (low, high) if low < 0.0 => high / 10.0,
-        (low, high) if low > 0.0 => (low * high).sqrt(),
-        (_, high) => high / 50.0,
-    };
-    // One digit is enough for an example.
-    let scale = 10.0_f64.powf(value.abs().log10().floor());
-    format!("{:e}", (value / scale).round() * scale).parse::<f64>().map_or(value, |v| (v * 1e9).round() / 1e9)
 }
 
 fn as_json(kind: &Kind) -> Value {

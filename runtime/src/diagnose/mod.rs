@@ -35,6 +35,7 @@ mod world;
 pub use anatomy::Anatomy;
 pub use breakdown::{AT_NOISE, Breakdown, Part, WINDOWS, Window, breakdowns};
 pub use calls::AnyModel;
+pub(crate) use engine::columns_of;
 pub use engine::{Options, diagnose, errors, estimate, summary};
 pub use experiment::{Channel, Experiment, Inertial, Row};
 pub use feet::{Corner, Foot};

@@ -140,3 +140,19 @@ impl Kind {
         self.parameters.iter().filter(|parameter| parameter.role == Role::Estimated)
     }
 }
+
+impl Parameter {
+    /// A usual value: between the ends of the usual range, geometrically where it spans decades; one digit.
+    pub fn example(&self) -> f64 {
+        let (low, high) = self.plausible;
+        let value: f64 = match (low, high) {
+            (low, high) if low < 0.0 => high / 10.0,
+            (low, high) if low > 0.0 => (low * high).sqrt(),
+            (_, high) => high / 50.0,
+        };
+        let scale = 10.0_f64.powf(value.abs().log10().floor());
+        format!("{:e}", (value / scale).round() * scale)
+            .parse::<f64>()
+            .map_or(value, |v| (v * 1e9).round() / 1e9)
+    }
+}

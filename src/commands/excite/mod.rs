@@ -2,6 +2,7 @@
 mod plot;
 mod postures;
 mod say;
+mod separate;
 mod subject;
 
 use crate::amendment::files::Replacement;
@@ -10,10 +11,10 @@ use crate::failure::Outcome;
 use crate::interruption;
 use crate::output;
 use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::identify::excite::{Criterion, Designed, Family, Machine, Request, Scaling, design};
+use bipedc_runtime::identify::excite::{Basis, Criterion, Family, Machine, Request, Scaling, design};
 use clap::{Args, ValueEnum};
 use postures::{PostureArguments, Shared};
-use std::cell::RefCell;
+use separate::SeparateArguments;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,6 +27,8 @@ Examples:
   bipedc excite robots/tulip_v1_leg --duration 10 --harmonics 5 --out trajectory.csv
   bipedc excite robots/tulip_v1_leg --joints right_hip_pitch,right_knee_pitch --margin 20 --out gentle.csv
   bipedc excite robots/tulip --base fixed --acceleration 15 --time-limit 120 --out trajectory.csv --json
+  bipedc excite robots/tulip_v1_leg --separate coulomb_friction viscous_friction --joint right_knee_pitch --out apart.csv
+  bipedc excite robots/tulip_v1_leg --separate rotor_inertia payload --joint right_knee_pitch --link right_lower_leg --out apart.csv
   bipedc excite robots/tulip --postures 50 --placements 10 --out postures.csv --plot postures.svg
 
 A log of a poor motion tells some parameters only together. This looks for the joint trajectories whose base regressor
@@ -37,6 +40,8 @@ Trajectories are finite Fourier series: they repeat after --duration and start a
 over and over. With --degree5 they are polynomials of degree 5 as in the thesis; these may begin and end in motion
 unless --at-rest.
 Then: run the motion on the robot, log positions and efforts, and ask `bipedc identify`.
+
+With --separate: the motion that best tells two effects of the library apart which `bipedc diagnose` could not tell apart.
 
 With --postures: sets of static postures for force plates (thesis 5.24), both feet flat on K placements, within the joints'
 limits, the centre of pressure inside the support. Add measured columns cop/x and cop/y to the file and ask
@@ -90,7 +95,7 @@ pub struct Excite {
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     acceleration: Option<f64>,
     /// What is made small
-    #[arg(long, value_enum, default_value = "condition")]
+    #[arg(long, value_enum, default_value = "condition", conflicts_with = "separate")]
     criterion: By,
     /// Of the random starts: equal seeds give equal files unless time ran out
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -104,6 +109,8 @@ pub struct Excite {
     /// After this the best so far is taken, s
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     time_limit: Option<f64>,
+    #[command(flatten)]
+    separate: SeparateArguments,
     #[command(flatten)]
     postures: PostureArguments,
     /// Print the answer as JSON (docs/experiments.md explains every key)
@@ -135,24 +142,22 @@ impl Excite {
         }
         let mut excited =
             output::progress("deriving", || Excited::new(&robot, &self.joints, self.acceleration))?;
-        let machine = Machine {
-            subject: &excited.subject,
-            regressor: &excited.regressor,
-            dynamics: RefCell::new(&mut excited.torques),
-            moving: &excited.moving,
-            posture: &excited.posture,
-            limits: &excited.limits,
-        };
+        if self.separate.wanted() {
+            let rows = (self.duration * self.rate).round() as usize + 1;
+            return self.separate.run(&robot, excited, &request, &self.out, rows, self.json);
+        }
+        let assumptions = excited.assumptions.clone();
+        let machine = excited.machine();
         // Whether the file can be written shows before the search, not after it.
         drop(Replacement::prepare(&self.out, "")?);
         let interrupted = interruption::flag().map_err(|e| Diagnostic::error(e.to_string()))?;
         let stop = || interrupted.load(Ordering::Relaxed);
         let found = output::bar("searching", |progress| design(&machine, &request, progress, &stop))?;
         let count = (self.duration * self.rate).round() as usize + 1;
-        Replacement::prepare(&self.out, &csv(&machine, &found, count))?.commit()?;
-        let answer =
-            say::Answer::new(&robot.description.name, &machine, &request, &found, &excited.assumptions)
-                .with_file(&self.out, count);
+        Replacement::prepare(&self.out, &csv(&machine, &found.basis, &found.coefficients, count))?
+            .commit()?;
+        let answer = say::Answer::new(&robot.description.name, &machine, &request, &found, &assumptions)
+            .with_file(&self.out, count);
         if self.json {
             output::print_json(&answer)?;
         } else {
@@ -215,8 +220,8 @@ impl Excite {
 }
 
 /// The trajectory as a log: time and what every joint does.
-fn csv(machine: &Machine<'_>, found: &Designed, count: usize) -> String {
-    let motion = machine.motion(&found.basis, &found.coefficients, count);
+fn csv(machine: &Machine<'_>, basis: &Basis, coefficients: &[f64], count: usize) -> String {
+    let motion = machine.motion(basis, coefficients, count);
     let joints = &machine.subject.joints;
     let mut text = String::from("time");
     for joint in joints {
@@ -225,7 +230,7 @@ fn csv(machine: &Machine<'_>, found: &Designed, count: usize) -> String {
     }
     text.push('\n');
     for i in 0..count {
-        let _ = write!(text, "{:.9}", found.basis.duration() * i as f64 / (count.max(2) - 1) as f64);
+        let _ = write!(text, "{:.9}", basis.duration() * i as f64 / (count.max(2) - 1) as f64);
         for at in i * joints.len()..(i + 1) * joints.len() {
             // Adding zero makes -0 a 0.
             let [q, v, a] = [motion.q[at], motion.v[at], motion.a[at]].map(|x| (x * 1e9).round() / 1e9 + 0.0);

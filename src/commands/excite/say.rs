@@ -31,7 +31,7 @@ pub struct Answer {
 
 /// How near a joint comes to its limits.
 #[derive(Debug, Serialize)]
-struct Joint {
+pub struct Joint {
     name: String,
     position: (f64, f64),
     position_limits: (f64, f64),
@@ -44,8 +44,9 @@ struct Joint {
     effort_unit: &'static str,
 }
 
+/// A joint that does not move.
 #[derive(Debug, Serialize)]
-struct Held {
+pub struct Held {
     name: String,
     position: f64,
 }
@@ -59,28 +60,7 @@ impl Answer {
         found: &Designed,
         assumed: &[String],
     ) -> Self {
-        let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
-        let described = &machine.subject.joints;
-        let joint = |((&joint, limits), peaks): ((&usize, &Limits), &Peaks)| Joint {
-            name: described[joint].name.clone(),
-            position: peaks.position,
-            position_limits: limits.position,
-            velocity: peaks.velocity,
-            velocity_limit: finite(limits.velocity),
-            acceleration: peaks.acceleration,
-            acceleration_limit: finite(limits.acceleration),
-            effort: peaks.effort,
-            effort_limit: finite(limits.effort),
-            effort_unit: described[joint].unit(),
-        };
-        let held = (0..described.len()).filter(|joint| !machine.moving.contains(joint));
-        let held =
-            held.map(|k| Held { name: described[k].name.clone(), position: machine.posture[k] }).collect();
-        let (trajectory, order) = match request.family {
-            Family::Polynomial(degree) => ("polynomial", degree),
-            Family::RestingPolynomial(degree) => ("resting_polynomial", degree),
-            Family::Fourier(harmonics) => ("fourier", harmonics),
-        };
+        let (trajectory, order) = family(request.family);
         Self {
             robot: robot.to_owned(),
             file: PathBuf::new(),
@@ -91,8 +71,8 @@ impl Answer {
             base_parameters: found.unknowns,
             before: found.before,
             after: found.after,
-            joints: machine.moving.iter().zip(machine.limits).zip(&found.peaks).map(joint).collect(),
-            held,
+            joints: Joint::all(machine, &found.peaks),
+            held: Held::all(machine),
             margin: request.margin,
             seed: request.seed,
             starts: found.starts,
@@ -115,15 +95,9 @@ impl fmt::Display for Answer {
             writeln!(f, "assumed: {assumption}")?;
         }
         for held in &self.held {
-            writeln!(f, "held: `{}` at {:.4}", held.name, held.position)?;
+            writeln!(f, "{held}")?;
         }
-        let kind = match self.trajectory {
-            "fourier" => format!("Fourier series with {} harmonics, at rest at both ends", self.order),
-            "resting_polynomial" => {
-                format!("polynomials of degree {}, at rest at both ends", self.order)
-            }
-            _ => format!("polynomials of degree {}, in motion at both ends", self.order),
-        };
+        let kind = family_words(self.trajectory, self.order);
         writeln!(f, "{} s of {kind}; {} base parameters", self.duration, self.base_parameters)?;
         writeln!(
             f,
@@ -136,22 +110,7 @@ impl fmt::Display for Answer {
             self.before.log_determinant
         )?;
         writeln!(f, "{} starts, {} evaluations, seed {}\n", self.starts, self.evaluations, self.seed)?;
-        let head = [
-            "joint",
-            "position, rad",
-            "limits",
-            "velocity, rad/s",
-            "limit",
-            "acceleration, rad/s²",
-            "limit",
-            "effort, N m",
-            "limit",
-            "used",
-        ];
-        f.write_str(&table(&head, self.joints.iter().map(Joint::row).collect(), 1))?;
-        if self.joints.iter().any(|joint| joint.effort_unit == "N") {
-            writeln!(f, "joints that slide: m, m/s, m/s², N")?;
-        }
+        f.write_str(&Joint::table(&self.joints))?;
         if self.out_of_time {
             writeln!(f, "\nwarning: time ran out: another run with this seed may give another motion")?;
         }
@@ -164,7 +123,80 @@ impl fmt::Display for Answer {
     }
 }
 
+/// As in JSON, with its order.
+pub fn family(family: Family) -> (&'static str, usize) {
+    match family {
+        Family::Polynomial(degree) => ("polynomial", degree),
+        Family::RestingPolynomial(degree) => ("resting_polynomial", degree),
+        Family::Fourier(harmonics) => ("fourier", harmonics),
+    }
+}
+
+/// The same for people.
+pub fn family_words(trajectory: &str, order: usize) -> String {
+    match trajectory {
+        "fourier" => format!("Fourier series with {order} harmonics, at rest at both ends"),
+        "resting_polynomial" => format!("polynomials of degree {order}, at rest at both ends"),
+        _ => format!("polynomials of degree {order}, in motion at both ends"),
+    }
+}
+
+impl Held {
+    /// Those that do not move.
+    pub fn all(machine: &Machine<'_>) -> Vec<Self> {
+        let described = &machine.subject.joints;
+        let held = (0..described.len()).filter(|joint| !machine.moving.contains(joint));
+        held.map(|k| Self { name: described[k].name.clone(), position: machine.posture[k] }).collect()
+    }
+}
+
+impl fmt::Display for Held {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "held: `{}` at {:.4}", self.name, self.position)
+    }
+}
+
 impl Joint {
+    /// Those that move.
+    pub fn all(machine: &Machine<'_>, peaks: &[Peaks]) -> Vec<Self> {
+        let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
+        let described = &machine.subject.joints;
+        let joint = |((&joint, limits), peaks): ((&usize, &Limits), &Peaks)| Self {
+            name: described[joint].name.clone(),
+            position: peaks.position,
+            position_limits: limits.position,
+            velocity: peaks.velocity,
+            velocity_limit: finite(limits.velocity),
+            acceleration: peaks.acceleration,
+            acceleration_limit: finite(limits.acceleration),
+            effort: peaks.effort,
+            effort_limit: finite(limits.effort),
+            effort_unit: described[joint].unit(),
+        };
+        machine.moving.iter().zip(machine.limits).zip(peaks).map(joint).collect()
+    }
+
+    /// One row each.
+    pub fn table(joints: &[Self]) -> String {
+        let head = [
+            "joint",
+            "position, rad",
+            "limits",
+            "velocity, rad/s",
+            "limit",
+            "acceleration, rad/s²",
+            "limit",
+            "effort, N m",
+            "limit",
+            "used",
+        ];
+        let mut text = table(&head, joints.iter().map(Self::row).collect(), 1);
+        if joints.iter().any(|joint| joint.effort_unit == "N") {
+            text.push_str("joints that slide: m, m/s, m/s², N\n");
+        }
+        text
+    }
+
     fn row(&self) -> Vec<String> {
         let limit = |limit: Option<f64>| limit.map_or_else(|| "-".to_owned(), |limit| format!("{limit:.2}"));
         vec![

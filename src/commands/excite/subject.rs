@@ -8,8 +8,9 @@ use bipedc_compiler::identification::base_regressor;
 use bipedc_compiler::program::{ProgramRegressor, ProgramTorques};
 use bipedc_runtime::compare::{BaseKind, Subject};
 use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::identify::excite::Limits;
+use bipedc_runtime::identify::excite::{Limits, Machine};
 use bipedc_runtime::identify::joint;
+use std::cell::RefCell;
 use std::f64::consts::PI;
 
 /// Everything that the design needs of a robot.
@@ -19,7 +20,9 @@ pub struct Excited {
     pub torques: ProgramTorques,
     /// Indices of the joints that move.
     pub moving: Vec<usize>,
-    /// Positions of those that do not.
+    /// Indices of the joints that move or have an actuator.
+    pub measured: Vec<usize>,
+    /// Positions of those that do not move.
     pub posture: Vec<f64>,
     /// Of the joints that move.
     pub limits: Vec<Limits>,
@@ -49,6 +52,8 @@ impl Excited {
                 .help("name joints with --joints")
                 .into());
         }
+        let measured =
+            (0..tree.joints.len()).filter(|j| tree.joints[*j].actuated || moving.contains(j)).collect();
         let rigid = robot.clone().without_effects();
         let (_, regressor) = base_regressor(&rigid.description, &rigid.tree()?, &moving)?;
         let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
@@ -65,7 +70,21 @@ impl Excited {
             .iter()
             .map(|&k| limits_of(&subject.joints[k].name, joints[k], acceleration, &mut assumptions))
             .collect::<Result<_, _>>()?;
-        Ok(Self { subject, regressor, torques, moving, posture, limits, assumptions })
+        Ok(Self { subject, regressor, torques, moving, measured, posture, limits, assumptions })
+    }
+}
+
+impl Excited {
+    /// What moves within which limits.
+    pub fn machine(&mut self) -> Machine<'_> {
+        Machine {
+            subject: &self.subject,
+            regressor: &self.regressor,
+            dynamics: RefCell::new(&mut self.torques),
+            moving: &self.moving,
+            posture: &self.posture,
+            limits: &self.limits,
+        }
     }
 }
 

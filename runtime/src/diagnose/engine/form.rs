@@ -1,10 +1,10 @@
 //! How a kind of effect is searched for: columns that enter linearly, and how parameters follow from their
 //! coefficients.
-use crate::diagnose::Experiment;
+use crate::diagnose::{Experiment, Inertial};
 use crate::effect::{Effect, Location};
 
 /// A column: rows that it touches, with one value per sample.
-pub(super) type Column = Vec<(usize, Vec<f64>)>;
+pub(crate) type Column = Vec<(usize, Vec<f64>)>;
 
 /// Gains nearer to one are one.
 const SAME_GAIN: f64 = 0.005;
@@ -177,6 +177,29 @@ pub(super) fn within_reach((low, high): (f64, f64), value: f64) -> bool {
     let slack = 0.2 * (high - low);
     let least = if low > 0.0 { 0.8 * low } else { low - slack };
     (least..=high + slack).contains(&value)
+}
+
+/// What a kind at a place adds to the rows, per coefficient that enters linearly, with its other parameter at
+/// `setting`; `None` for kinds that are not searched for.
+pub(crate) fn columns_of(
+    experiment: &dyn Experiment,
+    kind: &'static str,
+    location: &Location,
+    setting: f64,
+) -> Option<Vec<Column>> {
+    let form = Form::new(experiment, kind, location, setting)?;
+    let Search::Inertial(directions) = &form.search else { return Some(form.columns(experiment)) };
+    let rows = 0..experiment.rows().len();
+    let inertial: Vec<_> = rows.filter_map(|row| Some((row, experiment.inertial(row)?))).collect();
+    let along = |direction: &Vec<f64>| {
+        let of_row = |(row, inertial): &(usize, &Inertial)| {
+            let change: Vec<f64> = inertial.columns.iter().map(|column| direction[*column]).collect();
+            let samples = inertial.values.chunks_exact(change.len().max(1));
+            (*row, samples.map(|y| y.iter().zip(&change).map(|(y, c)| y * c).sum()).collect())
+        };
+        inertial.iter().filter(|(_, inertial)| !inertial.columns.is_empty()).map(of_row).collect()
+    };
+    Some(directions.iter().map(along).collect())
 }
 
 impl Form {

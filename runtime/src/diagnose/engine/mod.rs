@@ -14,4 +14,5 @@ mod smoother;
 mod words;
 
 pub use answer::{Options, diagnose, errors, estimate};
+pub(crate) use form::columns_of;
 pub use words::summary;

@@ -11,6 +11,7 @@ mod machine;
 pub mod polygon;
 pub mod postures;
 mod search;
+pub mod separate;
 mod spectrum;
 #[cfg(test)]
 mod tests;

@@ -66,6 +66,47 @@ pub struct Designed {
     pub out_of_time: bool,
 }
 
+/// What a motion is wanted for.
+pub(super) trait Objective {
+    /// What a motion is worth.
+    type Quality: Copy;
+    /// Of a motion that is judged.
+    fn quality(&self, motion: &Motion) -> Result<Self::Quality, Diagnostic>;
+    /// The smooth cost and its derivatives by positions, velocities and accelerations, laid out like them; `None`
+    /// where it is infinite.
+    fn cost(&self, motion: &Motion) -> Result<Option<(f64, Motion)>, Diagnostic>;
+    /// Whether the first is worth more.
+    fn better(&self, one: &Self::Quality, other: &Self::Quality) -> bool;
+}
+
+/// Telling the inertial parameters.
+struct Telling<'r, 'm> {
+    regression: Regression<'r, 'm>,
+    request: &'r Request,
+}
+
+impl Objective for Telling<'_, '_> {
+    type Quality = MotionQuality;
+
+    fn quality(&self, motion: &Motion) -> Result<MotionQuality, Diagnostic> {
+        Ok(self.regression.quality(motion))
+    }
+
+    fn cost(&self, motion: &Motion) -> Result<Option<(f64, Motion)>, Diagnostic> {
+        Ok(self.regression.cost(motion, self.request.criterion, self.request.scaling))
+    }
+
+    fn better(&self, one: &MotionQuality, other: &MotionQuality) -> bool {
+        match self.request.criterion {
+            Criterion::Condition => match self.request.scaling {
+                Scaling::Unit => one.condition_number < other.condition_number,
+                Scaling::Own => one.unscaled_condition_number < other.unscaled_condition_number,
+            },
+            Criterion::Information => one.log_determinant > other.log_determinant,
+        }
+    }
+}
+
 /// Looks for the motion that tells most and keeps all limits; `progress` hears which part is done.
 ///
 /// Several random starts, each minimised (SLSQP, Kraft 1988) with limits as growing penalties, then made to keep its
@@ -81,24 +122,56 @@ pub fn design(
 ) -> Result<Designed, Diagnostic> {
     check(request)?;
     machine.check()?;
-    let mut random = Random(request.seed);
-    let basis = Basis::new(request.family, request.duration);
     // Always the same: which unknowns there are does not depend on the seed.
     let mut probe = Random(0x1dea);
-    let regression = Regression::new(machine, &mut || probe.next());
-    let search = Search {
-        machine,
-        request,
-        basis,
-        regression,
-        stop,
-        begun: Instant::now(),
-        evaluations: Cell::new(0),
-    };
-    let (mut first, mut best, mut refused) = (None, None::<(MotionQuality, Vec<f64>)>, None::<Overload>);
+    let telling = Telling { regression: Regression::new(machine, &mut || probe.next()), request };
+    let found = best(machine, &telling, request, progress, stop)?;
+    if !found.after.condition_number.is_finite() {
+        return Err(Diagnostic::error("no motion that keeps the limits tells all parameters")
+            .help("widen the limits, or give a longer --duration or more --harmonics"));
+    }
+    Ok(Designed {
+        basis: found.basis,
+        coefficients: found.coefficients,
+        unknowns: telling.regression.unknowns(),
+        before: found.before,
+        after: found.after,
+        peaks: found.peaks,
+        starts: found.starts,
+        evaluations: found.evaluations,
+        out_of_time: found.out_of_time,
+    })
+}
+
+/// A motion, what it is worth, and how it was found.
+pub(super) struct Best<Q> {
+    pub basis: Basis,
+    pub coefficients: Vec<f64>,
+    /// Of the first random motion that keeps the limits.
+    pub before: Q,
+    pub after: Q,
+    pub peaks: Vec<Peaks>,
+    pub starts: usize,
+    pub evaluations: usize,
+    pub out_of_time: bool,
+}
+
+/// The motion that serves an objective best; request and machine were checked.
+pub(super) fn best<O: Objective>(
+    machine: &Machine<'_>,
+    objective: &O,
+    request: &Request,
+    progress: &dyn Fn(f64),
+    stop: &dyn Fn() -> bool,
+) -> Result<Best<O::Quality>, Diagnostic> {
+    let mut random = Random(request.seed);
+    let basis = Basis::new(request.family, request.duration);
+    let evaluations = Cell::new(0);
+    let search = Search { machine, request, basis, objective, stop, begun: Instant::now(), evaluations };
+    let (mut first, mut best, mut refused) = (None, None::<(O::Quality, Vec<f64>)>, None::<Overload>);
     let mut starts = 0;
     for start in 0..request.starts {
-        let guess = search.guess(&mut random);
+        let guess = guess(machine, &search.basis, &mut random);
         let report = |part: f64| progress(search.part(start, part));
         for (optimised, x) in [(false, guess.clone()), (true, search.minimised(&guess, &report)?)] {
             match search.judged(&x)? {
@@ -106,7 +179,7 @@ pub fn design(
                     if !optimised {
                         first.get_or_insert(quality);
                     }
-                    if best.as_ref().is_none_or(|(other, _)| search.better(&quality, other)) {
+                    if best.as_ref().is_none_or(|(other, _)| objective.better(&quality, other)) {
                         best = Some((quality, x));
                     }
                 }
@@ -119,30 +192,21 @@ pub fn design(
         }
     }
     let (after, coefficients) = best.ok_or_else(|| search.impossible(refused))?;
-    if !after.condition_number.is_finite() {
-        return Err(Diagnostic::error("no motion that keeps the limits tells all parameters")
-            .help("widen the limits, or give a longer --duration or more --harmonics"));
-    }
     let (evaluations, out_of_time) =
         (search.evaluations.get(), search.out_of_time() && starts < request.starts);
-    let unknowns = search.regression.unknowns();
-    let before = first.unwrap_or(after);
     let peaks = peaks(machine, &machine.motion(&search.basis, &coefficients, fine(&search.basis)))?;
-    Ok(Designed {
-        basis: search.basis,
-        coefficients,
-        unknowns,
-        before,
-        after,
-        peaks,
-        starts,
-        evaluations,
-        out_of_time,
-    })
+    let before = first.unwrap_or(after);
+    Ok(Best { basis: search.basis, coefficients, before, after, peaks, starts, evaluations, out_of_time })
+}
+
+/// Random coefficients of a motion of moderate size.
+pub(super) fn guess(machine: &Machine<'_>, basis: &Basis, random: &mut Random) -> Vec<f64> {
+    let m = basis.len();
+    (0..machine.coefficients(basis)).map(|k| if k % m == 0 { 0.4 } else { 0.6 } * random.next()).collect()
 }
 
 /// Requests without meaning.
-fn check(request: &Request) -> Result<(), Diagnostic> {
+pub(super) fn check(request: &Request) -> Result<(), Diagnostic> {
     let refuse = |what: String, help: &str| Err(Diagnostic::error(what).help(help.to_owned()));
     if !(request.duration.is_finite() && request.duration > 0.0) {
         return refuse(
@@ -173,18 +237,21 @@ fn check(request: &Request) -> Result<(), Diagnostic> {
     Ok(())
 }
 
-struct Search<'r, 'm> {
+/// What a motion that keeps its limits is worth, and its coefficients.
+type Judged<Q> = Result<(Q, Vec<f64>), Overload>;
+
+struct Search<'r, 'm, O> {
     machine: &'r Machine<'m>,
     request: &'r Request,
     basis: Basis,
-    regression: Regression<'r, 'm>,
+    objective: &'r O,
     /// Whether the best so far shall be the answer.
     stop: &'r dyn Fn() -> bool,
     begun: Instant,
     evaluations: Cell<usize>,
 }
 
-impl Search<'_, '_> {
+impl<O: Objective> Search<'_, '_, O> {
     fn out_of_time(&self) -> bool {
         (self.stop)() || self.request.time_limit.is_some_and(|limit| self.begun.elapsed() >= limit)
     }
@@ -196,30 +263,15 @@ impl Search<'_, '_> {
         starts.max(self.begun.elapsed().as_secs_f64() / limit).min(1.0)
     }
 
-    /// Random coefficients of a motion of moderate size.
-    fn guess(&self, random: &mut Random) -> Vec<f64> {
-        let m = self.basis.len();
-        (0..self.machine.coefficients(&self.basis))
-            .map(|k| if k % m == 0 { 0.4 } else { 0.6 } * random.next())
-            .collect()
-    }
-
     /// The motion that keeps its limits, and what it is worth.
-    fn judged(&self, x: &[f64]) -> Result<Result<(MotionQuality, Vec<f64>), Overload>, Diagnostic> {
-        Ok(kept(self.machine, &self.basis, x, self.request.margin)?.map(|x| {
-            // More than the search has, so that both ends count no more than other times.
-            let motion = self.machine.motion(&self.basis, &x, 8 * self.basis.samples());
-            (self.regression.quality(&motion), x)
-        }))
-    }
-
-    fn better(&self, one: &MotionQuality, other: &MotionQuality) -> bool {
-        match self.request.criterion {
-            Criterion::Condition => match self.request.scaling {
-                Scaling::Unit => one.condition_number < other.condition_number,
-                Scaling::Own => one.unscaled_condition_number < other.unscaled_condition_number,
-            },
-            Criterion::Information => one.log_determinant > other.log_determinant,
+    fn judged(&self, x: &[f64]) -> Result<Judged<O::Quality>, Diagnostic> {
+        match kept(self.machine, &self.basis, x, self.request.margin)? {
+            Ok(x) => {
+                // More than the search has, so that both ends count no more than other times.
+                let motion = self.machine.motion(&self.basis, &x, 8 * self.basis.samples());
+                Ok(Ok((self.objective.quality(&motion)?, x)))
+            }
+            Err(overload) => Ok(Err(overload)),
         }
     }
 
@@ -270,9 +322,7 @@ impl Search<'_, '_> {
         self.evaluations.set(self.evaluations.get() + 1);
         let motion = self.machine.motion(&self.basis, x, self.basis.samples());
         let (over, of_limits) = excess(self.machine, &motion, self.request.margin)?;
-        let Some((cost, mut slopes)) =
-            self.regression.cost(&motion, self.request.criterion, self.request.scaling)
-        else {
+        let Some((cost, mut slopes)) = self.objective.cost(&motion)? else {
             return Ok((NOTHING, vec![0.0; x.len()]));
         };
         let pairs =
