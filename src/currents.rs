@@ -17,6 +17,8 @@ use std::path::Path;
 pub struct Prepared {
     pub robot: Robot,
     pub mapping: Mapping,
+    /// Whether drives entered the model.
+    pub has_motors: bool,
     /// What was taken for granted.
     pub assumptions: Vec<String>,
     /// Currents that say nothing, and what to do about it.
@@ -32,6 +34,7 @@ pub fn prepare(robot: &Robot, logs: &[&Path], mapping: &Mapping) -> Result<Prepa
     let mut prepared = Prepared {
         robot: robot.clone(),
         mapping: mapping.clone(),
+        has_motors: false,
         assumptions: Vec::new(),
         warnings: Vec::new(),
     };
@@ -125,6 +128,7 @@ impl Prepared {
                 let effect = Effect::new(kind, Location::joint(joint.as_str()), &[(parameter, value)]);
                 added.push(format!("{} {value:.4} {}", kind.replace('_', " "), effect.unit(parameter)));
                 effects.push(effect);
+                self.has_motors = true;
             }
         }
         let motor = match added.as_slice() {

@@ -44,7 +44,12 @@ pub fn diagnose_files(
     request: &Request,
     witness: Witness<'_>,
 ) -> Result<(Diagnosis, Vec<Diagnostic>), Failure> {
-    let (prepared, request) = with_currents(robot, request)?;
+    let (mut prepared, request) = with_currents(robot, request)?;
+    if prepared.has_motors && !request.refit {
+        let message = "rotor inertia and friction of the drives are taken as described: what is off there may be mistaken for other effects";
+        let warning = Diagnostic::warning(message).in_file(&request.log);
+        prepared.warnings.push(warning.help("add --refit to estimate them beside what is found"));
+    }
     let (robot, request) = refitting(&prepared.robot, &request);
     let work = |train: &dyn Experiment, judge: Option<&dyn Experiment>, search: &Options| {
         output::bar("diagnosing", |progress| diagnose(train, judge, search, progress))

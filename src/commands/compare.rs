@@ -122,7 +122,7 @@ impl Compare {
     /// Reads, compares, prints.
     pub fn run(self) -> Outcome {
         let prepared = currents::prepare(&self.robot.read()?, &[&self.log], &self.mapping()?)?;
-        let Prepared { robot, mapping, assumptions, warnings } = prepared;
+        let Prepared { robot, mapping, assumptions, warnings, .. } = prepared;
         let content = content(&subject(&robot.tree()?)?, &self.log, &mapping)?;
         if self.free_run.is_some() {
             free_running::refuse(&robot, content, &self.log, &mapping)?;

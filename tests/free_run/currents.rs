@@ -36,10 +36,10 @@ fn currents_of_stiff_drives_are_efforts() {
     let value = free_run(&folder, &file, &["0.2", "--cutoff", "90"]).ok().json();
     println!("efforts from currents: rms {} N m, free run {} rad", value["rms"], value["free_run"]["rms"]);
     for channel in value["channels"].as_array().unwrap() {
-        assert!(number(&channel["relative"]) < 1e-4, "{channel}");
+        assert!(number(&channel["relative"]) < 1e-6, "{channel}");
         assert_eq!(channel["unit"], "N m");
     }
-    assert!(number(&value["free_run"]["rms"]) < 1e-4);
+    assert!(number(&value["free_run"]["rms"]) < 1e-6);
     let assumptions = value["assumptions"].to_string();
     for words in ["2.87490 N m/A", "rotor inertia 0.0413 kg m²", "coulomb friction 0.2220 N m", "/ 111"] {
         assert!(assumptions.contains(words), "no `{words}` in {assumptions}");
@@ -86,20 +86,38 @@ fn stiff_joints_are_compared_beside_elastic_ones() {
     assert!(known[0] < 0.05 && known[1] < 0.05 && known[0] < described[0] && known[1] < described[1]);
 }
 
-/// What `diagnose` makes of the same log: shaft angles are angles of the joints, so springs show as they are.
+/// What `diagnose` makes of the same log: shaft angles are angles of the joints, so springs show as they are, and friction is
+/// found beside them.
 #[test]
 fn a_diagnosis_reads_currents_and_shaft_angles() {
     let words = ["diagnose", "robots/tulip_v1_leg", "tests/data/examples/elastic_leg/train.csv.gz"];
-    let value =
-        bipedc(&[&words[..], &["--validate", EXAMPLE, "--inertial", "none", "--json"]].concat()).ok().json();
-    let assumptions = value["assumptions"].to_string();
-    assert!(assumptions.contains("2.87490 N m/A"), "{assumptions}");
+    let of = |more: &[&str]| {
+        let words = [&words[..], &["--validate", EXAMPLE, "--inertial", "none", "--json"], more].concat();
+        bipedc(&words).ok().json()
+    };
+    let trusting = of(&["--most", "0"]);
+    assert!(trusting["warnings"].to_string().contains("friction of the drives"), "{}", trusting["warnings"]);
+    let value = of(&["--refit"]);
+    assert!(!value["warnings"].to_string().contains("friction of the drives"), "{}", value["warnings"]);
+    assert!(value["assumptions"].to_string().contains("2.87490 N m/A"), "{}", value["assumptions"]);
+    let parameter = |list: &str, kind: &str, joint: &str, name: &str| {
+        let all = value[list].as_array().unwrap();
+        let found = all.iter().find(|e| e["kind"] == kind && e["joint"] == joint);
+        number(&found.unwrap_or_else(|| panic!("no {kind} at {joint} in {value}"))["parameters"][name])
+    };
     // Stiffness of the cable's spring times the square of the load pulley's radius.
     for (joint, spring) in [("right_hip_pitch", 93_424.0), ("right_knee_pitch", 63_942.5)] {
-        let effects = value["effects"].as_array().unwrap();
-        let found = effects.iter().find(|e| e["kind"] == "series_elasticity" && e["joint"] == joint).unwrap();
-        let ratio = number(&found["parameters"]["stiffness"]) / (spring * 0.04 * 0.04);
-        assert!((ratio - 1.0).abs() < 0.005, "{joint}: {ratio}");
+        let ratio = parameter("effects", "series_elasticity", joint, "stiffness") / (spring * 0.04 * 0.04);
+        println!("{joint}: stiffness {ratio} of the true one");
+        assert!((ratio - 1.0).abs() < 0.005);
+    }
+    // Truth at the motor shaft, seen through the gear.
+    let friction = [("right_hip_yaw", 3.6448e-5, 8.1592e-3), ("right_hip_roll", 3.6018e-4, 2.39811e-2)];
+    for (joint, viscous, dry) in friction {
+        let damping = parameter("standing", "viscous_friction", joint, "damping") / (viscous * GEAR * GEAR);
+        let torque = parameter("standing", "coulomb_friction", joint, "torque") / (dry * GEAR);
+        println!("{joint}: viscous {damping}, Coulomb {torque} of the true ones");
+        assert!((damping - 1.0).abs() < 0.04 && (torque - 1.0).abs() < 0.02);
     }
 }
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const FOLDER: &str = "robots/tulip_v1_leg";
 /// s
 const STEP: f64 = 0.002;
-const SAMPLES: usize = 1500;
+const SAMPLES: usize = 1501;
 pub const JOINTS: [&str; 6] = [
     "right_hip_yaw",
     "right_hip_roll",

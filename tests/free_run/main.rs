@@ -13,11 +13,11 @@ use std::path::Path;
 
 const COULOMB: &str = "tests/data/examples/coulomb/validation.csv.gz";
 
-pub fn free_run(robot: &Path, log: &Path, more: &[&str]) -> Run {
+fn free_run(robot: &Path, log: &Path, more: &[&str]) -> Run {
     bipedc(&[&["compare", text(robot), text(log), "--json", "--free-run"], more].concat())
 }
 
-pub fn number(value: &Value) -> f64 {
+fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
@@ -83,8 +83,7 @@ fn effects_of_the_description_act() {
     let (with, without) = (of(&folder), of(&nominal));
     let rms = |value: &Value| number(&value["free_run"]["rms"]);
     println!("with the effects {} rad, without {} rad", rms(&with), rms(&without));
-    // Reversals of dry friction leave corners in the effort between two samples.
-    assert!(rms(&with) < 2e-4 && rms(&without) > 300.0 * rms(&with), "{} {}", rms(&with), rms(&without));
+    assert!(rms(&with) < 1e-6 && rms(&without) > 1e-2, "{} {}", rms(&with), rms(&without));
 }
 
 /// An example by another simulator: 0.4 N m of friction in one knee.
@@ -107,8 +106,8 @@ fn missing_friction_shows_and_goes() {
     println!("knee without friction {:?}, with it {:?}", knee(&before), knee(&after));
     println!("all joints without {} rad, with {} rad", before["rms"], after["rms"]);
     assert_eq!(before["windows"], 18);
-    assert!(knee(&after)[0] < 0.2 * knee(&before)[0]);
-    assert!(number(&after["rms"]) < 0.5 * number(&before["rms"]));
+    assert!(knee(&after)[0] < 0.05 * knee(&before)[0]);
+    assert!(number(&after["rms"]) < 0.2 * number(&before["rms"]));
 }
 
 #[test]
@@ -124,7 +123,7 @@ fn windows_that_run_away_are_counted_and_left_out() {
 
 #[test]
 fn steps_of_stiff_models_are_limited() {
-    let more = "\n[[effect]]\nkind = \"coulomb_friction\"\njoint = \"right_ankle_roll\"\ntorque = 2.0\nsmoothing = 1e-7\n";
+    let more = "\n[[effect]]\nkind = \"coulomb_friction\"\njoint = \"right_ankle_roll\"\ntorque = 2.0\nsmoothing = 1e-6\n";
     let folder = robot("free_run_stiff", |description| description + more);
     let file = folder.join("log.csv");
     let torques = Torques::new(&robot("free_run_soft", |d| d), "inverse_dynamics");
