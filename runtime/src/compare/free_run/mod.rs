@@ -43,14 +43,16 @@ pub fn free_run(
     let function = check(model, subject, recording)?;
     let delays = delays(subject, effects);
     let all = windows(recording, seconds, delays.iter().fold(0.0, |most: f64, d| d.max(most)))?;
-    let inputs: Option<Vec<Input>> =
+    // A stretch that is too short for a spline has no window either.
+    let inputs: Vec<Option<Input>> =
         recording.segments.iter().map(|segment| Input::new(recording, segment.clone(), &delays)).collect();
-    let inputs = inputs.ok_or_else(|| Diagnostic::error("a stretch of the log has fewer than 8 samples"))?;
     let mut sums = vec![Sums::default(); subject.joints.len()];
     let (mut diverged, mut capped) = (0, 0);
     let taken = spread(&all);
     for (done, place) in taken.iter().enumerate() {
-        let (input, range) = (&inputs[place.segment], place.range.clone());
+        let too_short = || Diagnostic::error("a stretch of the log has fewer than 8 samples");
+        let input = inputs[place.segment].as_ref().ok_or_else(too_short)?;
+        let range = place.range.clone();
         let window = Window { model, function, subject, recording, input, range };
         match window.run()? {
             Outcome::Arrived(predicted) => add(&mut sums, recording, &place.range, &predicted),
@@ -73,6 +75,16 @@ fn check(model: &dyn Model<f64>, subject: &Subject, recording: &Recording) -> Re
     if (model.nq(), model.nv()) != (joints, joints) {
         return Err(Diagnostic::error("a free run needs a robot whose base is fixed")
             .help("the forces on a moving base are not part of the prediction"));
+    }
+    let samples = recording.samples();
+    let is_whole = |values: &Vec<f64>| values.len() == samples * joints;
+    let within = |segment: &Range<usize>| segment.start < segment.end && segment.end <= samples;
+    let fits = recording.effort.len() == joints
+        && recording.effort.iter().flatten().all(|effort| effort.len() == samples)
+        && [&recording.q, &recording.v].into_iter().all(is_whole)
+        && recording.segments.iter().all(within);
+    if !fits {
+        return Err(Diagnostic::error("the recording is of another robot, or not whole"));
     }
     if let Some(joint) = recording.effort.iter().position(Option::is_none) {
         let name = &subject.joints[joint].name;
@@ -141,8 +153,13 @@ fn windows(recording: &Recording, seconds: f64, delay: f64) -> Result<Vec<Place>
             let count = time[first..samples.end].partition_point(|t| *t <= until + 1e-3 * step);
             let last = first + count - 1;
             // What is left at the end of a stretch may be too short.
-            if time[last] < until - 0.75 * step {
+            if last + 1 == samples.end && time[last] < until - 0.75 * step {
                 break;
+            }
+            // An uneven clock may leave a window without samples.
+            if count <= FEWEST_SAMPLES / 2 {
+                first += 1;
+                continue;
             }
             places.push(Place { segment, range: first..last + 1 });
             first = last;
@@ -198,6 +215,25 @@ mod tests {
         assert_eq!(late[0].range, 6..27);
     }
 
+    /// A clock that now and then is one and a half steps late.
+    #[test]
+    fn uneven_samples_have_windows_as_well() {
+        let mut uneven = recording(&[0..200, 200..201]);
+        let mut late = 0.0;
+        for (i, t) in uneven.time.iter_mut().enumerate() {
+            late += if i % 7 == 3 { 0.005 } else { 0.0 };
+            *t += late;
+        }
+        let places = windows(&uneven, 0.2, 0.0).unwrap();
+        let length = uneven.time[199] - uneven.time[0];
+        assert!(places.len() as f64 >= (length / 0.2).floor(), "{} in {length} s", places.len());
+        assert!(places.windows(2).all(|w| w[0].range.end == w[1].range.start + 1));
+        for place in &places {
+            let length = uneven.time[place.range.end - 1] - uneven.time[place.range.start];
+            assert!((0.2 - 0.0151..=0.2 + 1e-5).contains(&length), "{length}");
+        }
+    }
+
     #[test]
     fn lengths_without_meaning_are_refused() {
         let of = |seconds| windows(&recording(&[0..45, 45..100]), seconds, 0.0).unwrap_err().to_string();
@@ -205,12 +241,12 @@ mod tests {
             assert!(of(seconds).contains("shorter than 10 samples"), "{}", of(seconds));
         }
         assert!(of(0.6).contains("lasts 0.540 s"), "{}", of(0.6));
-        assert!(windows(&recording(&[0..45]), 0.1, 0.0).is_ok());
+        assert!(windows(&recording(&[0..45, 45..46]), 0.1, 0.0).is_ok());
     }
 
     #[test]
     fn many_windows_are_spread_over_the_whole_log() {
-        let all = windows(&recording(&[0..25_000]), 0.1, 0.0).unwrap();
+        let all = windows(&recording(&[0..25_000, 25_000..25_001]), 0.1, 0.0).unwrap();
         let taken = spread(&all);
         assert_eq!((all.len(), taken.len()), (2499, MOST_WINDOWS));
         assert!(taken.windows(2).all(|w| w[0].range.end <= w[1].range.start + 1));

@@ -82,8 +82,8 @@ impl Window<'_> {
         let measured = &self.recording.q[sample * joints..(sample + 1) * joints];
         self.subject.joints.iter().zip(measured).zip(predicted).any(|((joint, measured), predicted)| {
             let farthest = if joint.prismatic { FARTHEST_WAY } else { FARTHEST_TURN };
-            // Not a number is far too.
-            !((measured - predicted).abs() <= farthest)
+            let error = (measured - predicted).abs();
+            error.is_nan() || error > farthest
         })
     }
 }
