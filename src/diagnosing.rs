@@ -1,4 +1,5 @@
 //! From files to a diagnosis: reading, searching, and the errors in the form that comparisons use.
+use crate::currents::{self, Prepared};
 use crate::failure::Failure;
 use crate::measurements::{Content, Loaded, Measured};
 use crate::output;
@@ -43,11 +44,37 @@ pub fn diagnose_files(
     request: &Request,
     witness: Witness<'_>,
 ) -> Result<(Diagnosis, Vec<Diagnostic>), Failure> {
-    let (robot, request) = refitting(robot, request);
+    let (mut prepared, request) = with_currents(robot, request)?;
+    if prepared.has_motors && !request.refit {
+        let message = "rotor inertia and friction of the drives are taken as described: what is off there may be mistaken for other effects";
+        let warning = Diagnostic::warning(message).in_file(&request.log);
+        prepared.warnings.push(warning.help("add --refit to estimate them beside what is found"));
+    }
+    let (robot, request) = refitting(&prepared.robot, &request);
     let work = |train: &dyn Experiment, judge: Option<&dyn Experiment>, search: &Options| {
         output::bar("diagnosing", |progress| diagnose(train, judge, search, progress))
     };
-    answer(&robot, &request, work, witness)
+    Ok(with_notes(answer(&robot, &request, work, witness)?, &prepared))
+}
+
+/// Motor currents become efforts where the logs have no others.
+fn with_currents(robot: &Robot, request: &Request) -> Result<(Prepared, Request), Failure> {
+    let logs: Vec<&Path> =
+        [Some(&request.log), request.validate.as_ref()].into_iter().flatten().map(PathBuf::as_path).collect();
+    let prepared = currents::prepare(robot, &logs, &request.mapping)?;
+    let request = Request { mapping: prepared.mapping.clone(), ..request.clone() };
+    Ok((prepared, request))
+}
+
+/// What was assumed of currents stands in the answer.
+fn with_notes(
+    (mut answer, mut warnings): (Diagnosis, Vec<Diagnostic>),
+    prepared: &Prepared,
+) -> (Diagnosis, Vec<Diagnostic>) {
+    answer.assumptions.extend(prepared.assumptions.iter().cloned());
+    answer.warnings.extend(prepared.warnings.iter().map(|warning| warning.message.clone()));
+    warnings.extend(prepared.warnings.iter().cloned());
+    (answer, warnings)
 }
 
 /// Takes effects that are to be estimated again out of the description and lets them stand from the start instead.
@@ -72,10 +99,17 @@ pub fn estimate_files(
     effects: &[Effect],
     request: &Request,
 ) -> Result<(Diagnosis, Vec<Diagnostic>), Failure> {
+    let (prepared, request) = with_currents(robot, request)?;
     let work = |train: &dyn Experiment, judge: Option<&dyn Experiment>, search: &Options| {
         output::progress("estimating", || estimate(train, judge, effects, search))
     };
-    answer(robot, request, work, &|_, _, _| Ok(()))
+    // Effects that are estimated take the place of the drive's own.
+    let mut robot = prepared.robot.clone();
+    robot
+        .description
+        .effects
+        .retain(|present| !effects.iter().any(|e| e.kind == present.kind && e.location == present.location));
+    Ok(with_notes(answer(&robot, &request, work, &|_, _, _| Ok(()))?, &prepared))
 }
 
 fn answer(

@@ -2,14 +2,18 @@
 mod places;
 
 use crate::arguments::RobotArguments;
+use crate::currents::{self, Prepared};
 use crate::failure::{Failure, Outcome};
+use crate::free_running;
 use crate::measurements::{Content, Measured, content, subject};
 use crate::output;
 use crate::reporting::{self, Outputs};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramTorques;
-use bipedc_runtime::compare::{Comparison, Options, Reading, VelocitySource, channels_of, compare_file};
+use bipedc_runtime::compare::{
+    Comparison, FreeRun, Options, Reading, VelocitySource, channels_of, compare_file,
+};
 use bipedc_runtime::diagnose::{Breakdown, breakdowns};
 use bipedc_runtime::effect::{Effect, Law};
 use bipedc_runtime::log::Mapping;
@@ -25,22 +29,29 @@ Examples:
   bipedc compare robots/tulip log.csv --from 2 --to 8 --cutoff 25
   bipedc compare robots/tulip log.csv --mapping columns.toml --json
   bipedc compare robots/tulip log.csv --where --report report.html
+  bipedc compare robots/tulip tests/data/examples/coulomb/validation.csv.gz --free-run 0.5
   bipedc compare robots/tulip tests/data/examples/postures/train.csv.gz --foot right_foot
 
 A log is CSV (or gzip CSV) with a column `time` (s), `<joint>/position` (rad) and `<joint>/effort` (N m).
+Where a log has `<joint>/motor_current` (A) instead, a stiff drive under [drives.JOINT] of biped.toml tells the effort: gear
+ratio times torque constant times current, of which rotor inertia and friction of the drive take their part.
 Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with
 the smallest error among 10, 16, 25, 40, 60 and 90 Hz is taken.
 Logs with the motion of the base and forces at the feet are compared in the rows that no actuator drives, and in the
 joints' efforts under these forces if they are logged; everything passes the same filter (5 Hz unless --cutoff says
 otherwise). Tables of postures (centre of pressure) and of impacts (velocities just after) are compared row by row.
 The effects of the description are part of the prediction.
+--free-run S also integrates the model ahead for S seconds at a time, from measured states and under the logged efforts, and
+compares positions (rad, m): over all samples, at the ends of the windows, and relative to the measured way from a window's
+start (100 %: as bad as a joint that is said to stand still). The base must be held, position and effort of every joint logged.
 
 JSON: {\"channels\": [{\"name\", \"kind\", \"unit\", \"rms\", \"max\", \"noise\", \"relative\", \"samples\"}], \"kinds\": {kind:
 {\"unit\", \"rms\"}}, \"rms\", \"unit\", \"abscissa\", \"cutoff_hz\", \"cutoffs\", \"trim_s\", \"from_s\", \"to_s\", \"samples\",
 \"sampling_hz\", \"segments\", \"missing\", \"assumptions\", \"warnings\"}; with --where also \"where\": [{\"name\", \"kind\",
 \"unit\", \"rms\", \"max\", \"noise\", \"beyond_noise\" (fraction of the squared error), \"samples\", \"motion\", \"direction\",
 \"phases\": [{\"name\", \"samples\", \"rms\"}], \"windows\": [{\"from\", \"to\", \"samples\", \"rms\"}], \"signature\": [{\"name\",
-\"correlation\", \"share\", \"slope\"}], \"words\": [sentence]}].";
+\"correlation\", \"share\", \"slope\"}], \"words\": [sentence]}]; with --free-run also \"free_run\": {\"window\" (s), \"windows\", \"diverged\",
+\"capped\" (too stiff), \"channels\": [{\"name\", \"unit\", \"rms\", \"rms_end\", \"relative\"}], \"rms\", \"unit\", \"assumptions\"}.";
 
 /// Compare the model's prediction with measurements
 #[derive(Args)]
@@ -73,6 +84,9 @@ pub struct Compare {
     /// and what the residual goes with
     #[arg(long = "where")]
     places: bool,
+    /// Also let the model run ahead under the logged efforts, for so many seconds from one measured state to the next
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    free_run: Option<f64>,
     /// Stance foot of postures, striking foot of impacts; default: the right one
     #[arg(long, value_name = "FOOT")]
     foot: Option<String>,
@@ -98,6 +112,7 @@ impl Compare {
             logged_velocity: false,
             mapping,
             places: false,
+            free_run: None,
             foot: None,
             outputs: Outputs::NONE,
             json: false,
@@ -106,9 +121,13 @@ impl Compare {
 
     /// Reads, compares, prints.
     pub fn run(self) -> Outcome {
-        let robot = self.robot.read()?;
-        let mapping = self.mapping()?;
-        let (comparison, loaded_at) = match content(&subject(&robot.tree()?)?, &self.log, &mapping)? {
+        let prepared = currents::prepare(&self.robot.read()?, &[&self.log], &self.mapping()?)?;
+        let Prepared { robot, mapping, assumptions, warnings, .. } = prepared;
+        let content = content(&subject(&robot.tree()?)?, &self.log, &mapping)?;
+        if self.free_run.is_some() {
+            free_running::refuse(&robot, content, &self.log, &mapping)?;
+        }
+        let (comparison, loaded_at) = match content {
             Content::Efforts => {
                 let comparison = compare_efforts(&robot, &self.log, &mapping, &self.options())?;
                 let cutoff = comparison.cutoff_hz;
@@ -117,19 +136,26 @@ impl Compare {
             _ => (None, None),
         };
         let detailed = self.places || self.outputs.wanted();
-        let (comparison, places) = match comparison {
+        let (mut comparison, places) = match comparison {
             Some(comparison) if !detailed => (comparison, None),
             comparison => {
                 let options = Options { cutoff_hz: loaded_at.or(self.options().cutoff_hz), ..self.options() };
                 self.look_closer(&robot, &mapping, &options, comparison)?
             }
         };
+        let options = Options { cutoff_hz: Some(comparison.cutoff_hz), ..self.options() };
+        let run = |seconds| free_running::predict(&robot, &self.log, &mapping, &options, seconds);
+        let free_run = self.free_run.map(run).transpose()?;
+        comparison.assumptions.extend(assumptions);
+        comparison.warnings.extend(warnings);
         output::diagnostics(&comparison.warnings);
         if self.json {
-            output::print_json(&Json { comparison: &comparison, places: places.as_deref() })?;
+            let (places, free_run) = (places.as_deref(), free_run.as_ref());
+            output::print_json(&Json { comparison: &comparison, places, free_run })?;
         } else {
             let more = places.map(|places| places::text(&places)).unwrap_or_default();
-            output::print(&format!("{comparison}{more}"))?;
+            let run = free_run.as_ref().map(free_running::text).unwrap_or_default();
+            output::print(&format!("{comparison}{more}{run}"))?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -228,4 +254,6 @@ struct Json<'a> {
     comparison: &'a Comparison,
     #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
     places: Option<&'a [Breakdown]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    free_run: Option<&'a FreeRun>,
 }

@@ -28,6 +28,8 @@ long as each lowers the held-out error by more than its price. Without --validat
 --inertial says what may happen to masses and inertias meanwhile: `prior` lets them move as far as CAD data usually
 are off (2 % of mass, 2 mm, 4 % of inertia), `none` keeps them, `free` estimates them (for robots whose URDF is a guess).
 --refit does the same for the effects that the description has: their values there are forgotten and estimated again.
+Currents of stiff drives (<joint>/motor_current, A) stand in for efforts that a log lacks, as in `bipedc compare`; the drives'
+friction and rotor inertia are then effects of the model, and --refit estimates them too.
 
 The data are checked first: swapped columns, wrong signs and units are named and stop the search (--anyway goes on);
 joints that hardly move, clipped torques and motions that repeat are warnings. --until-explained writes what it finds

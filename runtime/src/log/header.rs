@@ -102,10 +102,12 @@ fn apply(
     index: &HashMap<&str, usize>,
     errors: &mut Vec<Diagnostic>,
 ) -> Vec<Column> {
+    let hidden =
+        |name: &str| name.is_empty() || mapping.columns.contains_key(name) || mapping.ignored.contains(name);
     let mut columns: Vec<_> = names
         .iter()
         .enumerate()
-        .filter(|(_, name)| !name.is_empty() && !mapping.columns.contains_key(**name))
+        .filter(|(_, name)| !hidden(name))
         .map(|(field, name)| Column { name: (*name).to_owned(), field, factor: 1.0, offset: 0.0 })
         .collect();
     for (name, source) in &mapping.columns {

@@ -12,7 +12,7 @@
 use super::names::{closest, is_known_form};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
@@ -49,6 +49,8 @@ pub struct Mapping {
     pub columns: BTreeMap<String, Source>,
     /// `<foot>/force` or `<foot>/torque` to its frame, where it is not the world.
     pub frames: BTreeMap<String, ForceFrame>,
+    /// Columns of the file that are not to be seen under their own names.
+    pub ignored: BTreeSet<String>,
 }
 
 #[derive(Deserialize)]

@@ -1,0 +1,183 @@
+//! Motor currents in the place of joint efforts: what a stiff drive's current says of the torque at its joint.
+//!
+//! effort = gear_ratio · torque_constant · current. That is the motor's torque at the joint (4.26), (4.30), of which rotor
+//! and friction take their part before the link gets the rest. So the drive's `rotor_inertia`, `viscous_friction` and
+//! `coulomb_friction`, seen through the gear, become effects of the model at that joint, unless the description has effects
+//! of these kinds there: those were estimated and say it better.
+use crate::failure::Failure;
+use bipedc_compiler::Robot;
+use bipedc_compiler::description::model::{Drive, DriveKind};
+use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::effect::{Effect, Location};
+use bipedc_runtime::log::{Kind, Mapping, Reader, Source};
+use std::path::Path;
+
+/// A robot and a mapping by which currents are read as efforts.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    pub robot: Robot,
+    pub mapping: Mapping,
+    /// Whether drives entered the model.
+    pub has_motors: bool,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// Currents that say nothing, and what to do about it.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Looks for joints that have `<joint>/motor_current` and no `<joint>/effort` in all these logs.
+///
+/// # Errors
+/// Logs that cannot be read; currents that say nothing in logs without any effort.
+pub fn prepare(robot: &Robot, logs: &[&Path], mapping: &Mapping) -> Result<Prepared, Failure> {
+    let readers: Vec<Reader> = logs.iter().map(|log| Reader::open(log, mapping)).collect::<Result<_, _>>()?;
+    let mut prepared = Prepared {
+        robot: robot.clone(),
+        mapping: mapping.clone(),
+        has_motors: false,
+        assumptions: Vec::new(),
+        warnings: Vec::new(),
+    };
+    if readers.iter().any(|reader| reader.kind() != Kind::Time) {
+        return Ok(prepared);
+    }
+    let has = |name: &str| readers.iter().all(|reader| reader.has(name));
+    let joints: Vec<String> = robot.description.joints.iter().map(|joint| joint.name.clone()).collect();
+    let mut efforts = joints.iter().any(|joint| has(&format!("{joint}/effort")));
+    for joint in &joints {
+        let column = |what: &str| format!("{joint}/{what}");
+        let effort = readers.iter().any(|reader| reader.has(&column("effort")));
+        if effort || !has(&column("motor_current")) {
+            continue;
+        }
+        let drive = robot.description.drives.iter().find(|drive| drive.joint == *joint);
+        let angles = [has(&column("position")), has(&column("motor_position"))];
+        prepared.take_angles(joint, drive, angles);
+        match torque_per_ampere(joint, drive) {
+            Ok((drive, factor)) => {
+                prepared.take_current(drive, factor);
+                efforts = true;
+            }
+            Err(problem) => prepared.warnings.push(problem.in_file(logs[0]).at(1, 0)),
+        }
+    }
+    if !efforts && !prepared.warnings.is_empty() {
+        let error = |mut warning: Diagnostic| {
+            warning.severity = bipedc_runtime::diagnostic::Severity::Error;
+            warning
+        };
+        return Err(Failure(prepared.warnings.into_iter().map(error).collect()));
+    }
+    Ok(prepared)
+}
+
+/// gear_ratio · torque_constant of a stiff drive, N m/A at the joint; why there is none.
+fn torque_per_ampere<'d>(joint: &str, drive: Option<&'d Drive>) -> Result<(&'d Drive, f64), Diagnostic> {
+    let column = format!("`{joint}/motor_current` says nothing of the joint's effort");
+    let problem = |why: &str, help: String| Err(Diagnostic::warning(format!("{column}: {why}")).help(help));
+    let Some(drive) = drive else {
+        let help = format!(
+            "add [drives.{joint}] with gear_ratio and torque_constant (N m/A) to biped.toml (robots/README.md), or log \
+             `{joint}/effort`"
+        );
+        return problem("the description has no drive there", help);
+    };
+    match drive.kind {
+        DriveKind::Stiff => {}
+        DriveKind::SeriesElastic { .. } => {
+            let help = format!(
+                "`bipedc identify --method elastic` works with the currents of elastic drives; here log `{joint}/effort`"
+            );
+            return problem("a spring lies between motor and joint", help);
+        }
+        DriveKind::Passive { .. } => {
+            return problem(
+                "its drive is passive and has no motor",
+                format!("change `kind` of [drives.{joint}]"),
+            );
+        }
+    }
+    match drive.torque_constant {
+        Some(constant) if constant > 0.0 => Ok((drive, constant * drive.gear_ratio)),
+        _ => {
+            let help = format!("add torque_constant (N m/A) to [drives.{joint}] of biped.toml");
+            problem("its drive has no torque constant", help)
+        }
+    }
+}
+
+impl Prepared {
+    /// Reads the current as an effort, and puts the motor into the model.
+    fn take_current(&mut self, drive: &Drive, factor: f64) {
+        let joint = &drive.joint;
+        let source = self.scaled(&format!("{joint}/motor_current"), factor);
+        self.mapping.columns.insert(format!("{joint}/effort"), source);
+        let square = drive.gear_ratio * drive.gear_ratio;
+        let motor = [
+            ("rotor_inertia", "inertia", drive.rotor_inertia * square),
+            ("viscous_friction", "damping", drive.viscous_friction * square),
+            ("coulomb_friction", "torque", drive.coulomb_friction * drive.gear_ratio.abs()),
+        ];
+        let mut added = Vec::new();
+        for (kind, parameter, value) in motor {
+            let effects = &mut self.robot.description.effects;
+            let described = effects
+                .iter()
+                .any(|effect| effect.location.joint.as_ref() == Some(joint) && same_role(&effect.kind, kind));
+            if value != 0.0 && !described {
+                let effect = Effect::new(kind, Location::joint(joint.as_str()), &[(parameter, value)]);
+                added.push(format!("{} {value:.4} {}", kind.replace('_', " "), effect.unit(parameter)));
+                effects.push(effect);
+                self.has_motors = true;
+            }
+        }
+        let motor = match added.as_slice() {
+            [] => "what rotor and friction take is as the effects of the description say".to_owned(),
+            some => format!("the drive takes its part of it at the joint: {}", some.join(", ")),
+        };
+        self.assumptions.push(format!(
+            "effort of `{joint}` = {factor:.5} N m/A (gear ratio times torque constant) times `{joint}/motor_current`; {motor}"
+        ));
+    }
+
+    /// Motor angles are of the shaft: as angles of the joint. `angles`: whether position and motor position are logged.
+    fn take_angles(&mut self, joint: &str, drive: Option<&Drive>, angles: [bool; 2]) {
+        let (Some(drive), [position, true]) = (drive, angles) else { return };
+        let motor = format!("{joint}/motor_position");
+        let turns = match drive.kind {
+            DriveKind::Stiff => drive.gear_ratio,
+            DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, .. } => {
+                drive.gear_ratio * load_pulley_radius / motor_pulley_radius
+            }
+            DriveKind::Passive { .. } => return,
+        };
+        let source = self.scaled(&motor, 1.0 / turns);
+        if position {
+            self.mapping.columns.insert(motor, source);
+        } else if drive.kind == DriveKind::Stiff {
+            self.mapping.columns.insert(format!("{joint}/position"), source);
+            self.mapping.columns.remove(&motor);
+            self.mapping.ignored.insert(motor.clone());
+            self.assumptions.push(format!("angle of `{joint}` = `{motor}` / {turns} (stiff drive)"));
+        }
+    }
+
+    /// Where this column of ours comes from, times a factor.
+    fn scaled(&self, name: &str, factor: f64) -> Source {
+        match self.mapping.columns.get(name) {
+            Some(source) => Source {
+                column: Some(source.column.clone().unwrap_or_else(|| name.to_owned())),
+                factor: factor * source.factor,
+                offset: factor * source.offset,
+                position: source.position,
+            },
+            None => Source { column: Some(name.to_owned()), factor, offset: 0.0, position: (0, 0) },
+        }
+    }
+}
+
+/// Whether an effect of the description says what the drive's number says.
+fn same_role(kind: &str, of_drive: &str) -> bool {
+    let dry = ["coulomb_friction", "asymmetric_coulomb_friction", "stribeck_friction"];
+    kind == of_drive || (of_drive == "coulomb_friction" && dry.contains(&kind))
+}
