@@ -156,7 +156,7 @@ impl Simulate {
             clipped.map(|(joint, steps)| format!("{joint}: the torque was clipped in {steps} steps"));
         Ok(Film {
             title: format!("{}: simulation of {}", film.robot, name(&self.scenario)),
-            summary: told(&film, summary),
+            summary: told(&film, summary, scenario.step),
             warnings: unsolved(summary).into_iter().chain(clipped).collect(),
             facts,
             ..film
@@ -227,7 +227,7 @@ fn at_place(effect: &Effect) -> String {
 }
 
 /// What happened, in words.
-fn told(film: &Film, summary: &Summary) -> String {
+fn told(film: &Film, summary: &Summary, step: f64) -> String {
     let mut words = format!("{:.3} s of motion", summary.time);
     if summary.interrupted {
         words += ", interrupted before the end";
@@ -235,20 +235,23 @@ fn told(film: &Film, summary: &Summary) -> String {
     // Writing to a string cannot fail.
     if let (Some(first), Some(last)) = (film.frames.first(), film.frames.last()) {
         let moved = [0, 1, 2].map(|i| last.center_of_mass[i] - first.center_of_mass[i]);
-        let _ = write!(
-            words,
-            ". The centre of mass moves by {:.3} m forward, {:.3} m to the left and {:.3} m up",
-            moved[0], moved[1], moved[2]
-        );
+        let ways = [["forward", "backward"], ["to the left", "to the right"], ["up", "down"]];
+        let moves: Vec<String> = (0..3)
+            .map(|i| format!("{:.3} m {}", moved[i].abs(), ways[i][usize::from(moved[i] < 0.0)]))
+            .collect();
+        let _ = write!(words, ". The centre of mass moves {}", moves.join(", "));
     }
     if summary.contacts > 0 {
         let all = film.loads.iter().flat_map(|loads| film.time.iter().zip(loads));
         let hardest = all.max_by(|a, b| a.1.total_cmp(b.1));
         if let Some((time, load)) = hardest.filter(|_| film.weight > 0.0) {
+            // Rigid impacts have no finite force: what is logged is the mean over the steps before and after.
             let _ = write!(
                 words,
-                ". The ground pushes a foot up with at most {load:.0} N ({:.1} times the weight), at {time:.3} s",
-                load / film.weight
+                ". The largest vertical force on a foot is {load:.0} N ({:.1} times the weight) at {time:.3} s, a mean over two steps: of \
+                 impacts on hard ground only the product with that time, {:.3} N s, means something",
+                load / film.weight,
+                load * 2.0 * step
             );
         }
     }

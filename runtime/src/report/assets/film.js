@@ -93,15 +93,18 @@
   /* Plots */
   const dashes = [undefined, [7, 3], [2, 3]];
   const names = (plot, i) => plot.title.startsWith("Vertical") ? (film.feet[i] && film.feet[i].side !== "middle" ? film.feet[i].side : "soft") : ["nominal", "amended", "ink"][i % 3];
+  /* Impacts would leave nothing to see of the weight. */
+  const MOST = 3 * film.weight;
+  const isCut = (data) => data.title.startsWith("Vertical") && data.values.some((list) => list.some((x) => x > MOST));
   function makePlot(data) {
-    const title = labelled(data.joint ? `${data.title} of ${data.joint}` : data.title, data.unit);
+    const title = labelled(data.joint ? `${data.title} of ${data.joint}` : data.title, data.unit) + (isCut(data) ? ", peaks cut off" : "");
     const div = box(plotParent, title, `${title}, over time`);
     return { data, div };
   }
   function fillPlot({ data, div }) {
     const series = data.names.map((name, i) => line(name, names(data, i), data.unit, 1.6, dashes[i % 3]));
     const plot = new uPlot({
-      width: widthOf(div), height: 220, scales: { x: { time: false } },
+      width: widthOf(div), height: 220, scales: { x: { time: false }, ...(isCut(data) ? { y: { range: [Math.min(0, -0.05 * MOST), MOST] } } : {}) },
       legend: { markers: { dash: (u, i) => (u.series[i].dash ? "dashed" : "solid"), width: 3 } },
       cursor: { sync: { key: "time" }, drag: { x: true, y: false, setScale: true }, points: { size: 7 } },
       axes: [axis("time (s)", 36), axis("", 58)],

@@ -209,9 +209,10 @@ class View {
       }
     }
   }
-  /** A line with ticks every tenth of a metre, numbers every half; or squares of a quarter. */
+  /** None on a stand; else a line with ticks every tenth of a metre, numbers every half; or squares of a quarter. */
   ground() {
     const { ctx, colours } = this;
+    if (!this.film.feet.length) return;
     if (this.flat) {
       const y = this.at([0, 0, 0])[1], across = this.width / this.scale, from = this.middle[0] - across / 2;
       ctx.fillStyle = colours.rule;

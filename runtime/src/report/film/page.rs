@@ -62,7 +62,7 @@ fn stage(film: &Film) -> Markup {
                     span { b.polygon { "▱" } " support polygon" }
                     span { b.mark { "✚" } " centre of pressure = ZMP" }
                 }
-                span { b.ink { "◉" } " centre of mass" @if touching { ", ◯ below it on the ground" } }
+                span { b.ink { "◉" } " centre of mass" @if touching { ", ◯ below it on the ground" } @else { " of the links that move" } }
             }
             div.player {
                 div.tools role="toolbar" aria-label="Player" {

@@ -15,6 +15,8 @@ const WIDTH: f64 = 1400.0;
 const MARGIN: f64 = 26.0;
 /// Length of an arrow of the robot's weight, as a part of the height of what is drawn.
 const ARROW: f64 = 0.35;
+/// Length of the longest arrow, as a part of that height.
+const LONGEST: f64 = 0.9;
 /// Part of the weight below which no force is drawn.
 const LEAST: f64 = 0.02;
 
@@ -77,7 +79,8 @@ pub(super) fn picture(film: &Film, view: View) -> Option<(Markup, (f64, f64))> {
         .map(|p| format!("{},{}", px(p[0]), px(p[1])))
         .collect();
     let content = html! {
-        line class="ground-line" x1="0" x2=(px(size[0])) y1=(px(ground)) y2=(px(ground)) {}
+        // A robot on a stand has no ground.
+        @if !film.feet.is_empty() { line class="ground-line" x1="0" x2=(px(size[0])) y1=(px(ground)) y2=(px(ground)) {} }
         @for (i, frame) in frames.iter().enumerate() {
             g.pose { (pose(film, frame, &layout, i)) }
         }
@@ -187,7 +190,7 @@ fn forces(film: &Film, frame: &Frame, layout: &Layout, index: usize) -> Markup {
         let from = mean(&|(p, f), k| f[2] / load * frame.at(p.body, p.place)[k]);
         // An impact would leave the picture.
         let length = force.iter().map(|x| x * x).sum::<f64>().sqrt() * size;
-        let shorter = (1.2 * (layout.high[1] - layout.low[1]) / length).min(1.0) * size;
+        let shorter = (LONGEST * (layout.high[1] - layout.low[1]) / length).min(1.0) * size;
         let to = [0, 1, 2].map(|k| from[k] + shorter * force[k]);
         Some((layout.at(index, from), layout.at(index, to)))
     });
