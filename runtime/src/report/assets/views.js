@@ -288,7 +288,7 @@ function makeViews(film) {
   // What travels further than its picture is followed.
   const follow = [0, 1].map((i) => whole[i] > wide[i] + 1e-9), middle = [0, 1, 2].map((i) => (low[i] + high[i]) / 2);
   const angle = { turn: -0.95, lift: 0.28 }, reach = Math.hypot(tall, ...span.slice(0, 2)), distance = 3.2 * reach;
-  const space = new View(get("solid"), null, film, [1.05 * Math.max(reach * 0.8, ...wide), 1.12 * Math.max(tall, 0.75 * reach)]);
+  const space = new View(get("solid"), null, film, [Math.max(0.62 * reach, 0.9 * Math.hypot(...wide)), 1.12 * Math.max(tall, 0.75 * reach)]);
   space.project = (p) => {
     const d = [0, 1, 2].map((i) => p[i] - space.focus[i]), [s, c, l, m] = [Math.sin(angle.turn), Math.cos(angle.turn), Math.sin(angle.lift), Math.cos(angle.lift)];
     const near = d[0] * m * c + d[1] * m * s + d[2] * l, factor = distance / Math.max(0.2 * distance, distance - near);
