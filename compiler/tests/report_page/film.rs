@@ -200,6 +200,15 @@ fn pointer(browser: &mut Browser, last: f64) {
     let titles =
         browser.evaluate("[...document.querySelectorAll('.plot h4')].map(h => h.textContent).join()");
     assert!(titles.as_str().unwrap().contains("Position of left_knee_pitch (rad)"), "{titles}");
+    browser.settle();
+    let heads = "[...document.querySelectorAll('.plot')].map(p => Math.abs(p.plot.valToPos(Number(document.getElementById('scrub').value), 'x')\
+        - parseFloat(p.plot.head.style.left)))";
+    let heads = browser.evaluate(heads);
+    assert_eq!(heads.as_array().unwrap().len(), 5);
+    assert!(
+        heads.as_array().unwrap().iter().all(|off| off.as_f64().unwrap() < 0.5),
+        "times are off by {heads} px"
+    );
 }
 
 /// Nothing wider than the window, in both themes, and on paper; the pictures are for people.

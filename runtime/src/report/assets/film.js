@@ -109,7 +109,8 @@
       cursor: { sync: { key: "time" }, drag: { x: true, y: false, setScale: true }, points: { size: 7 } },
       axes: [axis("time (s)", 36), axis("", 58)],
       series: [{ label: "time", value: (_, v) => (v === null ? "–" : `${Number(v.toFixed(4))} s`) }, ...series],
-      hooks: { setScale: [(u, key) => key === "x" && u.head && zoomed(u)] },
+      // Axes have their size only when it is drawn.
+      hooks: { setScale: [(u, key) => key === "x" && u.head && zoomed(u)], draw: [(u) => u.head && placeHead(u)] },
     }, [data.time, ...data.values], div);
     plot.head = document.createElement("div");
     plot.head.className = "head";

@@ -226,7 +226,7 @@ class View {
         const x = this.px([i / 10, 0])[0], whole = i % 5 === 0;
         this.path([[x, y], [x, y + (whole ? 7 : 4)]], false);
         this.stroke(colours.soft, 1);
-        if (whole) ctx.fillText(`${String(i / 10).replace("-", "−")} m`, x, y + 19);
+        if (whole && x > 22 && x < this.width - 22) ctx.fillText(`${String(i / 10).replace("-", "−")} m`, x, y + 19);
       }
       return;
     }
