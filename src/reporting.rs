@@ -10,7 +10,8 @@ use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::identify::Identification;
 use bipedc_runtime::identify::elastic::DriveSummary;
 use bipedc_runtime::report::{
-    Abscissa, Drawing, Estimated, Fact, HistoryStep, Report, Row, rows_of, write, write_svg,
+    Abscissa, Drawing, Estimated, Fact, Film, HistoryStep, Report, Row, rows_of, write, write_film,
+    write_strobe, write_svg,
 };
 use clap::Args;
 use std::collections::BTreeMap;
@@ -47,6 +48,22 @@ impl Outputs {
         }
         if let Some(folder) = &self.svg {
             let pictures = write_svg(report, folder)?;
+            output::remark(&format!("wrote {} pictures into {}", pictures.len(), folder.display()));
+        }
+        Ok(())
+    }
+
+    /// The same of a simulated motion.
+    ///
+    /// # Errors
+    /// What the file system refuses.
+    pub fn write_film(&self, film: &Film) -> Result<(), Failure> {
+        if let Some(page) = &self.report {
+            write_film(film, page)?;
+            output::remark(&format!("wrote {}", page.display()));
+        }
+        if let Some(folder) = &self.svg {
+            let pictures = write_strobe(film, folder)?;
             output::remark(&format!("wrote {} pictures into {}", pictures.len(), folder.display()));
         }
         Ok(())

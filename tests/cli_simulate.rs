@@ -110,6 +110,31 @@ fn a_standing_log_is_read_by_compare() {
 }
 
 #[test]
+fn a_film_and_pictures_are_written() {
+    let folder = scratch("simulate_film");
+    let (page, pictures) = (folder.join("stand.html"), folder.join("pictures"));
+    let options = ["--report", text(&page), "--svg", text(&pictures)];
+    simulate("robots/seven_link", &folder, "stand", STAND, &options).ok();
+    let plain = folder.join("plain.csv");
+    let scenario = folder.join("stand.toml");
+    bipedc(&["simulate", "robots/seven_link", "--scenario", text(&scenario), "--out", text(&plain)]).ok();
+    let read = |path: &Path| std::fs::read_to_string(path).unwrap();
+    assert_eq!(read(&folder.join("stand.csv")), read(&plain), "filming changes nothing");
+    let html = read(&page);
+    assert!(html.contains("seven_link: simulation of stand.toml") && html.contains("stand.toml, FNV-1a"));
+    assert!(html.len() < 5_000_000 && !html.contains("src=\"http"), "{} bytes", html.len());
+    for name in ["side.svg", "front.svg"] {
+        let picture = read(&pictures.join(name));
+        assert_eq!(picture.matches("<g class=\"pose\"").count(), 9, "{name}");
+    }
+    // On a stand nothing touches the ground.
+    let options = ["--base", "fixed", "--report", text(&page)];
+    simulate("robots/five_link", &folder, "swing", &SWING.replace("8.0", "0.5"), &options).ok();
+    let html = read(&page);
+    assert!(html.contains("of the links that move") && !html.contains("id=\"strip\""));
+}
+
+#[test]
 fn mistakes_are_named_with_their_place() {
     let folder = scratch("simulate_mistakes");
     let fails = |name: &str, scenario: &str, words: &[&str]| {

@@ -11,6 +11,7 @@ pub mod drawing;
 pub mod emit;
 pub mod exact;
 pub mod expression;
+pub mod film;
 pub mod front;
 pub mod identification;
 pub mod program;

@@ -52,6 +52,18 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
 /// # Errors
 /// Functions that cannot be derived.
 pub fn true_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Diagnostic> {
+    model_with(robot, hidden, &[])
+}
+
+/// The same with energies and centre of mass: what a film of the simulation shows ([`crate::film::Recorder`]).
+///
+/// # Errors
+/// Functions that cannot be derived.
+pub fn filmed_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Diagnostic> {
+    model_with(robot, hidden, &["kinetic_energy", "potential_energy", "center_of_mass"])
+}
+
+fn model_with(robot: &Robot, hidden: &[Effect], more: &[&str]) -> Result<ProgramModel, Diagnostic> {
     let mut robot = robot.clone();
     robot.description.effects.extend_from_slice(hidden);
     robot.description.effects.retain(|effect| {
@@ -60,8 +72,7 @@ pub fn true_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Diag
     });
     let touches = !robot.description.feet.is_empty() && robot.tree()?.base != BaseKind::Fixed;
     let functions = if touches { &FUNCTIONS[..] } else { &FUNCTIONS[..2] };
-    let wish = |family: &&str| Wish { family: (*family).to_owned(), subject: None };
-    let wishes: Vec<Wish> = functions.iter().map(wish).collect();
+    let wishes: Vec<Wish> = functions.iter().chain(more).map(|family| wish(family, None)).collect();
     Ok(ProgramModel::new(robot.compile_only(&wishes)?))
 }
 

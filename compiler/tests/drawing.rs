@@ -3,6 +3,7 @@ use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::JointKind;
 use bipedc_compiler::drawing::drawing;
+use bipedc_compiler::film::poses;
 use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::tree::BaseKind;
 use bipedc_runtime::{Argument, Model, State};
@@ -43,5 +44,50 @@ fn joints_are_where_the_derived_positions_say() {
         assert!(heaviest > 0.0 && heaviest < links.map(|inertial| inertial.mass).sum(), "{name}");
         let soles: Vec<_> = drawn.hulls.iter().filter(|hull| hull.name != "base").collect();
         assert_eq!(soles.len(), robot.description.feet.len(), "{name}");
+    }
+}
+
+/// Poses of whole configurations, turned bases among them: every link's frame against its derived position and
+/// orientation.
+#[test]
+fn poses_are_what_the_derived_functions_say() {
+    let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots");
+    for (name, kind) in
+        [("tulip", "floating"), ("biped_3d", "floating"), ("seven_link", "planar"), ("five_link", "fixed")]
+    {
+        let robot = Robot::read(&robots.join(name)).unwrap().with_base(kind, None).unwrap();
+        let tree = robot.tree().unwrap();
+        let moving: Vec<_> = tree.links.iter().filter(|link| link.body.is_some()).collect();
+        let wish = |family: &str| {
+            let family = family.to_owned();
+            moving.iter().map(move |link| Wish { family: family.clone(), subject: Some(link.name.clone()) })
+        };
+        let wishes: Vec<Wish> = wish("position").chain(wish("rotation")).collect();
+        let model = ProgramModel::new(robot.compile_only(&wishes).unwrap());
+        let mut q: Vec<f64> = (0..tree.nq).map(|i| (1.7 * i as f64 + 0.4).sin()).collect();
+        if tree.base == BaseKind::Floating {
+            let length = q[3..7].iter().map(|x| x * x).sum::<f64>().sqrt();
+            q[3..7].iter_mut().for_each(|x| *x /= length);
+        }
+        let poses = poses(&tree, &q);
+        let state = State::new().with(Argument::Q, &q);
+        for (index, link) in moving.iter().enumerate() {
+            let (mut position, mut rotation) = ([0.0; 3], [0.0; 9]);
+            model.evaluate(index, &state, &mut position).unwrap();
+            model.evaluate(moving.len() + index, &state, &mut rotation).unwrap();
+            let pose = poses[link.body.unwrap()];
+            for axis in [None, Some(0), Some(1), Some(2)] {
+                let mut point = [0.0; 3];
+                axis.into_iter().for_each(|axis: usize| point[axis] = 1.0);
+                let inner = link.placement.then(&bipedc_compiler::tree::Placement::shift(point)).translation;
+                // Columns one after the other.
+                let expected =
+                    [0, 1, 2].map(|i| position[i] + axis.map_or(0.0, |axis| rotation[3 * axis + i]));
+                let got = pose.at(inner);
+                for (a, b) in got.iter().zip(expected) {
+                    assert!((a - b).abs() < 1e-12, "{name} {}: {got:?} {expected:?}", link.name);
+                }
+            }
+        }
     }
 }

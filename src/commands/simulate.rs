@@ -4,10 +4,13 @@ use crate::arguments::RobotArguments;
 use crate::failure::{Failure, Outcome};
 use crate::interruption;
 use crate::output;
+use crate::reporting::Outputs;
+use bipedc_compiler::film::Recorder;
 use bipedc_compiler::robot::fnv1a;
-use bipedc_compiler::simulation::{plant, true_model};
+use bipedc_compiler::simulation::{filmed_model, plant, true_model};
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::effect::Effect;
+use bipedc_runtime::report::{Fact, Film};
 use bipedc_runtime::simulate::{Mechanics, Run, Scenario, Simulation, Summary, csv_line};
 use clap::Args;
 use serde::Serialize;
@@ -22,6 +25,7 @@ use std::time::Instant;
 const EXAMPLES: &str = "\
 Examples:
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv
+  bipedc simulate robots/tulip --scenario stand.toml --out run.csv --report run.html --svg pictures
   bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
   bipedc diagnose robots/tulip run.csv                       finds what the scenario hides
 
@@ -66,6 +70,8 @@ pub struct Simulate {
     /// Also write down what was hidden, as JSON
     #[arg(long, value_name = "TRUTH.json")]
     truth: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: Outputs,
     /// Print the summary as JSON
     #[arg(long)]
     json: bool,
@@ -77,10 +83,18 @@ impl Simulate {
         let robot = self.robot.read()?;
         let plant = plant(&robot.description, &robot.tree()?)?;
         let scenario = Scenario::open(&self.scenario, &plant)?;
-        let model = output::progress("deriving", || true_model(&robot, &scenario.effects))?;
+        let derive = if self.outputs.wanted() { filmed_model } else { true_model };
+        let model = output::progress("deriving", || derive(&robot, &scenario.effects))?;
         let in_file = |error: Diagnostic| Failure(vec![error.in_file(&self.scenario)]);
         let mechanics = Mechanics::new(&model, plant.subject.base)?;
-        let simulation = Simulation::new(mechanics, &plant, &scenario).map_err(in_file)?;
+        let mut recorder = match self.outputs.wanted() {
+            true => Some(Recorder::new(&robot, mechanics, scenario.duration, rows(&scenario))?),
+            false => None,
+        };
+        let mut simulation = Simulation::new(mechanics, &plant, &scenario).map_err(in_file)?;
+        if let Some(recorder) = &mut recorder {
+            simulation = simulation.watched(|sample| recorder.take(sample));
+        }
         let truth = match &self.truth {
             Some(path) => {
                 Some(Replacement::prepare(path, &self.hidden(&robot.description.name, &scenario)?)?)
@@ -98,6 +112,9 @@ impl Simulate {
         let summary = summary.map_err(in_file)?;
         log.commit()?;
         truth.map_or(Ok(()), Replacement::commit)?;
+        if let Some(recorder) = recorder {
+            self.outputs.write_film(&self.film(recorder.finish(), &scenario, &summary)?)?;
+        }
         self.say(&summary, start.elapsed().as_secs_f64())?;
         Ok(if summary.interrupted { ExitCode::from(INTERRUPTED) } else { ExitCode::SUCCESS })
     }
@@ -115,13 +132,40 @@ impl Simulate {
         Ok(serde_json::to_string_pretty(&truth).map_err(io::Error::from)? + "\n")
     }
 
+    /// The film with words and provenance.
+    fn film(&self, film: Film, scenario: &Scenario, summary: &Summary) -> Result<Film, Failure> {
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(&self.scenario)?;
+        let mut facts = vec![
+            Fact::new("scenario", format!("{}, FNV-1a {:016x}", name(&self.scenario), fnv1a(&text))),
+            Fact::new("log", format!("{}, {} rows", name(&self.out), summary.rows)),
+            Fact::new("time stepping", format!("{} steps of {} s", summary.steps, scenario.step)),
+            Fact::new("seed", scenario.seed.to_string()),
+        ];
+        if summary.contacts > 0 {
+            facts.push(Fact::new(
+                "worst relative residual of contact",
+                format!("{:.1e}", summary.worst_residual),
+            ));
+            facts.push(Fact::new("deepest penetration", format!("{:.2e} m", summary.penetration)));
+        }
+        let hidden = scenario.effects.iter().map(|effect| Fact::new("hidden effect", at_place(effect)));
+        facts.extend(hidden);
+        let clipped = summary.clipped.iter();
+        let clipped =
+            clipped.map(|(joint, steps)| format!("{joint}: the torque was clipped in {steps} steps"));
+        Ok(Film {
+            title: format!("{}: simulation of {}", film.robot, name(&self.scenario)),
+            summary: told(&film, summary, scenario.step),
+            warnings: unsolved(summary).into_iter().chain(clipped).collect(),
+            facts,
+            ..film
+        })
+    }
+
     fn say(&self, summary: &Summary, wall_time: f64) -> Result<(), Failure> {
         let real_time_factor = summary.time / wall_time.max(1e-9);
-        if summary.not_converged > 0 {
-            let message = format!(
-                "{} of {} contact problems did not reach the residual; the worst is {:.1e}",
-                summary.not_converged, summary.steps, summary.worst_residual
-            );
+        if let Some(message) = unsolved(summary) {
             output::diagnostics(&[Diagnostic::warning(message).help("a shorter `step` makes them easier")]);
         }
         if self.json {
@@ -158,6 +202,60 @@ impl Simulate {
         output::print(&text)?;
         Ok(())
     }
+}
+
+/// Rows that the log will have.
+fn rows(scenario: &Scenario) -> usize {
+    (scenario.duration / scenario.step / scenario.log_every.max(1) as f64).ceil() as usize
+}
+
+fn unsolved(summary: &Summary) -> Option<String> {
+    (summary.not_converged > 0).then(|| {
+        format!(
+            "{} of {} contact problems did not reach the residual; the worst is {:.1e}",
+            summary.not_converged, summary.steps, summary.worst_residual
+        )
+    })
+}
+
+/// Such as `coulomb friction at left_knee_pitch`.
+fn at_place(effect: &Effect) -> String {
+    let location = &effect.location;
+    let place = [&location.joint, &location.link, &location.sensor].into_iter().flatten().next();
+    let kind = effect.kind.replace('_', " ");
+    place.map_or_else(|| kind.clone(), |place| format!("{kind} at {place}"))
+}
+
+/// What happened, in words.
+fn told(film: &Film, summary: &Summary, step: f64) -> String {
+    let mut words = format!("{:.3} s of motion", summary.time);
+    if summary.interrupted {
+        words += ", interrupted before the end";
+    }
+    // Writing to a string cannot fail.
+    if let (Some(first), Some(last)) = (film.frames.first(), film.frames.last()) {
+        let moved = [0, 1, 2].map(|i| last.center_of_mass[i] - first.center_of_mass[i]);
+        let ways = [["forward", "backward"], ["to the left", "to the right"], ["up", "down"]];
+        let moves: Vec<String> = (0..3)
+            .map(|i| format!("{:.3} m {}", moved[i].abs(), ways[i][usize::from(moved[i] < 0.0)]))
+            .collect();
+        let _ = write!(words, ". The centre of mass moves {}", moves.join(", "));
+    }
+    if summary.contacts > 0 {
+        let all = film.loads.iter().flat_map(|loads| film.time.iter().zip(loads));
+        let hardest = all.max_by(|a, b| a.1.total_cmp(b.1));
+        if let Some((time, load)) = hardest.filter(|_| film.weight > 0.0) {
+            // Rigid impacts have no finite force: what is logged is the mean over the steps before and after.
+            let _ = write!(
+                words,
+                ". The largest vertical force on a foot is {load:.0} N ({:.1} times the weight) at {time:.3} s, a mean over two steps: of \
+                 impacts on hard ground only the product with that time, {:.3} N s, means something",
+                load / film.weight,
+                load * 2.0 * step
+            );
+        }
+    }
+    words + "."
 }
 
 #[derive(Serialize)]

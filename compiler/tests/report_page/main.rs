@@ -4,6 +4,7 @@
 //! Skipped, and said so, where no browser is installed (Debian: `chromium`).
 mod browser;
 mod example;
+mod film;
 
 use bipedc_runtime::report::{LARGEST_PAGE, Report, Row, Series, render, write, write_svg};
 use browser::Browser;

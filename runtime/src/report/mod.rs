@@ -20,6 +20,7 @@
 mod causes;
 mod data;
 mod fill;
+mod film;
 mod number;
 mod page;
 mod payload;
@@ -33,6 +34,10 @@ pub use data::{
     Signal,
 };
 pub use fill::rows_of;
+pub use film::{
+    Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Plot, Pose, Side, render_film, write_film,
+    write_strobe,
+};
 pub use page::render;
 pub use write::{write, write_svg};
 

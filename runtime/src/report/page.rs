@@ -13,12 +13,40 @@ const FIGURE_STYLE: &str = include_str!("assets/figure.css");
 const STYLE: &str = include_str!("assets/page.css");
 const PLOTS: &str = include_str!("assets/plots.js");
 const TOUCH: &str = include_str!("assets/touch.js");
+const THEME: &str = include_str!("assets/theme.js");
 const PAGE: &str = include_str!("assets/page.js");
 /// Nothing may be loaded from anywhere.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'";
 
 /// The page as one HTML document, below [`super::LARGEST_PAGE`] bytes.
 pub fn render(report: &Report) -> String {
+    let content = html! {
+        (sections::summary(report))
+        (places(report))
+        (joint(report))
+        @if let Some(diagnosis) = &report.diagnosis { (causes::section(diagnosis)) }
+        (sections::estimates(report))
+        (sections::staircase(report))
+        (sections::basis(report))
+    };
+    let scripts = [TOUCH, PAGE].concat();
+    let parts = Parts { content, numbers: payload::json(report), style: "", scripts: &scripts };
+    document(&report.title, &report.robot, parts)
+}
+
+/// What pages differ in.
+pub(super) struct Parts<'a> {
+    pub content: Markup,
+    /// JSON that may stand in a `<script>` element.
+    pub numbers: String,
+    /// CSS besides that of all pages.
+    pub style: &'a str,
+    /// After those that all pages have: uPlot, helpers for plots, the theme.
+    pub scripts: &'a str,
+}
+
+/// A page that loads nothing.
+pub(super) fn document(title: &str, robot: &str, parts: Parts<'_>) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -27,36 +55,28 @@ pub fn render(report: &Report) -> String {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="color-scheme" content="light dark";
-                title { (report.title) }
-                style { (PreEscaped(PLOT_STYLE)) (PreEscaped(FIGURE_STYLE)) (PreEscaped(STYLE)) }
+                title { (title) }
+                style { (PreEscaped(PLOT_STYLE)) (PreEscaped(FIGURE_STYLE)) (PreEscaped(STYLE)) (PreEscaped(parts.style)) }
             }
             body {
-                (header(report))
-                main {
-                    (sections::summary(report))
-                    (places(report))
-                    (joint(report))
-                    @if let Some(diagnosis) = &report.diagnosis { (causes::section(diagnosis)) }
-                    (sections::estimates(report))
-                    (sections::staircase(report))
-                    (sections::basis(report))
-                }
+                (header(title, robot))
+                main { (parts.content) }
                 footer { "Made by bipedc. Plots by uPlot (MIT)." }
-                script id="numbers" type="application/json" { (PreEscaped(payload::json(report))) }
+                script id="numbers" type="application/json" { (PreEscaped(parts.numbers)) }
                 script { "/*!\n" (PreEscaped(PLOT_LICENCE)) "*/\n" (PreEscaped(PLOT_LIBRARY)) }
-                script { (PreEscaped(PLOTS)) (PreEscaped(TOUCH)) (PreEscaped(PAGE)) }
+                script { (PreEscaped(PLOTS)) (PreEscaped(THEME)) (PreEscaped(parts.scripts)) }
             }
         }
     };
     page.into_string()
 }
 
-fn header(report: &Report) -> Markup {
+fn header(title: &str, robot: &str) -> Markup {
     html! {
         header {
             div {
-                p.robot { (report.robot) }
-                h1 { (report.title) }
+                p.robot { (robot) }
+                h1 { (title) }
             }
             button #theme type="button" hidden { "Theme: automatic" }
         }

@@ -75,7 +75,7 @@ pub(super) fn json(report: &Report) -> String {
 }
 
 /// No character of it can end the element or start a comment.
-fn harmless(json: &str) -> String {
+pub(super) fn harmless(json: &str) -> String {
     let mut out = String::with_capacity(json.len());
     for c in json.chars() {
         match c {
@@ -125,7 +125,7 @@ fn plotted_part(part: &Part) -> PlottedPart<'_> {
 }
 
 /// Rounded to so many digits of the largest value: short in JSON, and finer than a screen.
-fn rounded(mut values: Vec<f64>, digits: i32) -> Vec<f64> {
+pub(super) fn rounded(mut values: Vec<f64>, digits: i32) -> Vec<f64> {
     let largest = values.iter().filter(|x| x.is_finite()).fold(0.0f64, |m, x| m.max(x.abs()));
     if largest == 0.0 {
         return values;

@@ -68,7 +68,7 @@ impl Names {
 }
 
 /// Writes beside the file, then renames.
-fn whole(path: &Path, content: &str) -> Result<(), Diagnostic> {
+pub(super) fn whole(path: &Path, content: &str) -> Result<(), Diagnostic> {
     let refused = |error: std::io::Error| {
         Diagnostic::error(format!("cannot be written: {error}"))
             .in_file(path)

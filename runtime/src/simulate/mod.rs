@@ -30,4 +30,5 @@ pub use proximal::{Solved, Solver, Tolerance};
 pub use reference::{Reference, Sine};
 pub use run::{Run, Simulation, Summary, csv_line};
 pub use scenario::{Initial, Scenario, Sensors, Servo};
+pub use sensing::Sample;
 pub use stepper::{Motion, Stepped, Stepper};

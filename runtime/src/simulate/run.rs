@@ -64,7 +64,11 @@ pub struct Simulation<'a> {
     reference: Vec<f64>,
     clipped: Vec<usize>,
     summary: Summary,
+    watch: Option<Watch<'a>>,
 }
+
+/// Is shown the truth.
+type Watch<'a> = Box<dyn FnMut(&Sample) + 'a>;
 
 impl<'a> Simulation<'a> {
     /// Puts the robot where the scenario says. `mechanics` is of the true robot: effects that change masses are in it,
@@ -99,7 +103,15 @@ impl<'a> Simulation<'a> {
             reference: vec![0.0; joints],
             clipped: vec![0; joints],
             summary: Summary::default(),
+            watch: None,
         })
+    }
+
+    /// The same, and the truth at every row of the log is shown to `watch`: no noise, no effects of sensors.
+    #[must_use]
+    pub fn watched(mut self, watch: impl FnMut(&Sample) + 'a) -> Self {
+        self.watch = Some(Box::new(watch));
+        self
     }
 
     /// Names of the log's columns.
@@ -143,6 +155,9 @@ impl<'a> Simulation<'a> {
                 }
                 for (force, (a, b)) in sample.forces.iter_mut().zip(earlier.iter().zip(&later)) {
                     *force = std::array::from_fn(|i| 0.5 * (a[i] + b[i]));
+                }
+                if let Some(watch) = &mut self.watch {
+                    watch(&sample);
                 }
                 self.sensing.row(&sample, &self.drives, &mut row);
                 (run.row)(&row)?;

@@ -13,12 +13,16 @@ const LOADED: f64 = 1.0;
 
 /// The truth at one sample.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Sample {
+pub struct Sample {
+    /// s
     pub time: f64,
+    /// As the model's.
     pub q: Vec<f64>,
+    /// As the model's.
     pub v: Vec<f64>,
     /// Reported torques, N m.
     pub effort: Vec<f64>,
+    /// Where the controllers want the joints, rad or m.
     pub reference: Vec<f64>,
     /// On the contact points, world axes, N.
     pub forces: Vec<[f64; 3]>,

@@ -1,4 +1,4 @@
-/* Choosing a row, the theme, keys, print. */
+/* Choosing a row, keys. */
 (() => {
   const payload = JSON.parse(document.getElementById("numbers").textContent);
   const rows = payload.rows, abscissa = { name: payload.abscissa, unit: payload.abscissa_unit };
@@ -105,45 +105,6 @@
   });
   if (timeParent) steerByPointer(timeParent, () => state);
 
-  /* Theme: automatic, light, dark. A file opened from disk may have no storage. */
-  const theme = document.getElementById("theme"), root = document.documentElement, themes = ["automatic", "light", "dark"];
-  const remembered = () => { try { return localStorage.getItem("bipedc-theme"); } catch { return null; } };
-  function paint(name) {
-    if (name === "automatic") delete root.dataset.theme; else root.dataset.theme = name;
-    theme.textContent = `Theme: ${name}`;
-    draw();
-  }
-  let now = themes.includes(remembered()) ? remembered() : "automatic";
-  theme.hidden = false;
-  theme.addEventListener("click", () => {
-    now = themes[(themes.indexOf(now) + 1) % 3];
-    try { localStorage.setItem("bipedc-theme", now); } catch { /* not remembered then */ }
-    paint(now);
-  });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => draw());
-
-  /* Paper is white and narrow; what is folded is shown. */
-  let opened = [];
-  addEventListener("beforeprint", () => {
-    opened = all("details:not([open])");
-    opened.forEach((d) => { d.open = true; });
-    root.classList.add("printing");
-    paint("light");
-  });
-  addEventListener("afterprint", () => {
-    opened.forEach((d) => { d.open = false; });
-    root.classList.remove("printing");
-    paint(now);
-  });
-
-  let timer = 0, width = innerWidth;
-  addEventListener("resize", () => {
-    if (innerWidth === width) return;
-    width = innerWidth;
-    clearTimeout(timer);
-    timer = setTimeout(() => state && state.resize(), 100);
-  });
-
-  paint(now);
+  steerTheme(draw, () => state && state.resize());
   if (rows.length) choose(Number(document.getElementById("rows").dataset.first));
 })();

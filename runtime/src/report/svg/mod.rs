@@ -6,7 +6,7 @@ mod rows;
 mod staircase;
 
 pub(super) use interval::{causes, interval};
-pub(super) use robot::{degree, legend, named_robot, robot};
+pub(super) use robot::{degree, legend, named_robot, outline, robot};
 pub(super) use rows::{against, torque_and_residual};
 pub(super) use staircase::{headline, staircase, steps};
 

@@ -163,7 +163,7 @@ fn sole(hull: &Hull, canvas: &Canvas) -> Markup {
 }
 
 /// Convex hull by Andrew's monotone chain.
-fn outline(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+pub(in crate::report) fn outline(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     let turn =
         |o: [f64; 2], a: [f64; 2], b: [f64; 2]| (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);

@@ -1,0 +1,8 @@
+//! Films of simulations: shapes from the URDF, poses of all bodies, what acts on them, energies.
+mod parts;
+mod poses;
+mod record;
+
+pub use parts::{parts, side_of_bodies};
+pub use poses::poses;
+pub use record::Recorder;
