@@ -59,8 +59,11 @@ impl Torques {
     }
 }
 
+/// Name of a column and its value at a sample and time.
+pub type Column<'a> = (&'a str, &'a dyn Fn(usize, f64) -> f64);
+
 /// A log with the columns `<joint>/<name>` of these functions of joint and time.
-pub fn log(file: &Path, columns: &[(&str, &dyn Fn(usize, f64) -> f64)]) {
+pub fn log(file: &Path, columns: &[Column<'_>]) {
     let mut text = String::from("time");
     for joint in JOINTS {
         columns.iter().for_each(|(name, _)| write!(text, ",{joint}/{name}").unwrap());

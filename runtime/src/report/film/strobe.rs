@@ -180,14 +180,13 @@ fn forces(film: &Film, frame: &Frame, layout: &Layout, index: usize) -> Markup {
         let own: Vec<(&FilmPoint, &[f64; 3])> =
             film.points.iter().zip(&frame.forces).filter(|(p, _)| p.foot == foot).collect();
         let load: f64 = own.iter().map(|(_, f)| f[2]).sum();
-        if !(load > LEAST * film.weight) {
+        // What is no number is no load either.
+        if load.is_nan() || load <= LEAST * film.weight {
             return None;
         }
-        let mean = |of: &dyn Fn(&(&FilmPoint, &[f64; 3]), usize) -> f64| {
-            [0, 1, 2].map(|k| own.iter().map(|o| of(o, k)).sum::<f64>())
-        };
-        let force = mean(&|(_, f), k| f[k]);
-        let from = mean(&|(p, f), k| f[2] / load * frame.at(p.body, p.place)[k]);
+        let force = [0, 1, 2].map(|k| own.iter().map(|(_, f)| f[k]).sum::<f64>());
+        let from = [0, 1, 2]
+            .map(|k| own.iter().map(|(p, f)| f[2] / load * frame.at(p.body, p.place)[k]).sum::<f64>());
         // An impact would leave the picture.
         let length = force.iter().map(|x| x * x).sum::<f64>().sqrt() * size;
         let shorter = (LONGEST * (layout.high[1] - layout.low[1]) / length).min(1.0) * size;
