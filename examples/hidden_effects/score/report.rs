@@ -63,7 +63,8 @@ pub fn page(scores: &[Scored]) -> String {
         "# Scoreboard of hidden effects\n\nAs measured, failures included. Made by `cargo run --release --example \
          hidden_effects -- --write docs/scoreboard.md`; its `--help` says what counts as right. Logs come from our own \
          simulator (`examples/hidden_effects`), which shares the rigid-body model with the diagnosis and nothing else; \
-         the diagnosis sees URDF and logs.\n\n",
+         the diagnosis sees URDF and logs. The search's few thresholds were set with these cases in sight; `--seed N` \
+         draws other magnitudes, motions and noise (figures: `docs/diagnosis.md`).\n\n",
     );
     for line in summary(scores) {
         let _ = writeln!(text, "- {line}");
