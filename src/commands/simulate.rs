@@ -226,6 +226,9 @@ fn at_place(effect: &Effect) -> String {
     place.map_or_else(|| kind.clone(), |place| format!("{kind} at {place}"))
 }
 
+/// Times the weight that only impacts push with.
+const BLOW: f64 = 3.0;
+
 /// What happened, in words.
 fn told(film: &Film, summary: &Summary, step: f64) -> String {
     let mut words = format!("{:.3} s of motion", summary.time);
@@ -237,22 +240,28 @@ fn told(film: &Film, summary: &Summary, step: f64) -> String {
         let moved = [0, 1, 2].map(|i| last.center_of_mass[i] - first.center_of_mass[i]);
         let ways = [["forward", "backward"], ["to the left", "to the right"], ["up", "down"]];
         let moves: Vec<String> = (0..3)
+            .filter(|&i| moved[i].abs() >= 5e-4)
             .map(|i| format!("{:.3} m {}", moved[i].abs(), ways[i][usize::from(moved[i] < 0.0)]))
             .collect();
-        let _ = write!(words, ". The centre of mass moves {}", moves.join(", "));
+        let moves = if moves.is_empty() { "less than a millimetre".to_owned() } else { moves.join(", ") };
+        let _ = write!(words, ". The centre of mass moves {moves}");
     }
     if summary.contacts > 0 {
         let all = film.loads.iter().flat_map(|loads| film.time.iter().zip(loads));
         let hardest = all.max_by(|a, b| a.1.total_cmp(b.1));
         if let Some((time, load)) = hardest.filter(|_| film.weight > 0.0) {
-            // Rigid impacts have no finite force: what is logged is the mean over the steps before and after.
+            let times = load / film.weight;
             let _ = write!(
                 words,
-                ". The largest vertical force on a foot is {load:.0} N ({:.1} times the weight) at {time:.3} s, a mean over two steps: of \
-                 impacts on hard ground only the product with that time, {:.3} N s, means something",
-                load / film.weight,
-                load * 2.0 * step
+                ". The largest vertical force on a foot is {load:.0} N ({times:.1} times the weight) at {time:.3} s"
             );
+            if times > BLOW {
+                let impulse = load * 2.0 * step;
+                let _ = write!(
+                    words,
+                    "; impacts on hard ground have no finite force: it stands for an impulse of {impulse:.3} N s in two steps"
+                );
+            }
         }
     }
     words + "."

@@ -6,31 +6,50 @@ use bipedc_runtime::report::{FilmPart, Form, Side};
 use roxmltree::Node;
 use std::f64::consts::{PI, TAU};
 
+/// What is not seen, as a part of the robot's size.
+const SMALL: f64 = 0.01;
 /// Corners of a drawn circle.
 const ROUND: usize = 16;
 /// Circles of latitude of a drawn sphere.
 const LATITUDES: usize = 5;
 
 /// All parts: solids from `<visual>` (else `<collision>`) elements, meshes excepted; a body without any is drawn as lines
-/// to what it carries.
+/// to what it carries, as is a foot whose solids are apart from its joint.
 pub fn parts(robot: &Robot, tree: &Tree, sides: &[Side]) -> Vec<FilmPart> {
     let side = |body: Option<usize>| body.and_then(|b| sides.get(b)).copied().unwrap_or_default();
+    let size = size(tree);
     let mut parts: Vec<FilmPart> = Vec::new();
     for (link, form, placement) in solids(&robot.sources.urdf_text) {
         let Some(frame) = tree.links.iter().find(|frame| frame.name == link) else { continue };
         let form = placed(form, &frame.placement.then(&placement));
-        parts.push(FilmPart { body: frame.body, side: side(frame.body), form });
+        let [low, high] = bounds(form.corners().iter());
+        // Contact points as spheres of a millimetre are nothing to see.
+        if (0..3).any(|k| high[k] - low[k] > SMALL * size) {
+            parts.push(FilmPart { body: frame.body, side: side(frame.body), form });
+        }
     }
-    let shapeless =
-        |body: usize| !tree.bodies[body].is_virtual && parts.iter().all(|part| part.body != Some(body));
-    let size = size(tree);
     let mut more = Vec::new();
-    for body in (0..tree.bodies.len()).filter(|&body| shapeless(body)) {
-        let lines = lines(tree, body, size).into_iter().chain(sole(tree, body, size));
-        more.extend(lines.map(|form| FilmPart { body: Some(body), side: sides[body], form }));
+    for body in (0..tree.bodies.len()).filter(|&body| !tree.bodies[body].is_virtual) {
+        let own = || parts.iter().filter(|part| part.body == Some(body));
+        let shapeless = own().next().is_none();
+        let sole = if shapeless { sole(tree, body, size) } else { Vec::new() };
+        let [low, high] = bounds(own().flat_map(|part| part.form.corners()));
+        // A sole below an ankle, with nothing in between.
+        let is_last = tree.bodies.iter().all(|child| child.parent != Some(body));
+        let apart = is_last && (0..3).any(|k| low[k] > SMALL * size || high[k] < -SMALL * size);
+        let lines = if shapeless || apart { lines(tree, body, size) } else { Vec::new() };
+        let forms = lines.into_iter().chain(sole);
+        more.extend(forms.map(|form| FilmPart { body: Some(body), side: sides[body], form }));
     }
     parts.extend(more);
     parts
+}
+
+/// Least and largest coordinates.
+fn bounds<'a>(corners: impl Iterator<Item = &'a [f64; 3]>) -> [[f64; 3]; 2] {
+    corners.fold([[f64::MAX; 3], [f64::MIN; 3]], |[low, high], corner| {
+        [[0, 1, 2].map(|k| low[k].min(corner[k])), [0, 1, 2].map(|k| high[k].max(corner[k]))]
+    })
 }
 
 /// The leg of every body: that of the foot that it carries, if it carries one side alone.
@@ -199,4 +218,48 @@ fn sole(tree: &Tree, body: usize, size: f64) -> Vec<Form> {
     let edge =
         |i: usize| Form::Bone { ends: [points[i], points[(i + 1) % points.len()]], width: 0.012 * size };
     (0..edges).map(edge).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every face of every solid looks outwards: its middle lies further from the solid's middle along its normal.
+    #[test]
+    fn faces_look_outwards() {
+        for form in [cuboid([0.1, 0.2, 0.3]), cylinder(0.1, 0.5), sphere(0.2)] {
+            let Form::Solid { corners, faces } = form else { panic!("no solid") };
+            for face in &faces {
+                let [a, b, c] = [face[0], face[1], face[2]].map(|i| corners[i]);
+                let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - b[k]));
+                let normal =
+                    [0, 1, 2].map(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+                let out: f64 = (0..3).map(|k| normal[k] * a[k]).sum();
+                assert!(out > 1e-9, "{face:?}");
+            }
+            // Each edge belongs to two faces, once in each direction: the solid is closed.
+            let edge = |face: &Vec<usize>, i: usize| (face[i], face[(i + 1) % face.len()]);
+            let edges: Vec<_> = faces.iter().flat_map(|f| (0..f.len()).map(move |i| edge(f, i))).collect();
+            assert!(edges.iter().all(|&(a, b)| edges.iter().filter(|e| **e == (b, a)).count() == 1));
+        }
+    }
+
+    #[test]
+    fn shapes_are_read_and_bad_ones_left_out() {
+        let urdf = r#"<robot name="r"><link name="a">
+            <visual><origin xyz="1 2 3" rpy="0 0 0"/><geometry><box size="1 1 1"/></geometry></visual>
+            <visual><geometry><mesh filename="a.stl"/></geometry></visual>
+            <visual><geometry><box size="1 nan 1"/></geometry></visual>
+            <visual><geometry><cylinder radius="-1" length="2"/></geometry></visual>
+            <collision><geometry><sphere radius="1"/></geometry></collision></link>
+            <link name="b"><visual><geometry><mesh filename="b.stl"/></geometry></visual>
+            <collision><geometry><sphere radius="0.5"/></geometry></collision></link></robot>"#;
+        let found = solids(urdf);
+        let names: Vec<&str> = found.iter().map(|(link, ..)| link.as_str()).collect();
+        assert_eq!(names, ["a", "b"]);
+        assert_eq!(found[0].2.translation, [1.0, 2.0, 3.0]);
+        let [low, high] = bounds(found[1].1.corners().iter());
+        assert!((high[0] - low[0] - 1.0).abs() < 1e-12, "{low:?} {high:?}");
+        assert!(solids("<robot").is_empty());
+    }
 }

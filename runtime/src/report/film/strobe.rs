@@ -1,5 +1,5 @@
 //! The robot at equal distances of time in one picture.
-use super::data::{Film, FilmPoint, Form, Frame, Part};
+use super::data::{Film, Form, Frame, Part};
 use super::payload::side_name;
 use crate::report::number::significant;
 use crate::report::svg::{outline, px};
@@ -177,16 +177,16 @@ fn list(points: Vec<[f64; 2]>) -> String {
 fn forces(film: &Film, frame: &Frame, layout: &Layout, index: usize) -> Markup {
     let size = ARROW * (layout.high[1] - layout.low[1]) / film.weight.max(1e-9);
     let arrows = (0..film.feet.len()).filter_map(|foot| {
-        let own: Vec<(&FilmPoint, &[f64; 3])> =
-            film.points.iter().zip(&frame.forces).filter(|(p, _)| p.foot == foot).collect();
-        let load: f64 = own.iter().map(|(_, f)| f[2]).sum();
-        // What is no number is no load either.
-        if load.is_nan() || load <= LEAST * film.weight {
+        let (mut force, mut moment) = ([0.0; 3], [0.0; 3]);
+        for (point, own) in film.points.iter().zip(&frame.forces).filter(|(point, _)| point.foot == foot) {
+            let place = frame.at(point.body, point.place);
+            force = [0, 1, 2].map(|k| force[k] + own[k]);
+            moment = [0, 1, 2].map(|k| moment[k] + own[2] * place[k]);
+        }
+        if force[2].is_nan() || force[2] <= LEAST * film.weight {
             return None;
         }
-        let force = [0, 1, 2].map(|k| own.iter().map(|(_, f)| f[k]).sum::<f64>());
-        let from = [0, 1, 2]
-            .map(|k| own.iter().map(|(p, f)| f[2] / load * frame.at(p.body, p.place)[k]).sum::<f64>());
+        let from = moment.map(|m| m / force[2]);
         // An impact would leave the picture.
         let length = force.iter().map(|x| x * x).sum::<f64>().sqrt() * size;
         let shorter = (LONGEST * (layout.high[1] - layout.low[1]) / length).min(1.0) * size;
@@ -223,7 +223,7 @@ pub(super) fn moved_apart(film: &Film, view: View) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::film::data::{FilmFoot, Pose, Side};
+    use crate::report::film::data::{FilmFoot, FilmPoint, Pose, Side};
 
     /// A cube of 20 cm that slides forward.
     pub(super) fn slide(speed: f64) -> Film {
