@@ -59,7 +59,7 @@ impl Solver {
     /// Sweeps find which contacts open, stick and slip; Newton's method on the semismooth equations (Alart and
     /// Curnier, 1991) then converges within a few steps, where sweeps alone take hundreds because the corners of a
     /// foot share their load. Where Newton steps stop short again and again they lead the sweeps, which would converge,
-    /// around in circles: after [`PATIENCE`] sweeps those that do not arrive are taken back.
+    /// around in circles: after `PATIENCE` sweeps those that do not arrive are taken back.
     pub fn solve(&mut self, problem: &mut Problem, tolerance: &Tolerance) -> Solved {
         problem.weigh();
         let mut solved = Solved { residual: residual(problem), ..Solved::default() };
