@@ -56,17 +56,17 @@ impl Panel<'_> {
         (WIDTH - LEFT - 20.0) / (self.group.len() as f64 + 1.0)
     }
 
-    /// A dashed line, with its label above so that it stays clear of the numbers below the axis.
+    /// A dashed line with its label below, where no stair is; above where the numbers of the axis are below.
     fn noise(&self, svg: &mut String) {
         let known = self.group.iter().map(|stair| stair.noise);
         let Some(noise) = known.rev().find(|noise| *noise > 0.0 && *noise <= self.largest) else { return };
         let (right, at) = (WIDTH - 20.0, self.y(noise));
+        let label = if at + 16.0 < self.y(0.0) { at + 13.0 } else { at - 4.0 };
         let _ =
             writeln!(svg, "<path d=\"M{LEFT} {at:.1}H{right}\" stroke=\"#666\" stroke-dasharray=\"4 4\"/>");
         let _ = writeln!(
             svg,
-            "<text x=\"{right}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#444\">noise {}</text>",
-            at - 4.0,
+            "<text x=\"{right}\" y=\"{label:.1}\" text-anchor=\"end\" fill=\"#444\">noise {}</text>",
             rounded(noise)
         );
     }

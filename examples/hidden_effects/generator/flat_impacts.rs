@@ -1,8 +1,8 @@
 //! Velocities of robots in space before and after their right foot strikes the ground flat, turning as it does.
 use super::contact::corners;
+use super::impacts::{Base, COUNT, Impact, made, measure};
 use super::model::{Rigid, read};
 use super::random::Random;
-use super::table::Table;
 use super::truth::{Plan, Truth};
 use super::{Failure, Made, draw, failure};
 use bipedc_runtime::Argument;
@@ -10,17 +10,26 @@ use bipedc_runtime::effect::Effect;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::path::Path;
 
-/// Impacts for finding and for judging.
-const COUNT: [usize; 2] = [60, 30];
-/// Standard deviations: m, rad or parts of the quaternion, and m/s or rad/s.
-const NOISE: [f64; 2] = [2e-5, 0.002];
-
-/// One impact; velocities as the table has them: the base's linear velocity in world axes.
-struct Impact {
-    q: Vec<f64>,
-    before: Vec<f64>,
-    after: Vec<f64>,
-}
+/// The base's linear velocity is in world axes, here and in the table.
+const FLOATING: Base = Base {
+    configuration: &[
+        "base/position/x",
+        "base/position/y",
+        "base/position/z",
+        "base/orientation/x",
+        "base/orientation/y",
+        "base/orientation/z",
+        "base/orientation/w",
+    ],
+    velocity: &[
+        "base/linear_velocity/x",
+        "base/linear_velocity/y",
+        "base/linear_velocity/z",
+        "base/angular_velocity/x",
+        "base/angular_velocity/y",
+        "base/angular_velocity/z",
+    ],
+};
 
 /// The striking sole in the frame of its link.
 struct Sole {
@@ -52,14 +61,11 @@ pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
     let mut measured = Vec::new();
     for count in COUNT {
         let run = draw_impacts(&rigid, &sole, &truth.effects, count, &mut random)?;
-        measured.push(run.into_iter().map(|impact| measure(impact, &mut random)).collect::<Vec<_>>());
+        measured.push(measure(run, &mut random));
     }
-    truth.metric = "post_impact_velocity".to_owned();
-    truth.nominal = error(&rigid, &sole, &measured[1], &[])?;
-    truth.oracle = error(&rigid, &sole, &measured[1], &truth.effects)?;
-    truth.noise.insert("position".to_owned(), NOISE[0]);
-    truth.noise.insert("velocity".to_owned(), NOISE[1]);
-    Ok(Made { train: table(&rigid, &measured[0]), validation: table(&rigid, &measured[1]), truth })
+    let strike =
+        |impact: &Impact, effects: &[Effect]| strike(&rigid, &sole, &impact.q, &impact.before, effects);
+    made(&rigid, &FLOATING, truth, &measured, &strike)
 }
 
 impl Sole {
@@ -205,56 +211,4 @@ fn spinning(inertia: &DMatrix<f64>, speed: &DVector<f64>, reach: f64) -> DVector
     let sign = -hold[5].signum();
     let left = -(hold[5] + sign * reach * hold[2]) / (slope[5] + sign * reach * slope[2]);
     hold + slope * left
-}
-
-fn measure(impact: Impact, r: &mut Random) -> Impact {
-    let mut blur = |values: Vec<f64>, sigma: f64| -> Vec<f64> {
-        values.into_iter().map(|x| x + sigma * r.normal()).collect()
-    };
-    Impact {
-        q: blur(impact.q, NOISE[0]),
-        before: blur(impact.before, NOISE[1]),
-        after: blur(impact.after, NOISE[1]),
-    }
-}
-
-/// Root mean square over all velocities of measured minus predicted, from the measured state before.
-fn error(rigid: &Rigid, sole: &Sole, run: &[Impact], effects: &[Effect]) -> Result<f64, Failure> {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for impact in run {
-        let Some(after) = strike(rigid, sole, &impact.q, &impact.before, effects)? else { continue };
-        sum += after.iter().zip(&impact.after).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-        count += after.len() as f64;
-    }
-    Ok((sum / f64::max(count, 1.0)).sqrt())
-}
-
-fn table(rigid: &Rigid, run: &[Impact]) -> Table {
-    let mut table = Table::default();
-    table.push("impact", 0, (0..run.len()).map(|i| i as f64).collect());
-    let base = [
-        "position/x",
-        "position/y",
-        "position/z",
-        "orientation/x",
-        "orientation/y",
-        "orientation/z",
-        "orientation/w",
-    ];
-    let names = base.map(|name| format!("base/{name}")).into_iter();
-    let names = names.chain(rigid.joints.iter().map(|joint| format!("{joint}/position")));
-    for (i, name) in names.enumerate() {
-        table.push(name, 6, run.iter().map(|impact| impact.q[i]).collect());
-    }
-    for after in [false, true] {
-        let base = ["linear", "angular"].into_iter();
-        let base = base.flat_map(|kind| ["x", "y", "z"].map(|axis| format!("base/{kind}_velocity/{axis}")));
-        let names = base.chain(rigid.joints.iter().map(|joint| format!("{joint}/velocity")));
-        for (i, name) in names.enumerate() {
-            let value = |impact: &Impact| if after { impact.after[i] } else { impact.before[i] };
-            let when = if after { "after" } else { "before" };
-            table.push(format!("{name}/{when}"), 5, run.iter().map(value).collect());
-        }
-    }
-    table
 }

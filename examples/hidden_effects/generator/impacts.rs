@@ -10,18 +10,29 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::path::Path;
 
 /// Impacts for finding and for judging.
-const COUNT: [usize; 2] = [60, 30];
-/// Standard deviations: m or rad, and m/s or rad/s.
-const NOISE: [f64; 2] = [2e-5, 0.002];
+pub(super) const COUNT: [usize; 2] = [60, 30];
+/// Standard deviations: m, rad or parts of a quaternion, and m/s or rad/s.
+pub(super) const NOISE: [f64; 2] = [2e-5, 0.002];
 /// A foot that touches the ground at one point.
 const POINT: &str = "right_foot/point_foot";
 
-/// One impact.
-struct Impact {
-    q: Vec<f64>,
-    before: Vec<f64>,
-    after: Vec<f64>,
+/// One impact; velocities as the table has them.
+pub(super) struct Impact {
+    pub q: Vec<f64>,
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
 }
+
+/// Columns of the base: of its configuration, and of its velocities without `/before` and `/after`.
+pub(super) struct Base {
+    pub configuration: &'static [&'static str],
+    pub velocity: &'static [&'static str],
+}
+
+const PLANAR: Base = Base {
+    configuration: &["base/position/x", "base/position/z", "base/orientation/pitch"],
+    velocity: &["base/linear_velocity/x", "base/linear_velocity/z", "base/angular_velocity/y"],
+};
 
 /// Draws and measures a case.
 pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
@@ -39,12 +50,8 @@ pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
         .map(|&count| draw_impacts(&rigid, &truth.effects, count, &mut random))
         .collect::<Result<_, _>>()?;
     let measured: Vec<Vec<Impact>> = runs.into_iter().map(|run| measure(run, &mut random)).collect();
-    truth.metric = "post_impact_velocity".to_owned();
-    truth.nominal = error(&rigid, &measured[1], &[])?;
-    truth.oracle = error(&rigid, &measured[1], &truth.effects)?;
-    truth.noise.insert("position".to_owned(), NOISE[0]);
-    truth.noise.insert("velocity".to_owned(), NOISE[1]);
-    Ok(Made { train: table(&rigid, &measured[0]), validation: table(&rigid, &measured[1]), truth })
+    let strike = |impact: &Impact, effects: &[Effect]| strike(&rigid, &impact.q, &impact.before, effects);
+    made(&rigid, &PLANAR, truth, &measured, &strike)
 }
 
 fn draw_impacts(
@@ -120,7 +127,8 @@ fn impulse(yielding: &Matrix2<f64>, speed: Vector2<f64>, bounce: f64, friction: 
     (normal > 0.0 && left * slide[0] <= 0.0).then_some(slide)
 }
 
-fn measure(run: Vec<Impact>, r: &mut Random) -> Vec<Impact> {
+/// What sensors make of impacts.
+pub(super) fn measure(run: Vec<Impact>, r: &mut Random) -> Vec<Impact> {
     let mut blur =
         |values: Vec<f64>, sigma: f64| values.into_iter().map(|x| x + sigma * r.normal()).collect();
     run.into_iter()
@@ -132,30 +140,48 @@ fn measure(run: Vec<Impact>, r: &mut Random) -> Vec<Impact> {
         .collect()
 }
 
+/// Velocities after an impact from the measured state before; `None` if the foot does not strike.
+pub(super) type Strike<'a> = &'a dyn Fn(&Impact, &[Effect]) -> Result<Option<Vec<f64>>, Failure>;
+
+/// The case of measured impacts, the first for finding and the second for judging.
+pub(super) fn made(
+    rigid: &Rigid,
+    base: &Base,
+    mut truth: Truth,
+    measured: &[Vec<Impact>],
+    strike: Strike<'_>,
+) -> Result<Made, Failure> {
+    truth.metric = "post_impact_velocity".to_owned();
+    truth.nominal = error(&measured[1], &[], strike)?;
+    truth.oracle = error(&measured[1], &truth.effects, strike)?;
+    truth.noise.insert("position".to_owned(), NOISE[0]);
+    truth.noise.insert("velocity".to_owned(), NOISE[1]);
+    Ok(Made { train: table(rigid, base, &measured[0]), validation: table(rigid, base, &measured[1]), truth })
+}
+
 /// Root mean square over all velocities of measured minus predicted, from the measured state before.
-fn error(rigid: &Rigid, run: &[Impact], effects: &[Effect]) -> Result<f64, Failure> {
+fn error(run: &[Impact], effects: &[Effect], strike: Strike<'_>) -> Result<f64, Failure> {
     let (mut sum, mut count) = (0.0, 0.0);
     for impact in run {
-        let Some(after) = strike(rigid, &impact.q, &impact.before, effects)? else { continue };
+        let Some(after) = strike(impact, effects)? else { continue };
         sum += after.iter().zip(&impact.after).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         count += after.len() as f64;
     }
     Ok((sum / f64::max(count, 1.0)).sqrt())
 }
 
-fn table(rigid: &Rigid, run: &[Impact]) -> Table {
+fn table(rigid: &Rigid, base: &Base, run: &[Impact]) -> Table {
     let mut table = Table::default();
     table.push("impact", 0, (0..run.len()).map(|i| i as f64).collect());
-    let base = ["base/position/x", "base/position/z", "base/orientation/pitch"].map(str::to_owned);
-    let names = base.into_iter().chain(rigid.joints.iter().map(|joint| format!("{joint}/position")));
-    for (i, name) in names.enumerate() {
+    let names = |base: &[&str], what: &str| -> Vec<String> {
+        let joints = rigid.joints.iter().map(|joint| format!("{joint}/{what}"));
+        base.iter().map(|name| (*name).to_owned()).chain(joints).collect()
+    };
+    for (i, name) in names(base.configuration, "position").into_iter().enumerate() {
         table.push(name, 6, run.iter().map(|impact| impact.q[i]).collect());
     }
     for after in [false, true] {
-        let base = ["base/linear_velocity/x", "base/linear_velocity/z", "base/angular_velocity/y"];
-        let names = base.map(str::to_owned).into_iter();
-        let names = names.chain(rigid.joints.iter().map(|joint| format!("{joint}/velocity")));
-        for (i, name) in names.enumerate() {
+        for (i, name) in names(base.velocity, "velocity").into_iter().enumerate() {
             let value = |impact: &Impact| if after { impact.after[i] } else { impact.before[i] };
             let when = if after { "after" } else { "before" };
             table.push(format!("{name}/{when}"), 5, run.iter().map(value).collect());

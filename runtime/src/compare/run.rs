@@ -7,7 +7,7 @@ use super::options::{Options, Subject};
 use super::report::{Channel, Comparison, Cutoff, Missing};
 use super::statistics::Sums;
 use super::trajectory::{Even, States, Unusable};
-use crate::diagnose::white_noise;
+use crate::diagnose::{white_noise, within};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::log::{Block, Blocks, MOST_GAPS, Mapping, Reader, Sampling};
 use crate::signal::{Butterworth, FilterError};
@@ -191,14 +191,6 @@ fn candidates(
         plan.assumptions.push(format!("cut-offs not tried because {reason}: {}", refused.join(", ")));
     }
     Ok(candidates)
-}
-
-/// The samples of a block's core that the user wants.
-fn within(block: &Block<'_>, options: &Options) -> Range<usize> {
-    let from = options.from_s.map_or(0, |from| block.time.partition_point(|t| *t < from));
-    let to = options.to_s.map_or(usize::MAX, |to| block.time.partition_point(|t| *t <= to));
-    let (begin, end) = (block.core.start.max(from), block.core.end.min(to));
-    begin..end.max(begin)
 }
 
 impl Run<'_> {

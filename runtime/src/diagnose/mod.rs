@@ -35,13 +35,11 @@ mod world;
 pub use anatomy::Anatomy;
 pub use breakdown::{AT_NOISE, Breakdown, Part, WINDOWS, Window, breakdowns};
 pub use calls::AnyModel;
-pub(crate) use engine::columns_of;
+pub(crate) use engine::effect_columns;
 pub use engine::{Options, diagnose, errors, estimate, summary};
 pub use experiment::{Channel, Experiment, Inertial, Row};
 pub use feet::{Corner, Foot};
-pub(crate) use motion::recording::white_noise;
-#[cfg(feature = "sdp")]
-pub(crate) use motion::recording::within;
+pub(crate) use motion::recording::{white_noise, within};
 pub use motion::{MotionExperiment, Recording};
 pub use result::{Diagnosis, Fall, Found, Rejected, Source, Step, Unexplained};
 pub use robot::Robot;

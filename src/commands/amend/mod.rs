@@ -50,7 +50,7 @@ pub struct Amend {
     /// A law of your own: the torque (N m) as a formula in position, velocity, acceleration, load and parameters
     #[arg(long, value_name = "TEXT", conflicts_with_all = ["link", "sensor"])]
     formula: Option<String>,
-    /// Take the effects of a diagnosis (JSON)
+    /// Take the effects of a diagnosis (JSON), and what --refit estimated again
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["joint", "other_joint", "link", "sensor", "set"])]
     from: Option<PathBuf>,
     /// Take the last step back, byte for byte

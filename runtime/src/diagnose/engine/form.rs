@@ -181,7 +181,7 @@ pub(super) fn within_reach((low, high): (f64, f64), value: f64) -> bool {
 
 /// What a kind at a place adds to the rows, per coefficient that enters linearly, with its other parameter at
 /// `setting`; `None` for kinds that are not searched for.
-pub(crate) fn columns_of(
+pub(crate) fn effect_columns(
     experiment: &dyn Experiment,
     kind: &'static str,
     location: &Location,

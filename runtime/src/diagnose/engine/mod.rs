@@ -14,5 +14,5 @@ mod smoother;
 mod words;
 
 pub use answer::{Options, diagnose, errors, estimate};
-pub(crate) use form::columns_of;
+pub(crate) use form::effect_columns;
 pub use words::summary;

@@ -226,6 +226,7 @@ pub(crate) fn too_short(samples: usize, path: &Path) -> Diagnostic {
         .help("at least a few seconds of motion are needed")
 }
 
+/// The samples of a block's core that the user wants.
 pub(crate) fn within(block: &Block<'_>, options: &Options) -> Range<usize> {
     let from = options.from_s.map_or(0, |from| block.time.partition_point(|t| *t < from));
     let to = options.to_s.map_or(usize::MAX, |to| block.time.partition_point(|t| *t <= to));

@@ -1,7 +1,7 @@
 //! What two effects do to the torques along a motion, as the diagnosis sees it.
 use super::Pair;
 use crate::compare::BaseKind;
-use crate::diagnose::{Experiment, MotionExperiment, Recording, columns_of};
+use crate::diagnose::{Experiment, MotionExperiment, Recording, effect_columns};
 use crate::diagnostic::Diagnostic;
 use crate::effect::{Effect, Law, Location, Place};
 use crate::identify::excite::{Machine, Motion};
@@ -126,7 +126,7 @@ impl<'r, 'm> Bench<'r, 'm> {
         };
         let of = |candidate: &Candidate| {
             let location = &candidate.usual.location;
-            let columns = columns_of(&experiment, candidate.kind, location, candidate.setting);
+            let columns = effect_columns(&experiment, candidate.kind, location, candidate.setting);
             dense(columns.unwrap_or_default())
         };
         let usual = pair.effects.each_ref().map(|c| experiment.response(std::slice::from_ref(&c.usual)));
