@@ -31,10 +31,14 @@ fn main() {
         PhasedRobot::new(&FiveLink, plant.subject.base, &plant.feet, phases, assumptions, &torque).unwrap();
     // A landing of the gait: after five steps from the scenario's beginning.
     let mut x = robot.standing(&plant, &scenario).unwrap();
-    let precision = |relative: f64| Precision { relative, absolute: relative, largest_step: 0.1, largest_look: 0.01 };
-    let settled = walk(&robot, Start { time: 0.0, phase: 0, x }, 1e2, 5, &precision(1e-10), &mut |_, _, _| ());
+    let precision =
+        |relative: f64| Precision { relative, absolute: relative, largest_step: 0.1, largest_look: 0.01 };
+    let settled =
+        walk(&robot, Start { time: 0.0, phase: 0, x }, 1e2, 5, &precision(1e-10), &mut |_, _, _| ());
     x = settled.unwrap().last.x;
-    println!("five-link walker, one step of 0.643 s with its impact, assumptions checked, emitted model, one core");
+    println!(
+        "five-link walker, one step of 0.643 s with its impact, assumptions checked, emitted model, one core"
+    );
     println!(
         "{:>9} {:>9} {:>7} {:>12} {:>8} {:>10} {:>16} {:>16}",
         "tolerance", "ms", "steps", "derivatives", "guards", "dynamics", "µs per dynamics", "times real time"

@@ -75,7 +75,13 @@ fn a_verdict_ends_the_run_with_its_own_exit_code() {
     let slippery = gait().replace("friction = 0.6", "friction = 0.2");
     let run = simulate(&folder, "slips", &slippery, &[]);
     assert_eq!(run.code, Some(3), "{}", run.err);
-    for words in ["in phase `single_support` at 0.", "the foot slips", "tangential force on right_foot", " N, the limit is", "slips.toml"] {
+    for words in [
+        "in phase `single_support` at 0.",
+        "the foot slips",
+        "tangential force on right_foot",
+        " N, the limit is",
+        "slips.toml",
+    ] {
         assert!(run.err.contains(words), "no `{words}` in {}", run.err);
     }
     let json = simulate(&folder, "json", &slippery, &["--json"]);
@@ -103,17 +109,41 @@ fn mistakes_are_named_with_their_place() {
         assert!(!folder.join(format!("{name}.csv.partial")).exists(), "{name} left a partial log");
     };
     let events = "method = \"event_driven\"\nduration = 1.0\n";
-    fails("method", "method = \"event_drivn\"\nduration = 1.0\n", &["method.toml:1", "did you mean \"event_driven\"?"]);
-    fails("step", &format!("{events}step = 0.001\n"), &["step.toml:3", "`step` has no meaning", "relative_tolerance"]);
-    fails("ground", &format!("{events}[ground]\nfriction = 0.5\n"), &["ground.toml:3", "[assumptions] friction"]);
+    fails(
+        "method",
+        "method = \"event_drivn\"\nduration = 1.0\n",
+        &["method.toml:1", "did you mean \"event_driven\"?"],
+    );
+    fails(
+        "step",
+        &format!("{events}step = 0.001\n"),
+        &["step.toml:3", "`step` has no meaning", "relative_tolerance"],
+    );
+    fails(
+        "ground",
+        &format!("{events}[ground]\nfriction = 0.5\n"),
+        &["ground.toml:3", "[assumptions] friction"],
+    );
     fails("residual", &format!("{events}residual = 1e-9\n"), &["residual.toml:3"]);
     fails("clearance", &format!("{events}[initial]\nclearance = 0.1\n"), &["clearance.toml:4"]);
     fails("steps", "duration = 1.0\nsteps = 4\n", &["steps.toml:2", "event_driven"]);
     fails("zero", &format!("{events}steps = 0\n"), &["zero.toml:3", "`steps` = 0"]);
     fails("assumptions", "duration = 1.0\n[assumptions]\nfriction = 0.5\n", &["assumptions.toml:2"]);
-    fails("friction", &format!("{events}[assumptions]\nfriction = -1\n"), &["friction.toml:4:12", "false: not checked"]);
-    fails("phase", &format!("{events}[initial]\nphase = \"single_suport\"\n"), &["phase.toml:4", "single_support"]);
-    fails("unused", "duration = 1.0\n[initial]\nphase = \"single_support\"\n", &["unused.toml:3", "no meaning"]);
+    fails(
+        "friction",
+        &format!("{events}[assumptions]\nfriction = -1\n"),
+        &["friction.toml:4:12", "false: not checked"],
+    );
+    fails(
+        "phase",
+        &format!("{events}[initial]\nphase = \"single_suport\"\n"),
+        &["phase.toml:4", "single_support"],
+    );
+    fails(
+        "unused",
+        "duration = 1.0\n[initial]\nphase = \"single_support\"\n",
+        &["unused.toml:3", "no meaning"],
+    );
     let effect = "[[effect]]\nkind = \"coulomb_friction\"\njoint = \"left_knee_pitch\"\ntorque = 0.4\n";
     fails("effect", &format!("{events}{effect}"), &["effect.toml:3", "from event to event", "time_stepping"]);
     let lifted = "[initial]\nbase_position = [0.0, 2.0]\n";
@@ -133,6 +163,10 @@ fn mistakes_are_named_with_their_place() {
     fails("twice", &format!("{events}{twice}"), &["singular", "single_support", "independent"]);
     fails("law", &format!("{events}[control.feedback]\nlaw = \"pd\"\n"), &["law.toml:3", "there are none"]);
     let law = "[control.feedback]\nlaw = \"finite_time\"\nstiffness = 3.0\n";
-    fails("mixed", &format!("{events}{law}[[control.output]]\nformula = \"right_hip_pitch\"\n"), &["mixed.toml:5", "finite_time"]);
+    fails(
+        "mixed",
+        &format!("{events}{law}[[control.output]]\nformula = \"right_hip_pitch\"\n"),
+        &["mixed.toml:5", "finite_time"],
+    );
     simulate(&folder, "fixed", events, &["--base", "fixed"]).fails_with(&["fixed base", "time_stepping"]);
 }

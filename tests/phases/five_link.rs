@@ -10,8 +10,7 @@ const SLICED: &str = "robots/five_link/scenarios/gait_time_stepping.toml";
 fn the_shipped_gait_walks_and_settles() {
     let (summary, samples) = walked(FOLDER, &scenario_text(SCENARIO)).unwrap();
     assert_eq!((summary.end, summary.steps), ("steps", 10), "{:?}", summary.verdict);
-    let times: Vec<f64> =
-        summary.changes.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
+    let times: Vec<f64> = summary.changes.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
     let shrink = (times[4] - times[3]) / (times[3] - times[2]);
     let forward = samples.last().unwrap().q[0] - samples[0].q[0];
     println!("step times {times:?}, changes shrink by {shrink:.3}, {forward:.3} m");
@@ -29,8 +28,7 @@ fn event_times_agree_with_a_hundred_times_tighter_tolerance() {
     for (loose, tight) in [("1e-9", "1e-11"), ("1e-10", "1e-12")] {
         let (a, b) = (run(loose), run(tight));
         assert_eq!(a.changes.len(), b.changes.len());
-        let miss =
-            a.changes.iter().zip(&b.changes).map(|(a, b)| (a.time - b.time).abs()).fold(0.0, f64::max);
+        let miss = a.changes.iter().zip(&b.changes).map(|(a, b)| (a.time - b.time).abs()).fold(0.0, f64::max);
         println!(
             "{loose} against {tight}: ten landings within {miss:.1e} s ({} and {} evaluations)",
             a.integration.evaluations, b.integration.evaluations
@@ -84,14 +82,17 @@ fn time_stepping_comes_to_the_event_driven_step_as_its_own_shrinks() {
     let period = summary.changes[1].time - summary.changes[0].time;
     let speed = second_step(&samples)[1];
     let text = scenario_text(SLICED).replace("duration = 3.0", "duration = 1.35");
-    let steps: [f64; 4] = [8e-4, 4e-4, 2e-4, 1e-4];
+    let steps: [f64; 5] = [8e-4, 4e-4, 2e-4, 1e-4, 5e-5];
     let mut errors: Vec<[f64; 2]> = Vec::new();
     for step in steps {
         let text = text.replace("step = 0.0001  ", &format!("step = {step}"));
         let text = text.replace("log_step = 0.005", &format!("log_step = {step}"));
         let found = second_step(&time_stepped(FOLDER, &text));
         let error = [(found[0] - period).abs(), (found[1] - speed).abs()];
-        println!("step {step:e} s: step time off by {:.2e} s, mid-stance speed by {:.2e} m/s", error[0], error[1]);
+        println!(
+            "step {step:e} s: step time off by {:.2e} s, mid-stance speed by {:.2e} m/s",
+            error[0], error[1]
+        );
         errors.push(error);
     }
     let order = |k: usize| {
@@ -103,6 +104,6 @@ fn time_stepping_comes_to_the_event_driven_step_as_its_own_shrinks() {
     };
     println!("period {period:.9} s, speed {speed:.9} m/s; orders {:.2} and {:.2}", order(0), order(1));
     for k in 0..2 {
-        assert!(order(k) > 0.8 && errors[3][k] < 0.25 * errors[0][k], "{errors:?}");
+        assert!(order(k) > 0.8 && errors[4][k] < 0.15 * errors[0][k], "{errors:?}");
     }
 }

@@ -23,12 +23,15 @@ impl Leg {
 
 /// A scenario with stiff servos; `head` stands before [control].
 fn scenario(head: &str, legs: &[Leg], more: &str) -> String {
-    let mut text = format!("method = \"event_driven\"\nduration = 1.0\n{head}\n[control]\nstiffness = 400.0\ndamping = 10.0\neffort_limits = false\njoint_stops = false\n[joint]\n");
+    let mut text = format!(
+        "method = \"event_driven\"\nduration = 1.0\n{head}\n[control]\nstiffness = 400.0\ndamping = 10.0\neffort_limits = false\njoint_stops = false\n[joint]\n"
+    );
     for leg in legs {
         for (k, joint) in ["hip", "knee", "ankle"].iter().enumerate() {
             let _ = write!(text, "{}_{joint}_pitch = {{ position = {}", leg.side, leg.angles[k]);
             if leg.moves[k] != 0.0 {
-                let _ = write!(text, ", sines = [[{}, {}, -1.5707963267948966]]", leg.moves[k], leg.frequency);
+                let _ =
+                    write!(text, ", sines = [[{}, {}, -1.5707963267948966]]", leg.moves[k], leg.frequency);
             }
             text.push_str(" }\n");
         }
@@ -68,7 +71,9 @@ fn a_planar_swing_foot_scuffs() {
 
 /// From the right toe to the left heel, which lands.
 fn landing(head: &str, turn: &str, more: &str) -> String {
-    let head = format!("[assumptions]\nfriction = false\n{head}\n[initial]\nphase = \"toe_support\"\nbase_angular_velocity = {turn}");
+    let head = format!(
+        "[assumptions]\nfriction = false\n{head}\n[initial]\nphase = \"toe_support\"\nbase_angular_velocity = {turn}"
+    );
     scenario(&head, &[CROUCHED, AHEAD], more)
 }
 

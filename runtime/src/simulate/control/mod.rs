@@ -11,6 +11,6 @@ pub use controller::{Controller, Outputs, PhaseOutputs};
 pub use driven::Driven;
 pub(crate) use driven::cannot_drive;
 pub use feedback::Feedback;
+pub(crate) use program::Step;
 pub use program::{Jet, Program, Work};
 pub use signals::{POINT_FUNCTIONS, Signal, signals};
-pub(crate) use program::Step;

@@ -91,5 +91,9 @@ fn rest(robot: &PhasedRobot<'_>, standing: &[usize], q: &[f64], v: &mut [f64], g
 
 /// Largest component of the velocities of some points, m/s.
 fn fastest(robot: &PhasedRobot<'_>, standing: &[usize], q: &[f64], v: &[f64]) -> f64 {
-    if standing.is_empty() { 0.0 } else { (robot.directions(q, standing) * DVector::from_column_slice(v)).amax() }
+    if standing.is_empty() {
+        0.0
+    } else {
+        (robot.directions(q, standing) * DVector::from_column_slice(v)).amax()
+    }
 }

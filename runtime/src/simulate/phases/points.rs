@@ -42,11 +42,7 @@ impl PointForces {
     }
 
     /// `D a + H − τ = W λ`, N and N m.
-    pub fn generalised(
-        &self,
-        model: &dyn Model<f64>,
-        [q, v, a, tau]: [&[f64]; 4],
-    ) -> Vec<f64> {
+    pub fn generalised(&self, model: &dyn Model<f64>, [q, v, a, tau]: [&[f64]; 4]) -> Vec<f64> {
         let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::A, a);
         let needed = Self::call(model, self.inverse, &state);
         needed.iter().zip(tau).map(|(needed, tau)| needed - tau).collect()
@@ -84,7 +80,13 @@ impl PointForces {
 
     /// Forces on the standing points (world axes) whose generalised force is `sum`. Where several sets do, as on four corners
     /// of a flat foot, the one with the least sum of squares.
-    pub fn spread(&self, model: &dyn Model<f64>, q: &[f64], standing: &[usize], sum: &[f64]) -> Vec<[f64; 3]> {
+    pub fn spread(
+        &self,
+        model: &dyn Model<f64>,
+        q: &[f64],
+        standing: &[usize],
+        sum: &[f64],
+    ) -> Vec<[f64; 3]> {
         let mut forces = vec![[0.0; 3]; self.points];
         if standing.is_empty() || !sum.iter().all(|x| x.is_finite()) {
             return forces;

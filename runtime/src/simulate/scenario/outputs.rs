@@ -88,7 +88,8 @@ impl Reading<'_> {
         let parameter = control.parameters.values().next().map(|value| value.span().start);
         let quantity = control.quantities.values().next().map(|value| value.span().start);
         if let Some(at) = feedback.or(parameter).or(quantity) {
-            let message = "feedback, parameters and quantities of [control] belong to outputs; there are none";
+            let message =
+                "feedback, parameters and quantities of [control] belong to outputs; there are none";
             self.wrong::<()>(at, message, "add [[control.output]], or leave them out");
         }
     }
@@ -201,7 +202,11 @@ impl Reading<'_> {
         };
         if let Some(key) = foreign.into_iter().flatten().next() {
             let help = "\"pd\" has `stiffness` (1/s²) and `damping` (1/s), \"finite_time\" `exponent` and `time_scale` (s)";
-            self.wrong::<()>(key.span().start, format!("this key has no meaning with law = \"{wanted}\""), help);
+            self.wrong::<()>(
+                key.span().start,
+                format!("this key has no meaning with law = \"{wanted}\""),
+                help,
+            );
         }
         if wanted == "pd" {
             return Feedback::Linear {

@@ -30,7 +30,8 @@ fn refused(effect: &Effect) -> Option<&'static str> {
 impl Reading<'_> {
     /// The method; keys of the other one are refused.
     pub(super) fn is_event_driven(&mut self, file: &File, plant: &Plant) -> bool {
-        let event_driven = match file.method.as_ref().map(|method| (method.get_ref().as_str(), method.span())) {
+        let event_driven = match file.method.as_ref().map(|method| (method.get_ref().as_str(), method.span()))
+        {
             None | Some(("time_stepping", _)) => false,
             Some(("event_driven", span)) => {
                 self.can_walk(plant, span.start);
@@ -55,7 +56,10 @@ impl Reading<'_> {
                 at(file.ground.as_ref().map(|x| x.span().start), "[ground]"),
                 at(control.and_then(|c| c.trajectory.as_ref()).map(|x| x.span().start), "trajectory"),
                 at(
-                    file.initial.as_ref().and_then(|i| i.get_ref().clearance.as_ref()).map(|x| x.span().start),
+                    file.initial
+                        .as_ref()
+                        .and_then(|i| i.get_ref().clearance.as_ref())
+                        .map(|x| x.span().start),
                     "clearance",
                 ),
             ]
@@ -88,7 +92,10 @@ impl Reading<'_> {
         }
         for effect in &plant.effects {
             if let Some(why) = refused(effect) {
-                let message = format!("`{}` of the description cannot be simulated from event to event: {why}", effect.kind);
+                let message = format!(
+                    "`{}` of the description cannot be simulated from event to event: {why}",
+                    effect.kind
+                );
                 self.wrong::<()>(at, message, "write method = \"time_stepping\"");
             }
         }
@@ -99,7 +106,11 @@ impl Reading<'_> {
         if let Some(steps) = &file.steps
             && *steps.get_ref() == 0
         {
-            self.wrong::<()>(steps.span().start, "`steps` = 0 is not possible", "leave it out, or write steps = 10");
+            self.wrong::<()>(
+                steps.span().start,
+                "`steps` = 0 is not possible",
+                "leave it out, or write steps = 10",
+            );
         }
         let initial = file.initial.as_ref().map(|start| start.get_ref());
         EventDriven {
@@ -137,9 +148,10 @@ impl Reading<'_> {
             scuffing: self.number_or_false("scuffing", checks.scuffing.as_ref(), usual.scuffing, "m"),
             pushing: checks.pushing.unwrap_or(usual.pushing),
             shortest_step: self.number("shortest_step", shortest, usual.shortest_step, ANY, "m"),
-            step_length: checks.step_length.as_ref().map(|length| {
-                self.number("step_length", Some(length), 0.0, POSITIVE, "m")
-            }),
+            step_length: checks
+                .step_length
+                .as_ref()
+                .map(|length| self.number("step_length", Some(length), 0.0, POSITIVE, "m")),
             second_impact: checks.second_impact.unwrap_or(usual.second_impact),
             level: self.number("level", checks.level.as_ref(), usual.level, NOT_NEGATIVE, "m"),
         }
@@ -205,7 +217,9 @@ fn foreign_key(key: &str, event_driven: bool) -> (String, &'static str) {
     let method = if event_driven { "event_driven" } else { "time_stepping" };
     let help = match key {
         "step" => "the step follows from `relative_tolerance`; rows of the log from `log_step`",
-        "[ground]" => "the ground is rigid and does not give back; friction is checked: [assumptions] friction",
+        "[ground]" => {
+            "the ground is rigid and does not give back; friction is checked: [assumptions] friction"
+        }
         "clearance" => "the contacts of the first phase stand on the ground",
         "residual" | "trajectory" => "leave it out",
         _ => "write method = \"event_driven\", or leave it out",
