@@ -1,5 +1,5 @@
 //! Robots ready for [`bipedc_runtime::simulate`]: what is built into the true model, and what a simulation knows beside it.
-use crate::compile::{Wish, feet};
+use crate::compile::{CompiledModel, Wish, feet};
 use crate::description::model::{Contact, ContactPart, Phase, RobotDescription};
 use crate::program::ProgramModel;
 use crate::robot::Robot;
@@ -8,8 +8,9 @@ use bipedc_runtime::compare::{self, Joint, Subject};
 use bipedc_runtime::diagnose::Foot;
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::effect::{Effect, Law};
-use bipedc_runtime::simulate::phases::{Ending, PhaseSpec, Row, RowKind};
-use bipedc_runtime::simulate::{FUNCTIONS, Plant};
+use bipedc_runtime::simulate::control::POINT_FUNCTIONS;
+use bipedc_runtime::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
+use bipedc_runtime::simulate::{FUNCTIONS, Plant, World};
 
 /// Names, places and limits of a robot.
 ///
@@ -42,6 +43,8 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
             .map(|j| of_urdf(&j.name).and_then(|joint| joint.effort_limit))
             .collect(),
         effects: description.effects.clone(),
+        phases: description.phases.iter().map(|phase| phase.name.clone()).collect(),
+        actuated: actuated(description, tree),
         subject: Subject { joints, base },
     })
 }
@@ -60,20 +63,69 @@ pub fn true_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Diag
 /// # Errors
 /// Functions that cannot be derived.
 pub fn filmed_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Diagnostic> {
-    model_with(robot, hidden, &["kinetic_energy", "potential_energy", "center_of_mass"])
+    model_with(robot, hidden, &FILM)
 }
 
 fn model_with(robot: &Robot, hidden: &[Effect], more: &[&str]) -> Result<ProgramModel, Diagnostic> {
+    Ok(ProgramModel::new(truly(robot, hidden, &[]).compile_only(&stepping_wishes(robot, more)?)?))
+}
+
+/// The same with the functions of the phases too: for virtual constraints in time stepping. `film`: with what a film shows.
+///
+/// # Errors
+/// Functions that cannot be derived.
+pub fn driven_model(
+    robot: &Robot,
+    hidden: &[Effect],
+    film: bool,
+) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
+    let robot = truly(robot, hidden, &[]);
+    let mut wishes = stepping_wishes(&robot, if film { &FILM } else { &[] })?;
+    wishes.extend(phase_wishes(&robot.description));
+    let compiled = robot.compile_only(&distinct(wishes))?;
+    let phases = phase_specs(&robot.description, &robot.tree()?, &compiled);
+    Ok((ProgramModel::new(compiled), phases))
+}
+
+/// What a film shows beside poses and forces.
+const FILM: [&str; 3] = ["kinetic_energy", "potential_energy", "center_of_mass"];
+
+/// With those effects that make it another body, and those of these kinds.
+fn truly(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Robot {
     let mut robot = robot.clone();
     robot.description.effects.extend_from_slice(hidden);
     robot.description.effects.retain(|effect| {
         let law = effect.definition().map(|kind| kind.law);
         matches!(law, Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError | Law::GravityTilt))
+            || kinds.contains(&effect.kind.as_str())
     });
+    robot
+}
+
+fn stepping_wishes(robot: &Robot, more: &[&str]) -> Result<Vec<Wish>, Diagnostic> {
     let touches = !robot.description.feet.is_empty() && robot.tree()?.base != BaseKind::Fixed;
     let functions = if touches { &FUNCTIONS[..] } else { &FUNCTIONS[..2] };
-    let wishes: Vec<Wish> = functions.iter().chain(more).map(|family| wish(family, None)).collect();
-    Ok(ProgramModel::new(robot.compile_only(&wishes)?))
+    Ok(functions.iter().chain(more).map(|family| wish(family, None)).collect())
+}
+
+/// The robot under another gravity, on a slope: gravity is turned instead of the ground.
+#[must_use]
+pub fn in_world(mut robot: Robot, world: &World) -> Robot {
+    let gravity = &mut robot.description.gravity;
+    if let Some(size) = world.gravity {
+        *gravity = [0.0, 0.0, -size];
+    }
+    if world.slope != 0.0 {
+        let size = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
+        *gravity = [size * world.slope.sin(), 0.0, -size * world.slope.cos()];
+    }
+    robot
+}
+
+/// Joints with actuators, in the order of the description's actuators.
+fn actuated(description: &RobotDescription, tree: &Tree) -> Vec<usize> {
+    let place = |name: &String| tree.joints.iter().position(|joint| joint.name == *name);
+    description.actuated_joints.iter().filter_map(place).collect()
 }
 
 /// A robot with phases, for the event-driven simulation.
@@ -97,12 +149,49 @@ pub struct Walker {
 /// # Errors
 /// No phases; a base that has none; functions that cannot be derived.
 pub fn walker(robot: &Robot) -> Result<Walker, Diagnostic> {
+    walker_with(robot, Vec::new())
+}
+
+fn walker_with(robot: &Robot, mut wishes: Vec<Wish>) -> Result<Walker, Diagnostic> {
     let (description, tree) = (&robot.description, robot.tree()?);
     if description.phases.is_empty() {
         return Err(Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml"));
     }
     let base = plant(description, &tree)?.subject.base;
-    let mut wishes: Vec<Wish> = ["contact_distances", "contact_positions"].map(|f| wish(f, None)).to_vec();
+    wishes.extend(phase_wishes(description));
+    let compiled = robot.compile_only(&distinct(wishes))?;
+    let phases = phase_specs(description, &tree, &compiled);
+    Ok(Walker { phases, feet: feet(description), base, model: ProgramModel::new(compiled) })
+}
+
+/// The same of the robot as it truly is: with hidden effects that make it another body, and smooth ones in its joints.
+/// `film`: with what a film shows.
+///
+/// # Errors
+/// As [`walker`].
+pub fn true_walker(robot: &Robot, hidden: &[Effect], film: bool) -> Result<Walker, Diagnostic> {
+    let smooth = ["viscous_friction", "parallel_spring", "torque_ripple", "rotor_inertia"];
+    let robot = truly(robot, hidden, &smooth);
+    let more = if film { stepping_wishes(&robot, &FILM)? } else { Vec::new() };
+    walker_with(&robot, more)
+}
+
+/// Every wish once.
+fn distinct(wishes: Vec<Wish>) -> Vec<Wish> {
+    let mut found: Vec<Wish> = Vec::with_capacity(wishes.len());
+    for wish in wishes {
+        let same = |other: &Wish| other.family == wish.family && other.subject == wish.subject;
+        if !found.iter().any(same) {
+            found.push(wish);
+        }
+    }
+    found
+}
+
+/// Functions that phases, their controllers and their verdicts need.
+fn phase_wishes(description: &RobotDescription) -> Vec<Wish> {
+    let mut wishes: Vec<Wish> = POINT_FUNCTIONS.iter().map(|family| wish(family, None)).collect();
+    wishes.push(wish("inverse_dynamics", None));
     for phase in &description.phases {
         wishes.push(wish("constrained_dynamics", Some(&phase.name)));
         if !phase.impact.is_empty() {
@@ -112,28 +201,33 @@ pub fn walker(robot: &Robot) -> Result<Walker, Diagnostic> {
     if description.phases.iter().any(|phase| phase.relabel) {
         wishes.extend(["relabelled_configuration", "relabelled_velocity"].map(|f| wish(f, None)));
     }
-    let compiled = robot.compile_only(&wishes)?;
+    wishes
+}
+
+fn phase_specs(description: &RobotDescription, tree: &Tree, compiled: &CompiledModel) -> Vec<PhaseSpec> {
     let rows = |name: &str| -> Vec<Row> {
         let function = compiled.functions.iter().find(|function| function.name == name);
         let names = function.map_or(&[][..], |function| &function.rows[tree.nv.min(function.rows.len())..]);
         names.iter().filter_map(|name| row(description, name)).collect()
     };
+    let landing = |phase: &Phase| {
+        let map = format!("impact_map_of_{}", phase.name);
+        Landing { rows: rows(&map), standing: points(description, &phase.impact), map }
+    };
     let spec = |phase: &Phase| {
         let dynamics = format!("constrained_dynamics_of_{}", phase.name);
-        let impact = format!("impact_map_of_{}", phase.name);
-        Ok(PhaseSpec {
+        PhaseSpec {
             rows: rows(&dynamics),
             standing: points(description, &phase.contacts),
             ending: ending(description, phase),
-            impact: (!phase.impact.is_empty()).then(|| (impact.clone(), rows(&impact))),
+            impact: (!phase.impact.is_empty()).then(|| landing(phase)),
             relabel: phase.relabel,
             next: description.phases.iter().position(|other| other.name == phase.next).unwrap_or(0),
             name: phase.name.clone(),
             dynamics,
-        })
+        }
     };
-    let phases = description.phases.iter().map(spec).collect::<Result<_, Diagnostic>>()?;
-    Ok(Walker { phases, feet: feet(description), base, model: ProgramModel::new(compiled) })
+    description.phases.iter().map(spec).collect()
 }
 
 fn wish(family: &str, subject: Option<&str>) -> Wish {

@@ -1,11 +1,18 @@
 //! Event-driven simulation: walkers whose gaits are known to many digits, violated assumptions, and time stepping beside it.
 mod compass;
 mod endings;
+mod five_link;
+mod three_link;
+mod verdicts;
+mod verdicts_feet;
 mod wheel;
 
 use bipedc_compiler::Robot;
-use bipedc_compiler::simulation::{Walker, walker};
-use bipedc_runtime::simulate::phases::{Assumptions, PhasedRobot, Torque};
+use bipedc_compiler::simulation::{Walker, driven_model, in_world, plant, true_walker, walker};
+use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::simulate::control::Driven;
+use bipedc_runtime::simulate::phases::{Assumptions, PhasedRobot, Torque, WalkSummary, Walking};
+use bipedc_runtime::simulate::{Mechanics, Run, Sample, Scenario, Simulation};
 use std::path::Path;
 
 /// A robot below the repository's root.
@@ -25,3 +32,41 @@ fn phased<'a>(walker: &'a Walker, assumptions: Assumptions, torque: Torque<'a>) 
 
 /// No torques at all.
 fn passive(_: usize, _: f64, _: &[f64], _: &[f64], _: &mut [f64]) {}
+
+/// A scenario file of a robot.
+fn scenario_text(file: &str) -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
+}
+
+/// Walks a scenario from event to event; all rows as the truth was.
+fn walked(folder: &str, text: &str) -> Result<(WalkSummary, Vec<Sample>), Diagnostic> {
+    let robot = described(folder);
+    let plant = plant(&robot.description, &robot.tree()?)?;
+    let scenario =
+        Scenario::parse(Path::new("scenario.toml"), text, &plant).unwrap_or_else(|e| panic!("{e}"));
+    let robot = in_world(robot, &scenario.world);
+    let walker = true_walker(&robot, &scenario.effects, false)?;
+    let walking =
+        Walking { model: &walker.model, phases: &walker.phases, plant: &plant, scenario: &scenario };
+    let mut samples = Vec::new();
+    let mut run = Run { row: &mut |_| Ok(()), progress: &|_| (), stop: &|| false };
+    let summary = walking.run(&mut run, &mut |sample| samples.push(sample.clone()))?;
+    Ok((summary, samples))
+}
+
+/// The same by time stepping.
+fn time_stepped(folder: &str, text: &str) -> Vec<Sample> {
+    let robot = described(folder);
+    let plant = plant(&robot.description, &robot.tree().unwrap()).unwrap();
+    let scenario =
+        Scenario::parse(Path::new("scenario.toml"), text, &plant).unwrap_or_else(|e| panic!("{e}"));
+    let (model, phases) = driven_model(&robot, &scenario.effects, false).unwrap();
+    let mechanics = Mechanics::new(&model, plant.subject.base).unwrap();
+    let outputs = scenario.outputs.as_ref().unwrap();
+    let driven = Driven::new(&model, &plant, &phases, outputs, scenario.phase).unwrap();
+    let mut samples = Vec::new();
+    let simulation = Simulation::new(mechanics, &plant, &scenario).unwrap().driven(driven);
+    let mut run = Run { row: &mut |_| Ok(()), progress: &|_| (), stop: &|| false };
+    simulation.watched(|sample| samples.push(sample.clone())).run(&mut run).unwrap();
+    samples
+}

@@ -5,7 +5,9 @@
 //! contact points ([`Mechanics`]). A [`Scenario`] file says what a [`Simulation`] of a robot ([`Plant`]) does: initial
 //! state, controllers, hidden effects, sensors; its rows are a measurement log.
 //!
-//! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end.
+//! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end. [`control`] are
+//! controllers that impose virtual constraints, for both.
+pub mod control;
 mod dense;
 mod drives;
 mod ground;
@@ -29,6 +31,6 @@ pub use problem::{Block, Cone, Law, Problem};
 pub use proximal::{Solved, Solver, Tolerance};
 pub use reference::{Reference, Sine};
 pub use run::{Run, Simulation, Summary, csv_line};
-pub use scenario::{Initial, Scenario, Sensors, Servo};
+pub use scenario::{EventDriven, Initial, Scenario, Sensors, Servo, World};
 pub use sensing::Sample;
 pub use stepper::{Motion, Stepped, Stepper};

@@ -18,6 +18,10 @@ pub struct Plant {
     pub effort_limits: Vec<Option<f64>>,
     /// Effects of the description: known ones.
     pub effects: Vec<Effect>,
+    /// Names of the phases, in their order.
+    pub phases: Vec<String>,
+    /// Joints with actuators, by index.
+    pub actuated: Vec<usize>,
 }
 
 impl Plant {

@@ -1,4 +1,5 @@
 //! A whole run: control, effects, steps, sensors, log.
+use super::control::Driven;
 use super::drives::Drives;
 use super::ground::{Compliance, Ground};
 use super::mechanics::Mechanics;
@@ -65,6 +66,7 @@ pub struct Simulation<'a> {
     clipped: Vec<usize>,
     summary: Summary,
     watch: Option<Watch<'a>>,
+    driven: Option<Driven<'a>>,
 }
 
 /// Is shown the truth.
@@ -104,6 +106,7 @@ impl<'a> Simulation<'a> {
             clipped: vec![0; joints],
             summary: Summary::default(),
             watch: None,
+            driven: None,
         })
     }
 
@@ -111,6 +114,13 @@ impl<'a> Simulation<'a> {
     #[must_use]
     pub fn watched(mut self, watch: impl FnMut(&Sample) + 'a) -> Self {
         self.watch = Some(Box::new(watch));
+        self
+    }
+
+    /// The same with virtual constraints instead of the servos, in the phases that have some.
+    #[must_use]
+    pub fn driven(mut self, driven: Driven<'a>) -> Self {
+        self.driven = Some(driven);
         self
     }
 
@@ -141,6 +151,9 @@ impl<'a> Simulation<'a> {
                     self.summary.interrupted = true;
                     break;
                 }
+            }
+            if let Some(driven) = &mut self.driven {
+                driven.update(&self.stepper, &self.motion)?;
             }
             self.control(step as f64 * h);
             if logged {
@@ -181,7 +194,8 @@ impl<'a> Simulation<'a> {
             let servo = &self.scenario.servos[j];
             let [wanted, rate] = servo.reference.at(time);
             let read = self.sensing.encoder(&self.drives, j, q[j]);
-            let asked = servo.stiffness * (wanted - read) + servo.damping * (rate - v[j]);
+            let servo_asks = servo.stiffness * (wanted - read) + servo.damping * (rate - v[j]);
+            let asked = self.driven.as_ref().and_then(|driven| driven.torque(j)).unwrap_or(servo_asks);
             let given = asked.clamp(-servo.limit, servo.limit);
             self.clipped[j] += usize::from(given != asked);
             self.reference[j] = wanted;

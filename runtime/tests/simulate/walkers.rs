@@ -22,7 +22,7 @@ impl Phased for Simplest {
     fn violation(&self, _: usize, _: f64, _: &[f64]) -> Option<Violation> {
         None
     }
-    fn change(&self, _: usize, _: f64, x: &mut [f64]) -> Result<usize, Violation> {
+    fn change(&self, _: usize, _: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<usize, Violation> {
         let (stance, rate) = (x[0], x[1]);
         let c = (2.0 * stance).cos();
         x.copy_from_slice(&[-stance, c * rate, -2.0 * stance, c * (1.0 - c) * rate]);
@@ -37,7 +37,7 @@ fn section(angle: f64, rate: f64) -> Vec<f64> {
 
 fn stepped(angle: f64, rate: f64) -> ([f64; 2], f64) {
     let start = Start { time: 0.0, phase: 0, x: section(angle, rate) };
-    let precision = Precision { relative: 1e-13, absolute: 1e-14, largest_step: 0.1 };
+    let precision = Precision { relative: 1e-13, absolute: 1e-14, largest_step: 0.1, largest_look: 0.1 };
     let done = walk(&Simplest { slope: 0.009 }, start, 20.0, 1, &precision, &mut |_, _, _| ()).unwrap();
     assert_eq!(done.end, End::Changes);
     ([done.last.x[0], done.last.x[1]], done.last.time)
@@ -83,7 +83,7 @@ impl Phased for Ball {
     fn violation(&self, _: usize, _: f64, _: &[f64]) -> Option<Violation> {
         None
     }
-    fn change(&self, _: usize, _: f64, x: &mut [f64]) -> Result<usize, Violation> {
+    fn change(&self, _: usize, _: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<usize, Violation> {
         (x[0], x[1]) = (0.0, -0.7 * x[1]);
         Ok(0)
     }

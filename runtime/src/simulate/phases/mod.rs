@@ -1,9 +1,19 @@
 //! Event-driven simulation with phases in a fixed order (thesis 4.4): an error-controlled integration of each phase, the
 //! instant at which it ends, the impact, the exchange of the legs, and the assumptions under which all this holds.
+mod assumptions;
+mod begin;
 mod integrate;
+mod mirror;
+mod points;
 mod robot;
+mod run;
 mod support;
 
-pub use integrate::{Change, End, Phased, Precision, Start, Violation, Walk, walk};
-pub use robot::{Assumptions, Ending, PhaseSpec, PhasedRobot, Torque};
+pub use assumptions::Assumptions;
+pub use integrate::{
+    Change, Effort, End, Phased, Precision, Start, Violation, Walk, Watcher, walk, walk_watched,
+};
+pub(crate) use mirror::Mirror;
+pub use robot::{Ending, Landing, PhaseSpec, PhasedRobot, Torque};
+pub use run::{FootImpulse, PhaseChange, WalkSummary, Walking, columns};
 pub use support::{Row, RowKind};

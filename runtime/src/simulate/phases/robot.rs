@@ -1,6 +1,8 @@
 //! A robot with the phases of its description.
+use super::assumptions::Assumptions;
 use super::integrate::{Phased, Violation};
-use super::support::{Load, Row, before_line, inside};
+use super::points::PointForces;
+use super::support::{Load, Row, before_line};
 use crate::compare::BaseKind;
 use crate::diagnose::Foot;
 use crate::diagnostic::Diagnostic;
@@ -34,33 +36,23 @@ pub struct PhaseSpec {
     pub standing: Vec<usize>,
     /// When it ends.
     pub ending: Ending,
-    /// `impact_map_of_…` and its rows after the velocities; none: velocities do not jump.
-    pub impact: Option<(String, Vec<Row>)>,
+    /// None: velocities do not jump.
+    pub impact: Option<Landing>,
     /// Left and right exchange their roles.
     pub relabel: bool,
     /// Index of the phase that follows.
     pub next: usize,
 }
 
-/// Which assumptions are checked, and with which numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Assumptions {
-    /// Coulomb's coefficient; infinite: feet never slip.
-    pub friction: f64,
-    /// Depth to which points in the air may pass through the ground, m; infinite: scuffing is allowed (walkers without
-    /// knees do it).
-    pub scuffing: f64,
-    /// Feet may not pull.
-    pub pushing: bool,
-    /// A foot lands only where it is at least this far ahead (along x) of what stands, m; minus infinity: anywhere. With it
-    /// a walker without knees passes its swing foot through the ground beside the other.
-    pub shortest_step: f64,
-}
-
-impl Default for Assumptions {
-    fn default() -> Self {
-        Self { friction: f64::INFINITY, scuffing: 1e-6, pushing: true, shortest_step: f64::NEG_INFINITY }
-    }
+/// The impact at the end of a phase.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Landing {
+    /// `impact_map_of_…`
+    pub map: String,
+    /// Its rows after the velocities.
+    pub rows: Vec<Row>,
+    /// Contact points that hold just after it.
+    pub standing: Vec<usize>,
 }
 
 /// Generalised forces from phase, time, `q` and `v`, written in the order of `v`.
@@ -68,30 +60,50 @@ pub type Torque<'a> = &'a dyn Fn(usize, f64, &[f64], &[f64], &mut [f64]);
 
 /// A robot that walks through its phases (4.23).
 pub struct PhasedRobot<'a> {
-    model: &'a dyn Model<f64>,
-    base: BaseKind,
-    feet: &'a [Foot],
-    phases: Vec<(PhaseSpec, Functions)>,
-    distances: usize,
+    pub(super) model: &'a dyn Model<f64>,
+    pub(super) base: BaseKind,
+    pub(super) feet: &'a [Foot],
+    pub(super) phases: Vec<(PhaseSpec, Functions)>,
+    pub(super) distances: usize,
     positions: usize,
+    pub(super) normals: usize,
+    spread: PointForces,
     relabelled: Option<[usize; 2]>,
-    assumptions: Assumptions,
+    pub(super) assumptions: Assumptions,
+    pub(super) stops: Vec<Option<[f64; 2]>>,
     torque: Torque<'a>,
-    work: RefCell<Work>,
+    pub(super) work: RefCell<Work>,
+    memory: RefCell<Memory>,
 }
 
 /// Indices of a phase's functions.
 #[derive(Debug, Clone, Copy)]
-struct Functions {
+pub(super) struct Functions {
     dynamics: usize,
     impact: Option<usize>,
 }
 
 #[derive(Debug, Default)]
-struct Work {
+pub(super) struct Work {
+    pub tau: Vec<f64>,
+    pub out: Vec<f64>,
+    pub points: Vec<f64>,
+}
+
+/// The last evaluations: a state is asked for by the integrator, then by the guard, then by the assumptions.
+#[derive(Debug, Default)]
+struct Memory {
+    entries: [Entry; 5],
+    next: usize,
+}
+
+#[derive(Debug, Default)]
+struct Entry {
+    phase: usize,
+    time: f64,
+    x: Vec<f64>,
     tau: Vec<f64>,
     out: Vec<f64>,
-    points: Vec<f64>,
 }
 
 impl<'a> PhasedRobot<'a> {
@@ -124,7 +136,7 @@ impl<'a> PhasedRobot<'a> {
             None
         };
         let functions = |phase: PhaseSpec| {
-            let impact = phase.impact.as_ref().map(|(name, _)| find(name)).transpose()?;
+            let impact = phase.impact.as_ref().map(|landing| find(&landing.map)).transpose()?;
             let found = Functions { dynamics: find(&phase.dynamics)?, impact };
             Ok((phase, found))
         };
@@ -134,19 +146,34 @@ impl<'a> PhasedRobot<'a> {
             feet,
             distances: find("contact_distances")?,
             positions: find("contact_positions")?,
+            normals: find("contact_normal_directions")?,
+            spread: PointForces::new(model)?,
             relabelled,
             phases: phases.into_iter().map(functions).collect::<Result<_, Diagnostic>>()?,
             assumptions,
+            stops: Vec::new(),
             torque,
             work: RefCell::new(Work::default()),
+            memory: RefCell::new(Memory::default()),
         })
     }
 
-    fn split<'x>(&self, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
+    /// The same with joints that may not pass these positions (rad or m, by joint).
+    #[must_use]
+    pub fn with_stops(self, stops: Vec<Option<[f64; 2]>>) -> Self {
+        Self { stops, ..self }
+    }
+
+    /// The phases.
+    pub fn phases(&self) -> impl Iterator<Item = &PhaseSpec> {
+        self.phases.iter().map(|(spec, _)| spec)
+    }
+
+    pub(super) fn split<'x>(&self, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
         x.split_at(self.model.nq())
     }
 
-    fn call(&self, function: usize, state: &State<'_, f64>, out: &mut Vec<f64>) {
+    pub(super) fn call(&self, function: usize, state: &State<'_, f64>, out: &mut Vec<f64>) {
         let size = self.model.signature(function).map_or(0, |s| s.rows * s.columns);
         out.clear();
         out.resize(size, 0.0);
@@ -156,14 +183,28 @@ impl<'a> PhasedRobot<'a> {
         }
     }
 
-    /// Accelerations, then the forces of the rows.
-    fn dynamics(&self, phase: usize, time: f64, x: &[f64], work: &mut Work) {
+    /// Accelerations, then the forces of the rows, into `work.out`; torques into `work.tau`.
+    pub(super) fn dynamics(&self, phase: usize, time: f64, x: &[f64], work: &mut Work) {
+        let memory = &mut *self.memory.borrow_mut();
+        let known = |entry: &&Entry| entry.time == time && entry.phase == phase && entry.x == x;
+        if let Some(entry) = memory.entries.iter().find(known) {
+            work.tau.clone_from(&entry.tau);
+            work.out.clone_from(&entry.out);
+            return;
+        }
         let (q, v) = self.split(x);
         work.tau.clear();
         work.tau.resize(v.len(), 0.0);
         (self.torque)(phase, time, q, v, &mut work.tau);
         let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, &work.tau);
         self.call(self.phases[phase].1.dynamics, &state, &mut work.out);
+        let entry = &mut memory.entries[memory.next];
+        (entry.phase, entry.time) = (phase, time);
+        entry.x.clear();
+        entry.x.extend_from_slice(x);
+        entry.tau.clone_from(&work.tau);
+        entry.out.clone_from(&work.out);
+        memory.next = (memory.next + 1) % memory.entries.len();
     }
 
     /// Heights of the contact points, m.
@@ -180,8 +221,42 @@ impl<'a> PhasedRobot<'a> {
         work.out.split_off(self.model.nv())
     }
 
+    /// Torques (in the order of `v`) and the forces on the contact points (world axes, N) in a state.
+    pub fn loads(&self, phase: usize, time: f64, x: &[f64]) -> (Vec<f64>, Vec<[f64; 3]>) {
+        let work = &mut *self.work.borrow_mut();
+        self.dynamics(phase, time, x, work);
+        let (q, v) = self.split(x);
+        let forces = self.point_forces_of(&self.phases[phase].0, q, v, work);
+        (work.tau.clone(), forces)
+    }
+
+    /// Forces on the contact points, from the accelerations and torques in `work`.
+    pub(super) fn point_forces_of(
+        &self,
+        spec: &PhaseSpec,
+        q: &[f64],
+        v: &[f64],
+        work: &Work,
+    ) -> Vec<[f64; 3]> {
+        let sum = self.spread.generalised(self.model, [q, v, &work.out[..v.len()], &work.tau]);
+        self.spread.spread(self.model, q, &spec.standing, &sum)
+    }
+
+    /// Impulses on the contact points (world axes, N s) of the jump from `before` to `after`, two states of one configuration.
+    pub fn impulses(&self, phase: usize, q: &[f64], before: &[f64], after: &[f64]) -> Vec<[f64; 3]> {
+        let jump: Vec<f64> = after.iter().zip(before).map(|(after, before)| after - before).collect();
+        let standing = self.phases[phase].0.impact.as_ref().map_or(&[][..], |landing| &landing.standing);
+        let sum = self.spread.impulse(self.model, q, &jump);
+        self.spread.spread(self.model, q, standing, &sum)
+    }
+
+    /// Derivatives of the positions of these points with respect to `v`, row by row, three (planar: two) for each: z, x, y.
+    pub(super) fn directions(&self, q: &[f64], points: &[usize]) -> nalgebra::DMatrix<f64> {
+        self.spread.directions(self.model, q, points).transpose()
+    }
+
     /// Horizontal places of the points of a foot, m.
-    fn places(&self, q: &[f64], points: &[usize], work: &mut Work) -> Vec<[f64; 2]> {
+    pub(super) fn places(&self, q: &[f64], points: &[usize], work: &mut Work) -> Vec<[f64; 2]> {
         self.call(self.positions, &State::new().with(Argument::Q, q), &mut work.points);
         let planar = self.base == BaseKind::Planar;
         let place = |&i: &usize| {
@@ -190,27 +265,38 @@ impl<'a> PhasedRobot<'a> {
         points.iter().map(place).collect()
     }
 
-    /// How far landing points are behind the shortest step, m; negative: a landing counts.
-    fn behind(&self, q: &[f64], landing: &[usize], standing: &[usize], work: &mut Work) -> f64 {
-        if self.assumptions.shortest_step == f64::NEG_INFINITY {
-            return f64::NEG_INFINITY;
-        }
+    /// How far the foremost of some points is ahead of the foremost of others, m.
+    fn ahead(&self, q: &[f64], landing: &[usize], standing: &[usize], work: &mut Work) -> f64 {
         let mut foremost = |points: &[usize]| {
             let places = self.places(q, points, work);
             places.iter().map(|place| place[0]).fold(f64::NEG_INFINITY, f64::max)
         };
-        self.assumptions.shortest_step - (foremost(landing) - foremost(standing))
+        foremost(landing) - foremost(standing)
+    }
+
+    /// Positive until these points land, m.
+    fn above(&self, spec: &PhaseSpec, q: &[f64], points: &[usize], work: &mut Work) -> f64 {
+        let Assumptions { shortest_step, step_length, .. } = self.assumptions;
+        if let Some(length) = step_length {
+            return length - self.ahead(q, points, &spec.standing, work);
+        }
+        self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
+        let height = points.iter().map(|&point| work.points[point]).fold(f64::INFINITY, f64::min);
+        if shortest_step == f64::NEG_INFINITY {
+            return height;
+        }
+        height.max(shortest_step - self.ahead(q, points, &spec.standing, work))
     }
 
     /// Points of a foot that stand.
-    fn sole(&self, foot: usize, standing: &[usize]) -> Vec<usize> {
+    pub(super) fn sole(&self, foot: usize, standing: &[usize]) -> Vec<usize> {
         let first: usize = self.feet[..foot].iter().map(|f| f.corners.len()).sum();
         let own = first..first + self.feet[foot].corners.len();
         standing.iter().copied().filter(|point| own.contains(point)).collect()
     }
 
     /// Centre of pressure of a flat foot, its points and their middle.
-    fn pressure(
+    pub(super) fn pressure(
         &self,
         q: &[f64],
         load: &Load,
@@ -222,37 +308,6 @@ impl<'a> PhasedRobot<'a> {
         let middle = [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / count);
         let relative = load.pressure();
         ([middle[0] + relative[0], middle[1] + relative[1]], points, middle)
-    }
-
-    /// Forces or impulses of the rows against the laws of contact.
-    fn contact_violation(
-        &self,
-        phase: &str,
-        time: f64,
-        rows: &[Row],
-        forces: &[f64],
-        impact: bool,
-    ) -> Option<Violation> {
-        let (unit, kind) = if impact { ("N s", "impulse") } else { ("N", "force") };
-        for (index, foot) in self.feet.iter().enumerate() {
-            if !rows.iter().any(|row| row.foot == index) {
-                continue;
-            }
-            let load = Load::of(index, rows, forces);
-            let violation = |quantity: &str, value, limit, meaning| {
-                let quantity = format!("{quantity} {kind} on {}", foot.name);
-                Some(Violation { phase: phase.to_owned(), time, quantity, value, limit, unit, meaning })
-            };
-            if self.assumptions.pushing && load.force[2] < 0.0 {
-                return violation("normal", load.force[2], 0.0, "the ground would have to pull the foot");
-            }
-            let tangential = load.force[0].hypot(load.force[1]);
-            let limit = self.assumptions.friction * load.force[2].max(0.0);
-            if self.assumptions.friction.is_finite() && tangential > limit {
-                return violation("tangential", tangential, limit, "the foot slips");
-            }
-        }
-        None
     }
 }
 
@@ -287,11 +342,7 @@ impl Phased for PhasedRobot<'_> {
         let mut work = self.work.borrow_mut();
         match &spec.ending {
             Ending::Never => f64::INFINITY,
-            Ending::Touch(points) => {
-                self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
-                let height = points.iter().map(|&point| work.points[point]).fold(f64::INFINITY, f64::min);
-                height.max(self.behind(q, points, &spec.standing, &mut work))
-            }
+            Ending::Touch(points) => self.above(spec, q, points, &mut work),
             Ending::Release(foot) => {
                 self.dynamics(phase, time, x, &mut work);
                 Load::of(*foot, &spec.rows, &work.out[v.len()..]).force[2]
@@ -308,53 +359,35 @@ impl Phased for PhasedRobot<'_> {
     }
 
     fn violation(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
-        let spec = &self.phases[phase].0;
-        let (q, v) = self.split(x);
-        let mut work = self.work.borrow_mut();
-        self.dynamics(phase, time, x, &mut work);
-        let forces = work.out[v.len()..].to_vec();
-        if let Some(found) = self.contact_violation(&spec.name, time, &spec.rows, &forces, false) {
-            return Some(found);
-        }
-        for (index, foot) in self.feet.iter().enumerate() {
-            let load = Load::of(index, &spec.rows, &forces);
-            if !load.flat {
-                continue;
-            }
-            let sole = self.sole(index, &spec.standing);
-            let (place, points, _) = self.pressure(q, &load, &sole, &mut work);
-            let value = inside(place, &points, self.base == BaseKind::Planar);
-            if value < -1e-9 {
-                let quantity = format!("distance of the centre of pressure from the edge of {}", foot.name);
-                let phase = spec.name.clone();
-                let meaning = "the foot tips";
-                return Some(Violation { phase, time, quantity, value, limit: 0.0, unit: "m", meaning });
-            }
-        }
-        if self.assumptions.scuffing.is_finite() {
-            self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
-            let air = work.points.iter().enumerate().filter(|(point, _)| !spec.standing.contains(point));
-            if let Some((_, &value)) = air.min_by(|a, b| a.1.total_cmp(b.1))
-                && value < -self.assumptions.scuffing
-            {
-                let quantity = "height of the swing foot".to_owned();
-                let (phase, limit) = (spec.name.clone(), -self.assumptions.scuffing);
-                let meaning = "the swing foot scuffs";
-                return Some(Violation { phase, time, quantity, value, limit, unit: "m", meaning });
-            }
-        }
-        None
+        // Taken out, so that what is called can use the shared workspace too.
+        let mut work = self.work.take();
+        let found = self.broken(phase, time, x, &mut work);
+        self.work.replace(work);
+        found
     }
 
-    fn change(&self, phase: usize, time: f64, x: &mut [f64]) -> Result<usize, Violation> {
+    fn glimpse(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
+        self.broken_in_the_air(phase, time, x)
+    }
+
+    fn change(
+        &self,
+        phase: usize,
+        time: f64,
+        x: &mut [f64],
+        impulse: &mut Vec<f64>,
+    ) -> Result<usize, Violation> {
         let (spec, functions) = &self.phases[phase];
         let nq = self.model.nq();
         let mut out = Vec::new();
-        if let (Some(impact), Some((_, rows))) = (functions.impact, &spec.impact) {
+        *self.memory.borrow_mut() = Memory::default();
+        if let (Some(impact), Some(landing)) = (functions.impact, &spec.impact) {
             let (q, v) = x.split_at_mut(nq);
             self.call(impact, &State::new().with(Argument::Q, q).with(Argument::V, v), &mut out);
+            impulse.extend_from_slice(&out[v.len()..]);
             v.copy_from_slice(&out[..v.len()]);
-            if let Some(found) = self.contact_violation(&spec.name, time, rows, &out[v.len()..], true) {
+            let found = self.broken_by_impact(phase, time, (q, v), (&landing.rows, impulse));
+            if let Some(found) = found {
                 return Err(found);
             }
         }

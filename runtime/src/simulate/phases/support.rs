@@ -22,6 +22,8 @@ pub enum RowKind {
     MomentX,
     /// N m
     MomentY,
+    /// Of an edge: about the axis along the sole that is perpendicular to it, N m.
+    MomentAcross,
     /// N m, or a moment that no assumption asks for.
     Other,
 }
@@ -35,6 +37,7 @@ impl RowKind {
             "force/z" => Self::ForceZ,
             "moment/x" => Self::MomentX,
             "moment/y" => Self::MomentY,
+            "moment/across" => Self::MomentAcross,
             _ => Self::Other,
         }
     }
@@ -62,7 +65,7 @@ impl Load {
                 RowKind::ForceZ => load.force[2] = *force,
                 RowKind::MomentX => load.moment[0] = *force,
                 RowKind::MomentY => load.moment[1] = *force,
-                RowKind::Other => {}
+                RowKind::MomentAcross | RowKind::Other => {}
             }
             load.flat |= row.kind == RowKind::MomentY;
         }

@@ -19,10 +19,15 @@ pub(super) struct File {
     pub control: Option<Control>,
     #[serde(default)]
     pub joint: BTreeMap<String, Spanned<Joint>>,
-    pub ground: Option<Soil>,
+    pub ground: Option<Spanned<Soil>>,
     pub sensors: Option<Senses>,
     #[serde(default)]
     pub effect: Vec<Spanned<BTreeMap<String, Spanned<toml::Value>>>>,
+    pub steps: Option<Spanned<u32>>,
+    pub relative_tolerance: Option<Number>,
+    pub assumptions: Option<Spanned<Checks>>,
+    pub gravity: Option<Number>,
+    pub slope: Option<Number>,
 }
 
 #[derive(Deserialize, Default)]
@@ -33,6 +38,7 @@ pub(super) struct Start {
     pub base_velocity: Option<Spanned<Vec<f64>>>,
     pub base_angular_velocity: Option<Spanned<Vec<f64>>>,
     pub clearance: Option<Number>,
+    pub phase: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -43,6 +49,10 @@ pub(super) struct Control {
     pub effort_limits: Option<bool>,
     pub joint_stops: Option<bool>,
     pub trajectory: Option<Spanned<String>>,
+    pub feedback: Option<Spanned<Law>>,
+    pub parameters: BTreeMap<String, Number>,
+    pub quantities: BTreeMap<String, Spanned<String>>,
+    pub output: Vec<Spanned<Output>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -82,4 +92,34 @@ pub(super) struct Senses {
     pub base_velocity_noise: Option<Number>,
     pub force_limit: Option<Number>,
     pub velocities: Option<bool>,
+}
+
+/// What is assumed in event-driven walking; `false`: it is not checked.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Checks {
+    pub friction: Option<Spanned<toml::Value>>,
+    pub scuffing: Option<Spanned<toml::Value>>,
+    pub pushing: Option<bool>,
+    pub shortest_step: Option<Number>,
+    pub step_length: Option<Number>,
+    pub second_impact: Option<bool>,
+    pub level: Option<Number>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Law {
+    pub law: Option<Spanned<String>>,
+    pub stiffness: Option<Number>,
+    pub damping: Option<Number>,
+    pub exponent: Option<Number>,
+    pub time_scale: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Output {
+    pub formula: Spanned<String>,
+    pub phase: Option<Spanned<String>>,
 }

@@ -1,9 +1,13 @@
 //! What is simulated: how long, from where, under which control, with which hidden effects and sensors.
 mod effects;
 mod file;
+mod outputs;
 mod read;
+mod walk;
 
+use super::control::Outputs;
 use super::ground::Ground;
+use super::phases::Assumptions;
 use super::proximal::Tolerance;
 use super::reference::Reference;
 use crate::effect::Effect;
@@ -33,6 +37,36 @@ pub struct Scenario {
     pub sensors: Sensors,
     /// What the model does not know.
     pub effects: Vec<Effect>,
+    /// How to walk from event to event; `None`: time stepping.
+    pub events: Option<EventDriven>,
+    /// Virtual constraints, if any.
+    pub outputs: Option<Outputs>,
+    /// Index of the phase at time 0.
+    pub phase: usize,
+    /// Gravity.
+    pub world: World,
+}
+
+/// What belongs to the event-driven method alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EventDriven {
+    /// Walking steps after which the run ends.
+    pub steps: Option<usize>,
+    /// Error per step of the integration.
+    pub relative: f64,
+    /// What is checked.
+    pub assumptions: Assumptions,
+    /// Whether the scenario states the base's linear and angular velocity: else they follow from the standing contacts.
+    pub given: [bool; 2],
+}
+
+/// Gravity where the robot walks.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct World {
+    /// m/s²; `None`: that of the description.
+    pub gravity: Option<f64>,
+    /// Of the ground, downhill along x, rad: gravity is turned instead.
+    pub slope: f64,
 }
 
 /// The state at time 0.

@@ -4,6 +4,7 @@ use super::file::{Control, File, Joint, Number, Senses, Soil, Start};
 use super::{Initial, Scenario, Sensors, Servo};
 use crate::compare::BaseKind;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::effect::Effect;
 use crate::log::{Mapping, Reader, Table, closest};
 use crate::simulate::{Compliance, Cone, Ground, Plant, Reference, Sine, Tolerance};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -29,7 +30,7 @@ impl Reading<'_> {
     }
 
     /// A number within bounds, or its default.
-    fn number(
+    pub(super) fn number(
         &mut self,
         name: &str,
         found: Option<&Number>,
@@ -58,9 +59,9 @@ impl Reading<'_> {
     }
 }
 
-const POSITIVE: (f64, f64) = (f64::MIN_POSITIVE, f64::MAX);
-const NOT_NEGATIVE: (f64, f64) = (0.0, f64::MAX);
-const ANY: (f64, f64) = (f64::MIN, f64::MAX);
+pub(super) const POSITIVE: (f64, f64) = (f64::MIN_POSITIVE, f64::MAX);
+pub(super) const NOT_NEGATIVE: (f64, f64) = (0.0, f64::MAX);
+pub(super) const ANY: (f64, f64) = (f64::MIN, f64::MAX);
 
 impl Scenario {
     /// Reads a scenario file for this robot.
@@ -111,13 +112,11 @@ impl Reading<'_> {
                 "shorten `duration` or lengthen `step`",
             );
         }
-        if let Some(method) = &file.method
-            && method.get_ref() != "time_stepping"
-        {
-            let message = format!("there is no method \"{}\"", method.get_ref());
-            self.wrong::<()>(method.span().start, message, "write method = \"time_stepping\"");
-        }
-        let log_every = self.log_every(file.log_step.as_ref(), step);
+        let event_driven = self.is_event_driven(file, plant);
+        let (step, log_every) = match event_driven {
+            true => (self.number("log_step", file.log_step.as_ref(), 0.005, POSITIVE, "s"), 1),
+            false => (step, self.log_every(file.log_step.as_ref(), step)),
+        };
         let relative = self.number("residual", file.residual.as_ref(), 1e-8, (1e-14, 1e-2), "1");
         let none = Control::default();
         let control = file.control.as_ref().unwrap_or(&none);
@@ -134,7 +133,13 @@ impl Reading<'_> {
         let trajectory = control.trajectory.as_ref().and_then(|name| self.trajectory(name));
         let servos = self.servos(file, control, trajectory.as_ref(), plant, &mut initial);
         let effects = file.effect.iter().filter_map(|table| effects::effect(self, plant, table));
-        let effects = effects.map(effects::with_settings).collect();
+        let effects: Vec<Effect> = effects.map(effects::with_settings).collect();
+        if event_driven {
+            let places: Vec<usize> = file.effect.iter().map(|table| table.span().start).collect();
+            effects.iter().zip(places).for_each(|(effect, at)| self.refuse_effect(effect, at));
+        }
+        let events = event_driven.then(|| self.events(file));
+        let outputs = self.outputs(control, plant, &servos);
         Scenario {
             duration,
             step,
@@ -143,10 +148,14 @@ impl Reading<'_> {
             tolerance: Tolerance { relative, ..Tolerance::default() },
             initial,
             servos,
-            ground: self.ground(file.ground.as_ref()),
+            ground: self.ground(file.ground.as_ref().map(|soil| soil.get_ref())),
             joint_stops: control.joint_stops.unwrap_or(true),
             sensors: self.sensors(file.sensors.as_ref()),
             effects,
+            events,
+            phase: self.first_phase(file, plant, event_driven || outputs.is_some()),
+            outputs,
+            world: self.world(file),
         }
     }
 
