@@ -1,4 +1,5 @@
 //! Laws of the ground and of joints.
+use super::implicit::Relaxed;
 use super::problem::Cone;
 use crate::diagnostic::Diagnostic;
 
@@ -44,6 +45,17 @@ impl Default for Ground {
 }
 
 impl Ground {
+    /// What makes a row soft whose point is `gap` above the ground at the middle of the step.
+    pub(super) fn relaxed(&self, gap: f64, time: f64) -> Relaxed {
+        match self.compliance {
+            Some(soft) => {
+                let stiff = 0.5 * time * soft.stiffness + soft.damping;
+                Relaxed { softness: 1.0 / (time * stiff), offset: soft.stiffness * gap / stiff }
+            }
+            None => Relaxed { softness: 0.0, offset: self.recovery * gap },
+        }
+    }
+
     /// Whether its numbers are possible.
     ///
     /// # Errors
@@ -94,7 +106,7 @@ impl JointLaw {
     }
 }
 
-fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), Diagnostic> {
+pub(super) fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), Diagnostic> {
     if value >= low && value <= high {
         return Ok(());
     }

@@ -9,7 +9,9 @@
 mod dense;
 mod drives;
 mod ground;
+mod implicit;
 mod mechanics;
+mod motors;
 mod newton;
 pub mod phases;
 mod plant;
@@ -20,10 +22,12 @@ mod reference;
 mod run;
 mod scenario;
 mod sensing;
+mod servo;
 mod stepper;
 
 pub use ground::{Compliance, Ground, JointLaw};
 pub use mechanics::{FUNCTIONS, Frame, Mechanics};
+pub use motors::MotorLaw;
 pub use plant::Plant;
 pub use problem::{Block, Cone, Law, Problem};
 pub use proximal::{Solved, Solver, Tolerance};
@@ -31,4 +35,5 @@ pub use reference::{Reference, Sine};
 pub use run::{Run, Simulation, Summary, csv_line};
 pub use scenario::{Initial, Scenario, Sensors, Servo};
 pub use sensing::Sample;
+pub use servo::DriveServo;
 pub use stepper::{Motion, Stepped, Stepper};

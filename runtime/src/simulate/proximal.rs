@@ -152,10 +152,13 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
     for block in &problem.blocks {
         let row = block.first;
         let wanted = |r: usize| problem.impulse[r] - problem.weight[r] * problem.velocity[r];
+        // A stop that nothing drives together, however far it is, says nothing of the size of impulses.
+        let one_sided = matches!(block.law, Law::Unilateral);
         let mut add = |r: usize, target: f64| {
             missed += (problem.impulse[r] - target).powi(2);
             size += problem.impulse[r].powi(2);
-            free += (problem.weight[r] * problem.free[r]).powi(2);
+            let driven = if one_sided { problem.free[r].min(0.0) } else { problem.free[r] };
+            free += (problem.weight[r] * driven).powi(2);
         };
         match block.law {
             Law::Unilateral => add(row, wanted(row).max(0.0)),

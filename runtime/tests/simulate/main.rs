@@ -6,6 +6,7 @@ mod cone_program;
 mod impacts;
 mod joints;
 mod motion;
+mod motors;
 mod rest;
 mod soft;
 mod solver;
