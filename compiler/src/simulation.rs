@@ -1,6 +1,6 @@
 //! Robots ready for [`bipedc_runtime::simulate`]: what is built into the true model, and what a simulation knows beside it.
 use crate::compile::{Wish, feet};
-use crate::description::model::{Contact, ContactPart, Phase, RobotDescription};
+use crate::description::model::{Contact, ContactPart, DriveKind, Phase, RobotDescription};
 use crate::program::ProgramModel;
 use crate::robot::Robot;
 use crate::tree::{BaseKind, Tree};
@@ -9,7 +9,7 @@ use bipedc_runtime::diagnose::Foot;
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::effect::{Effect, Law};
 use bipedc_runtime::simulate::phases::{Ending, PhaseSpec, Row, RowKind};
-use bipedc_runtime::simulate::{FUNCTIONS, Plant};
+use bipedc_runtime::simulate::{Actuator, FUNCTIONS, Plant};
 
 /// Names, places and limits of a robot.
 ///
@@ -42,8 +42,35 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
             .map(|j| of_urdf(&j.name).and_then(|joint| joint.effort_limit))
             .collect(),
         effects: description.effects.clone(),
+        drives: tree.joints.iter().map(|joint| drive(description, &joint.name)).collect(),
+        gravity: tree.gravity,
         subject: Subject { joints, base },
     })
+}
+
+/// The drive of a joint, if the description has one.
+fn drive(description: &RobotDescription, joint: &str) -> Option<Actuator> {
+    let drive = description.drives.iter().find(|drive| drive.joint == joint)?;
+    let mut actuator = Actuator {
+        turns: drive.gear_ratio,
+        rotor_inertia: drive.rotor_inertia,
+        viscous_friction: drive.viscous_friction,
+        coulomb_friction: drive.coulomb_friction,
+        torque_constant: drive.torque_constant.filter(|constant| *constant > 0.0),
+        motor_counts: drive.motor_encoder_counts.unwrap_or(0.0),
+        joint_counts: drive.joint_encoder_counts.unwrap_or(0.0),
+        described: true,
+        ..Actuator::default()
+    };
+    match drive.kind {
+        DriveKind::Stiff => {}
+        DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, spring_stiffness } => {
+            actuator.turns *= load_pulley_radius / motor_pulley_radius;
+            actuator.stiffness = spring_stiffness * load_pulley_radius * load_pulley_radius;
+        }
+        DriveKind::Passive { stiffness, damping } => actuator.passive = Some([stiffness, damping]),
+    }
+    Some(actuator)
 }
 
 /// The rigid-body functions of the robot as it truly is: with those effects, of the description and hidden ones, that make

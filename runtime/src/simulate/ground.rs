@@ -80,6 +80,9 @@ pub struct JointLaw {
     pub rotor_inertia: f64,
     /// N m s/rad
     pub damping: f64,
+    /// By how much more the given torque resists per speed gained within the step, N m s/rad: of laws that are taken at
+    /// its middle. Not negative.
+    pub slope: f64,
     /// Dry friction against positive and against negative motion, N m: set-valued, a joint can stick.
     pub dry: [f64; 2],
     /// Positions where stops begin, rad; hit without rebound.
@@ -93,6 +96,7 @@ impl JointLaw {
     /// Names the first one that is not.
     pub fn check(&self) -> Result<(), Diagnostic> {
         within("rotor inertia", self.rotor_inertia, 0.0, f64::MAX, "kg m²")?;
+        within("slope", self.slope, 0.0, f64::MAX, "N m s/rad")?;
         within("damping", self.damping, 0.0, f64::MAX, "N m s/rad")?;
         within("dry friction", self.dry[0], 0.0, f64::MAX, "N m")?;
         within("dry friction", self.dry[1], 0.0, f64::MAX, "N m")?;

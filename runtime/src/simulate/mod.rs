@@ -6,6 +6,9 @@
 //! state, controllers, hidden effects, sensors; its rows are a measurement log.
 //!
 //! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end.
+mod actuator;
+mod chatter;
+mod control;
 mod dense;
 mod drives;
 mod ground;
@@ -19,12 +22,16 @@ mod problem;
 mod proximal;
 mod random;
 mod reference;
+mod resistance;
 mod run;
 mod scenario;
 mod sensing;
 mod servo;
 mod stepper;
 
+pub use actuator::Actuator;
+pub use control::EffortSensor;
+pub use drives::Coupled;
 pub use ground::{Compliance, Ground, JointLaw};
 pub use mechanics::{FUNCTIONS, Frame, Mechanics};
 pub use motors::MotorLaw;

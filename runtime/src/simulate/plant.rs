@@ -1,4 +1,5 @@
 //! What a simulation knows of a robot besides its model.
+use super::actuator::Actuator;
 use crate::compare::Subject;
 use crate::diagnose::Foot;
 use crate::effect::Effect;
@@ -18,6 +19,10 @@ pub struct Plant {
     pub effort_limits: Vec<Option<f64>>,
     /// Effects of the description: known ones.
     pub effects: Vec<Effect>,
+    /// By joint, drives of the description.
+    pub drives: Vec<Option<Actuator>>,
+    /// World axes, m/s².
+    pub gravity: [f64; 3],
 }
 
 impl Plant {

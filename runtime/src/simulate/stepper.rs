@@ -1,5 +1,6 @@
 //! Moreau's time stepping: impulses over a step, no matter whether something strikes, slides or lets go in it.
 use super::dense;
+use super::drives::Coupled;
 use super::ground::{Ground, JointLaw};
 use super::mechanics::{Frame, Mechanics};
 use super::motors::{MotorLaw, Motors, embed};
@@ -61,6 +62,7 @@ pub struct Stepper<'a> {
     ground: Ground,
     joints: Vec<JointLaw>,
     motors: Motors,
+    coupled: Vec<Coupled>,
     servos: Vec<DriveServo>,
     tolerance: Tolerance,
     solver: Solver,
@@ -79,6 +81,8 @@ pub struct Stepper<'a> {
     inertia: Vec<f64>,
     /// Impulses at the play of the motors.
     stops: Vec<f64>,
+    /// Impulses that servos asked for, by axis.
+    asked: Vec<f64>,
     bias: Vec<f64>,
     middle: Vec<f64>,
     drive: Vec<f64>,
@@ -116,6 +120,7 @@ impl<'a> Stepper<'a> {
             ground,
             joints,
             motors: Motors::default(),
+            coupled: Vec::new(),
             servos: Vec::new(),
             tolerance,
             solver: Solver::default(),
@@ -128,6 +133,7 @@ impl<'a> Stepper<'a> {
             speed: Vec::new(),
             inertia: Vec::new(),
             stops: Vec::new(),
+            asked: Vec::new(),
             bias: vec![0.0; nv],
             middle: Vec::new(),
             drive: Vec::new(),
@@ -158,6 +164,19 @@ impl<'a> Stepper<'a> {
         Ok(self.with_room())
     }
 
+    /// The same with pairs of joints whose accelerations act on each other.
+    ///
+    /// # Errors
+    /// Joints that there are not.
+    pub fn with_coupled(mut self, coupled: Vec<Coupled>) -> Result<Self, Diagnostic> {
+        let joints = self.joints.len();
+        if coupled.iter().any(|pair| pair.joints[0] == pair.joints[1] || pair.joints.iter().any(|j| *j >= joints)) {
+            return Err(Diagnostic::error("a coupling is not of two joints of the robot"));
+        }
+        self.coupled = coupled;
+        Ok(self)
+    }
+
     /// Place for the largest problem, so that no step allocates.
     fn with_room(mut self) -> Self {
         let (n, points, tangents) = (self.size(), self.mechanics.points(), self.mechanics.tangents());
@@ -172,6 +191,7 @@ impl<'a> Stepper<'a> {
         self.speed = vec![0.0; n];
         self.inertia = vec![0.0; axes];
         self.stops = vec![0.0; self.motors.laws.len()];
+        self.asked = vec![0.0; axes];
         self.middle = vec![0.0; n];
         self.drive = vec![0.0; n];
         self.directions = Vec::with_capacity(n * rows);
@@ -214,6 +234,16 @@ impl<'a> Stepper<'a> {
     /// Torque of an axis' servo in the last step, N m.
     pub fn servo_torque(&self, axis: usize, time: f64) -> f64 {
         self.memory[self.slot_of_axis(axis) + 3] / time
+    }
+
+    /// The torque that an axis' servo would have given in the last step without limits, N m.
+    pub fn servo_asked(&self, axis: usize, time: f64) -> f64 {
+        self.asked[axis] / time
+    }
+
+    /// Impulse of dry friction on an axis in the last step, N m s.
+    pub fn dry_impulse(&self, axis: usize) -> f64 {
+        self.memory[self.slot_of_axis(axis)]
     }
 
     /// Velocity per impulse of an axis when nothing touches, 1/(kg m²): of the last step.
@@ -316,7 +346,11 @@ impl<'a> Stepper<'a> {
         }
         for (j, joint) in self.joints.iter().enumerate() {
             let i = first + j;
-            self.mass[i * n + i] += joint.rotor_inertia + 0.5 * time * joint.damping;
+            self.mass[i * n + i] += joint.rotor_inertia + 0.5 * time * (joint.damping + joint.slope);
+        }
+        for pair in &self.coupled {
+            let [a, b] = pair.joints;
+            self.mass[(first + a.max(b)) * n + first + a.min(b)] += pair.inertia;
         }
         self.motors.add_inertia(&mut self.mass, n, first, time);
         for (axis, inertia) in self.inertia.iter_mut().enumerate() {
@@ -517,6 +551,7 @@ impl<'a> Stepper<'a> {
                         None => [q[axis], v[axis]],
                     };
                     let relaxed = servo.relaxed(state, 1.0 / self.inertia[axis], time);
+                    self.asked[axis] = relaxed.map_or(0.0, |relaxed| relaxed.softness);
                     if relaxed.is_none() {
                         // Without gains what is left is constant.
                         let given = time * servo.bias.max(servo.limits[0]).min(servo.limits[1]);
@@ -533,7 +568,7 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    /// Adds the impulses to `drive` (in the coordinates `L⁻¹`), remembers them, and gives their work.
+    /// Adds the impulses to `drive` (in the coordinates `L⁻¹`), remembers them, and gives the work of those of ground, stops and friction.
     fn apply(&mut self, rows: usize) -> f64 {
         self.memory.fill(0.0);
         let (mut work, mut row) = (0.0, 0);
@@ -541,20 +576,44 @@ impl<'a> Stepper<'a> {
             let size = self.problem.blocks[index].size();
             let slot = self.slot(self.sources[index]);
             self.memory[slot..slot + size].copy_from_slice(&self.problem.impulse[row..row + size]);
+            if let Source::Servo(servo) = self.sources[index] {
+                // Within its limits ξ = 0; beyond, ξ is what is left of the row `γ⁺ + softness Λ + offset`.
+                let axis = self.servos[servo].axis;
+                let softness = self.asked[axis];
+                let missing = if softness > 0.0 { self.problem.velocity[row] / softness } else { 0.0 };
+                self.asked[axis] = self.problem.impulse[row] - missing;
+            }
             row += size;
         }
         if rows == 0 {
             return work;
         }
-        for (gamma, impulse) in self.before.iter().zip(&self.problem.impulse) {
-            work += gamma * impulse;
-        }
+        // Twice the mean of the velocities without and with all impulses: what each impulse works against.
+        self.before.iter_mut().for_each(|gamma| *gamma *= 2.0);
         for (drive, y) in self.drive.iter_mut().zip(self.directions.chunks_exact(rows)) {
             let push: f64 = y.iter().zip(&self.problem.impulse).map(|(y, impulse)| y * impulse).sum();
-            work += push * (*drive + 0.5 * push);
+            let both = 2.0 * *drive + push;
+            self.before.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * both);
             *drive += push;
         }
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            // Springs and servos give energy by their nature.
+            if !self.is_drive(*source) {
+                let rows = block.first..block.first + block.size();
+                let of = rows.map(|row| 0.5 * self.before[row] * self.problem.impulse[row]);
+                work += of.sum::<f64>();
+            }
+        }
         work
+    }
+
+    /// A row of a servo or of the play of a motor.
+    fn is_drive(&self, source: Source) -> bool {
+        match source {
+            Source::Servo(_) => true,
+            Source::Lower(axis) | Source::Upper(axis) => axis >= self.joints.len(),
+            Source::Point(_) | Source::Dry(_) => false,
+        }
     }
 
     /// Where a source's impulses are remembered.

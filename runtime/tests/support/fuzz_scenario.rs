@@ -20,6 +20,8 @@ fn plant(base: BaseKind) -> Plant {
         position_limits: vec![Some([-1.0, 1.0]), None],
         effort_limits: vec![Some(20.0), None],
         effects: Vec::new(),
+        drives: vec![None; 2],
+        gravity: [0.0, 0.0, -9.81],
     }
 }
 

@@ -49,7 +49,6 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
 /// Why a kind has no place in a simulation.
 fn refused(kind: &Kind, plant: &Plant) -> Option<&'static str> {
     match kind.law {
-        Law::SeriesElasticity | Law::Backlash => Some("joints have no motors of their own here"),
         Law::GroundSlope | Law::SpinFriction => Some("the ground is level and touched at points"),
         Law::PointFeet | Law::NoImpact | Law::SingleMass | Law::DecoupledPlanes => {
             Some("it is an assumption about models, nothing that a robot does")

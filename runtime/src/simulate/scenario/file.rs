@@ -21,6 +21,9 @@ pub(super) struct File {
     pub joint: BTreeMap<String, Spanned<Joint>>,
     pub ground: Option<Soil>,
     pub sensors: Option<Senses>,
+    pub drives: Option<Spanned<String>>,
+    #[serde(default)]
+    pub motor: BTreeMap<String, Spanned<Motor>>,
     #[serde(default)]
     pub effect: Vec<Spanned<BTreeMap<String, Spanned<toml::Value>>>>,
 }
@@ -43,6 +46,7 @@ pub(super) struct Control {
     pub effort_limits: Option<bool>,
     pub joint_stops: Option<bool>,
     pub trajectory: Option<Spanned<String>>,
+    pub servo: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -82,4 +86,26 @@ pub(super) struct Senses {
     pub base_velocity_noise: Option<Number>,
     pub force_limit: Option<Number>,
     pub velocities: Option<bool>,
+    pub effort: Option<Spanned<String>>,
+    pub current_noise: Option<Number>,
+    pub current_step: Option<Number>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Motor {
+    pub gear_ratio: Option<Number>,
+    pub rotor_inertia: Option<Number>,
+    pub viscous_friction: Option<Number>,
+    pub coulomb_friction: Option<Number>,
+    pub torque_constant: Option<Number>,
+    pub resistance: Option<Number>,
+    pub voltage_limit: Option<Number>,
+    pub current_limit: Option<Number>,
+    pub command: Option<Spanned<String>>,
+    pub stiffness: Option<Number>,
+    pub spring_damping: Option<Number>,
+    pub gap: Option<Number>,
+    pub encoder_counts: Option<Number>,
+    pub joint_encoder_counts: Option<Number>,
 }

@@ -1,8 +1,11 @@
 //! What is simulated: how long, from where, under which control, with which hidden effects and sensors.
 mod effects;
 mod file;
+mod motor;
 mod read;
 
+use super::actuator::Actuator;
+use super::control::EffortSensor;
 use super::ground::Ground;
 use super::proximal::Tolerance;
 use super::reference::Reference;
@@ -33,6 +36,10 @@ pub struct Scenario {
     pub sensors: Sensors,
     /// What the model does not know.
     pub effects: Vec<Effect>,
+    /// Motors by joint; none: the torque that is asked for acts at the joint.
+    pub actuators: Vec<Option<Actuator>>,
+    /// Controllers work inside the drives, all the time, not once per step.
+    pub inside: bool,
 }
 
 /// The state at time 0.
@@ -84,4 +91,10 @@ pub struct Sensors {
     pub force_limit: f64,
     /// Whether the log has the joints' velocities.
     pub velocities: bool,
+    /// Where efforts are measured.
+    pub torque: EffortSensor,
+    /// A
+    pub current: f64,
+    /// Currents are rounded to multiples of this, A; 0: exact.
+    pub current_step: f64,
 }

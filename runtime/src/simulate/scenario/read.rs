@@ -5,7 +5,7 @@ use super::{Initial, Scenario, Sensors, Servo};
 use crate::compare::BaseKind;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::log::{Mapping, Reader, Table, closest};
-use crate::simulate::{Compliance, Cone, Ground, Plant, Reference, Sine, Tolerance};
+use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::Path;
 use toml::Spanned;
@@ -29,7 +29,7 @@ impl Reading<'_> {
     }
 
     /// A number within bounds, or its default.
-    fn number(
+    pub(super) fn number(
         &mut self,
         name: &str,
         found: Option<&Number>,
@@ -58,9 +58,9 @@ impl Reading<'_> {
     }
 }
 
-const POSITIVE: (f64, f64) = (f64::MIN_POSITIVE, f64::MAX);
-const NOT_NEGATIVE: (f64, f64) = (0.0, f64::MAX);
-const ANY: (f64, f64) = (f64::MIN, f64::MAX);
+pub(super) const POSITIVE: (f64, f64) = (f64::MIN_POSITIVE, f64::MAX);
+pub(super) const NOT_NEGATIVE: (f64, f64) = (0.0, f64::MAX);
+pub(super) const ANY: (f64, f64) = (f64::MIN, f64::MAX);
 
 impl Scenario {
     /// Reads a scenario file for this robot.
@@ -147,6 +147,8 @@ impl Reading<'_> {
             joint_stops: control.joint_stops.unwrap_or(true),
             sensors: self.sensors(file.sensors.as_ref()),
             effects,
+            actuators: self.motors(file, plant),
+            inside: self.choice("servo", control.servo.as_ref(), ["held", "drive"]) == 1,
         }
     }
 
@@ -401,6 +403,12 @@ impl Reading<'_> {
             base_velocity: of("base_velocity_noise", &s.base_velocity_noise, "m/s"),
             force_limit: of("force_limit", &s.force_limit, "N"),
             velocities: s.velocities.unwrap_or(true),
+            current: of("current_noise", &s.current_noise, "A"),
+            current_step: of("current_step", &s.current_step, "A"),
+            torque: match self.choice("effort", s.effort.as_ref(), ["motor", "joint"]) {
+                0 => EffortSensor::Motor,
+                _ => EffortSensor::Joint,
+            },
         }
     }
 }
