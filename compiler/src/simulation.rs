@@ -43,7 +43,7 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
             .collect(),
         effects: description.effects.clone(),
         drives: tree.joints.iter().map(|joint| drive(description, &joint.name)).collect(),
-        gravity: tree.gravity,
+        gravity: description.gravity,
         subject: Subject { joints, base },
     })
 }
@@ -93,11 +93,17 @@ pub fn filmed_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Di
 fn model_with(robot: &Robot, hidden: &[Effect], more: &[&str]) -> Result<ProgramModel, Diagnostic> {
     let mut robot = robot.clone();
     robot.description.effects.extend_from_slice(hidden);
+    let tree = robot.tree()?;
+    let fixed = tree.base == BaseKind::Fixed;
+    let plant = plant(&robot.description, &tree)?;
+    robot.description.gravity = plant.gravity_on_ground(&plant.effects);
     robot.description.effects.retain(|effect| {
         let law = effect.definition().map(|kind| kind.law);
-        matches!(law, Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError | Law::GravityTilt))
+        // A free robot is where it is, however the log's axes are turned.
+        matches!(law, Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError))
+            || (fixed && law == Some(Law::GravityTilt))
     });
-    let touches = !robot.description.feet.is_empty() && robot.tree()?.base != BaseKind::Fixed;
+    let touches = !robot.description.feet.is_empty() && !fixed;
     let functions = if touches { &FUNCTIONS[..] } else { &FUNCTIONS[..2] };
     let wishes: Vec<Wish> = functions.iter().chain(more).map(|family| wish(family, None)).collect();
     Ok(ProgramModel::new(robot.compile_only(&wishes)?))

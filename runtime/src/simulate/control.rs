@@ -72,6 +72,7 @@ impl Simulation<'_> {
         let joints = self.told.len();
         let (nq, nv) = (self.motion.q.len(), self.motion.v.len());
         let (q, v) = (&self.motion.q[nq - joints..], &self.motion.v[nv - joints..]);
+        // Friction that follows the load follows that of the last step: looking ahead would make it swing.
         let (rates, load) = (&self.acceleration, self.transmitted[j]);
         let state = |k: usize| [q[k] + 0.5 * h * v[k], v[k] + 0.5 * h * rates[k]];
         let own = Variables { own: [q[j] + 0.5 * h * v[j], v[j], rates[j]], load, ..Variables::default() };
@@ -80,7 +81,9 @@ impl Simulation<'_> {
         let motor = self.drives.motor(j);
         let (axis, coordinate) = (self.drives.axis(j), self.coordinate(j));
         self.force[coordinate] -= link.value;
-        let dry = self.drives.dry(j, speed, load);
+        // At the middle of the step; of a motor behind a spring its speed before it.
+        let middle = if motor.is_some() { speed } else { state(j)[1] };
+        let dry = self.drives.dry(j, middle, load);
         let (_, rotor) = self.drives.constant(j);
         let laws = &mut self.stepper.joints_mut()[j];
         laws.slope = link.velocity;

@@ -3,17 +3,20 @@ use super::chatter::Chatter;
 use super::control::Told;
 use super::drives::Drives;
 use super::ground::{Compliance, Ground};
+use super::imu::{self, Inertial};
 use super::mechanics::Mechanics;
 use super::plant::Plant;
 use super::scenario::{Initial, Scenario};
 use super::sensing::{Sample, Sensing};
 use super::servo::DriveServo;
 use super::stepper::{Motion, Stepper};
+use super::turned::Turned;
 use crate::compare::BaseKind;
 use crate::diagnostic::Diagnostic;
 use crate::effect::Effect;
 use serde::Serialize;
 use std::fmt::Write;
+use std::ops::Range;
 
 /// Depth by which a contact point may begin below the ground: rounding of what people write, m.
 const ROUNDING: f64 = 1e-6;
@@ -60,6 +63,7 @@ pub struct Simulation<'a> {
     pub(super) stepper: Stepper<'a>,
     pub(super) drives: Drives,
     pub(super) sensing: Sensing<'a>,
+    inertial: Option<Inertial>,
     pub(super) motion: Motion,
     pub(super) force: Vec<f64>,
     /// Servos inside the drives in this step.
@@ -101,11 +105,16 @@ impl<'a> Simulation<'a> {
         // A robot on a stand hangs in the air, whatever the height of its feet is.
         let hangs = plant.subject.base == BaseKind::Fixed;
         let mechanics = if hangs { mechanics.without_contact() } else { mechanics };
-        let motion = begin(&mechanics, plant, &scenario.initial)?;
+        let turned = Turned::new(plant, &effects);
+        let motion = begin(&mechanics, plant, &scenario.initial, turned)?;
         let drives = Drives::new(plant, &scenario.actuators, &effects, scenario.step)?;
         let laws = drives.laws(plant, scenario.joint_stops);
         let ground = with_effects(scenario.ground, &effects);
-        let stepper = Stepper::new(mechanics, ground, laws, scenario.tolerance)?
+        let mut stepper = Stepper::new(mechanics, ground, laws, scenario.tolerance)?;
+        if let Some(turning) = turning(&effects).filter(|_| mechanics.tangents() == 2) {
+            stepper = stepper.with_soles(soles(plant), turning)?;
+        }
+        let stepper = stepper
             .with_coupled(drives.coupled().to_vec())?
             .with_motors(drives.motors(), &motion)?;
         let joints = mechanics.joints();
@@ -120,7 +129,11 @@ impl<'a> Simulation<'a> {
         Ok(Self {
             plant,
             scenario,
-            sensing: Sensing::new(plant, scenario, &drives, &effects),
+            sensing: Sensing::new(plant, scenario, &drives, &effects, turned),
+            inertial: scenario.imu.map(|imu| {
+                let all: Vec<Effect> = effects.iter().map(|effect| (*effect).clone()).collect();
+                Inertial::new(imu, plant.subject.base, plant.gravity_on_ground(&all))
+            }),
             force: vec![0.0; stepper.size()],
             inside: Vec::with_capacity(joints),
             told: vec![Told::default(); joints],
@@ -149,7 +162,11 @@ impl<'a> Simulation<'a> {
 
     /// Names of the log's columns.
     pub fn columns(&self) -> Vec<String> {
-        self.sensing.columns()
+        let mut names = self.sensing.columns();
+        if self.inertial.is_some() {
+            names.extend(imu::columns(self.plant.subject.base));
+        }
+        names
     }
 
     /// The present state.
@@ -175,6 +192,9 @@ impl<'a> Simulation<'a> {
                     break;
                 }
             }
+            if let Some(inertial) = &mut self.inertial {
+                inertial.see(&self.motion);
+            }
             self.control(step as f64 * h)?;
             if logged {
                 self.take(&mut sample, step as f64 * h);
@@ -195,6 +215,9 @@ impl<'a> Simulation<'a> {
                     watch(&sample);
                 }
                 self.sensing.row(&sample, &self.drives, &mut row);
+                if let Some(inertial) = &self.inertial {
+                    inertial.measure(&self.motion, h, self.sensing.random(), &mut row);
+                }
                 (run.row)(&row)?;
                 self.summary.rows += 1;
             }
@@ -251,8 +274,14 @@ impl<'a> Simulation<'a> {
 }
 
 /// The initial state with the height of the base.
-fn begin(mechanics: &Mechanics<'_>, plant: &Plant, initial: &Initial) -> Result<Motion, Diagnostic> {
-    let mut q = initial.q.clone();
+fn begin(
+    mechanics: &Mechanics<'_>,
+    plant: &Plant,
+    initial: &Initial,
+    turned: Turned,
+) -> Result<Motion, Diagnostic> {
+    let (mut q, mut v) = (initial.q.clone(), initial.v.clone());
+    turned.into_ground(&mut q, &mut v);
     let mut gaps = vec![0.0; mechanics.points()];
     mechanics.distances(&q, &mut gaps);
     let lowest = |gaps: &[f64]| gaps.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
@@ -268,7 +297,28 @@ fn begin(mechanics: &Mechanics<'_>, plant: &Plant, initial: &Initial) -> Result<
             .at(line, column)
             .help("raise `base_position`, or write `clearance = 0.0` instead of it"));
     }
-    Ok(Motion { time: 0.0, q, v: initial.v.clone() })
+    Ok(Motion { time: 0.0, q, v })
+}
+
+/// Largest moment about the vertical of a flat sole per normal force, m.
+fn turning(effects: &[&Effect]) -> Option<f64> {
+    let of = |kind: &str| effects.iter().rev().find(|effect| effect.kind == kind).copied();
+    let spin = of("spin_friction")?;
+    Some(spin.value("radius") * of("foot_slip").unwrap_or(spin).value("friction"))
+}
+
+/// Contact points of the feet that can stand flat.
+fn soles(plant: &Plant) -> Vec<Range<usize>> {
+    let mut soles = Vec::new();
+    let mut first = 0;
+    for foot in &plant.feet {
+        let points = first..first + foot.corners.len();
+        first = points.end;
+        if points.len() > 2 {
+            soles.push(points);
+        }
+    }
+    soles
 }
 
 /// The ground as the effects make it.

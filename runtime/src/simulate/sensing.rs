@@ -5,6 +5,7 @@ use super::mechanics::rotate;
 use super::plant::Plant;
 use super::random::Random;
 use super::scenario::{Scenario, Sensors};
+use super::turned::Turned;
 use crate::compare::BaseKind;
 use crate::effect::Effect;
 use std::f64::consts::TAU;
@@ -83,16 +84,28 @@ pub(super) struct Sensing<'a> {
     stands: bool,
     /// By joint.
     channels: Vec<Channels>,
+    turned: Turned,
 }
 
 impl<'a> Sensing<'a> {
-    pub fn new(plant: &'a Plant, scenario: &Scenario, drives: &Drives, effects: &[&'a Effect]) -> Self {
+    pub fn new(
+        plant: &'a Plant,
+        scenario: &Scenario,
+        drives: &Drives,
+        effects: &[&'a Effect],
+        turned: Turned,
+    ) -> Self {
         let effects = effects.iter().filter(|e| e.kind.starts_with("force_sensor")).copied().collect();
         let stands = plant.subject.base != BaseKind::Fixed;
         let sensors = scenario.sensors;
         let channels =
             (0..plant.subject.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
-        Self { plant, sensors, effects, random: Random::new(scenario.seed), stands, channels }
+        Self { plant, sensors, effects, random: Random::new(scenario.seed), stands, channels, turned }
+    }
+
+    /// The numbers that noise is made from.
+    pub fn random(&mut self) -> &mut Random {
+        &mut self.random
     }
 
     /// Names of the columns, `time` first.
@@ -179,7 +192,13 @@ impl<'a> Sensing<'a> {
         }
         if self.stands {
             self.feet(sample, row);
-            self.base(sample, row);
+            if self.turned.is_none() {
+                self.base(&sample.q, &sample.v, row);
+            } else {
+                let (mut q, mut v) = (sample.q.clone(), sample.v.clone());
+                self.turned.into_log(&mut q, &mut v);
+                self.base(&q, &v, row);
+            }
         }
     }
 
@@ -218,9 +237,10 @@ impl<'a> Sensing<'a> {
                     force[2] = force[2].min(self.sensors.force_limit);
                 }
                 let name = format!("{}/{}", foot.name, corner.name);
-                corners.push(self.read(&foot.name, &name, force)[2]);
+                let logged = self.turned.logged(force);
+                corners.push(self.read(&foot.name, &name, logged)[2]);
                 let place = foot.corner(index);
-                (0..3).for_each(|axis| sum[axis] += force[axis]);
+                (0..3).for_each(|axis| sum[axis] += logged[axis]);
                 moment = [moment[0] + place.x * force[2], moment[1] + place.y * force[2]];
                 load += force[2];
             }
@@ -251,8 +271,8 @@ impl<'a> Sensing<'a> {
     }
 
     /// Pose and velocities of the base.
-    fn base(&mut self, sample: &Sample, row: &mut Vec<f64>) {
-        let (q, v, s) = (&sample.q, &sample.v, self.sensors);
+    fn base(&mut self, q: &[f64], v: &[f64], row: &mut Vec<f64>) {
+        let s = self.sensors;
         if self.plant.subject.base == BaseKind::Planar {
             let noise = [s.base_position, s.base_position, s.base_orientation];
             for (value, deviation) in q[..3].iter().zip(noise) {

@@ -1,13 +1,15 @@
 //! Moreau's time stepping: impulses over a step, no matter whether something strikes, slides or lets go in it.
 use super::dense;
 use super::drives::Coupled;
-use super::ground::{Ground, JointLaw};
+use super::ground::{Ground, JointLaw, within};
 use super::mechanics::{Frame, Mechanics};
 use super::motors::{MotorLaw, Motors, embed};
 use super::problem::{Block, Law, Problem};
 use super::proximal::{Solved, Solver, Tolerance};
 use super::servo::DriveServo;
+use super::soles::Soles;
 use crate::diagnostic::Diagnostic;
+use std::ops::Range;
 
 /// Configuration and velocity at a time.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -43,6 +45,10 @@ enum Source {
     Upper(usize),
     /// Index of the servo.
     Servo(usize),
+    /// A corner of a flat sole, whose friction is that of the sole.
+    Normal(usize),
+    /// Index of the sole.
+    Sole(usize),
 }
 
 /// Rows that one axis can have.
@@ -64,6 +70,7 @@ pub struct Stepper<'a> {
     motors: Motors,
     coupled: Vec<Coupled>,
     servos: Vec<DriveServo>,
+    soles: Soles,
     tolerance: Tolerance,
     solver: Solver,
     problem: Problem,
@@ -122,6 +129,7 @@ impl<'a> Stepper<'a> {
             motors: Motors::default(),
             coupled: Vec::new(),
             servos: Vec::new(),
+            soles: Soles::default(),
             tolerance,
             solver: Solver::default(),
             problem: Problem::default(),
@@ -177,11 +185,27 @@ impl<'a> Stepper<'a> {
         Ok(self)
     }
 
+    /// The same with soles that turn on the spot where the moment about the vertical through their middle exceeds
+    /// `turning` (m) times the normal force: while three corners touch, their friction acts in the middle. `points` are the
+    /// contact points of each.
+    ///
+    /// # Errors
+    /// A robot in the plane, points that there are not, or an impossible number.
+    pub fn with_soles(mut self, points: Vec<Range<usize>>, turning: f64) -> Result<Self, Diagnostic> {
+        within("turning", turning, 0.0, f64::MAX, "m")?;
+        let known = |points: &Range<usize>| points.start < points.end && points.end <= self.mechanics.points();
+        if self.mechanics.tangents() != 2 || !points.iter().all(known) {
+            return Err(Diagnostic::error("soles that turn are those of feet in space"));
+        }
+        self.soles = Soles { points, turning, places: vec![0.0; 2 * self.mechanics.points()] };
+        Ok(self.with_room())
+    }
+
     /// Place for the largest problem, so that no step allocates.
     fn with_room(mut self) -> Self {
         let (n, points, tangents) = (self.size(), self.mechanics.points(), self.mechanics.tangents());
         let axes = self.joints.len() + self.motors.laws.len();
-        let rows = points * (1 + tangents) + ROWS_OF_AXIS * axes;
+        let rows = points * (1 + tangents) + ROWS_OF_AXIS * axes + 3 * self.soles.points.len();
         self.problem.reserve(rows);
         self.solver = Solver::with_room(rows);
         self.servos = Vec::with_capacity(axes);
@@ -308,7 +332,8 @@ impl<'a> Stepper<'a> {
         if rows > 0 {
             self.assemble(motion, time);
             stepped.solved = self.solver.solve(&mut self.problem, &self.tolerance);
-            stepped.contacts = self.sources.iter().filter(|s| matches!(s, Source::Point(_))).count();
+            let touches = |source: &&Source| matches!(source, Source::Point(_) | Source::Normal(_));
+            stepped.contacts = self.sources.iter().filter(touches).count();
         }
         stepped.work = self.apply(rows);
         dense::backward(&self.mass, n, &mut self.drive);
@@ -386,6 +411,14 @@ impl<'a> Stepper<'a> {
         }
         let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[first..]);
         self.motors.add_impulses(&mut self.drive, first, q, v, time);
+        if !middle {
+            // Servos and friction give about what they gave before: without them the middle's velocity, and with it H, would
+            // be of first order only.
+            for axis in 0..self.inertia.len() {
+                let slot = self.slot_of_axis(axis);
+                self.drive[first + axis] += self.memory[slot] + self.memory[slot + 3];
+            }
+        }
         dense::forward(&self.mass, n, &mut self.drive, 1);
     }
 
@@ -393,14 +426,7 @@ impl<'a> Stepper<'a> {
     fn close(&mut self, motion: &Motion) {
         self.mechanics.distances(&motion.q, &mut self.gaps);
         self.sources.clear();
-        let tangents = self.mechanics.tangents();
-        let mut rows = 0;
-        for (point, &gap) in self.gaps.iter().enumerate() {
-            if gap <= 0.0 {
-                self.sources.push(Source::Point(point));
-                rows += 1 + tangents;
-            }
-        }
+        let mut rows = self.touch();
         let first = motion.q.len() - self.joints.len();
         let before = self.sources.len();
         for (j, joint) in self.joints.iter().enumerate() {
@@ -426,13 +452,40 @@ impl<'a> Stepper<'a> {
         self.problem.clear(rows);
     }
 
+    /// Lists the closed points: how many rows they have.
+    fn touch(&mut self) -> usize {
+        let size = 1 + self.mechanics.tangents();
+        let (mut rows, mut point) = (0, 0);
+        while point < self.gaps.len() {
+            if let Some(sole) = self.soles.flat(point, &self.gaps) {
+                let points = self.soles.points[sole].clone();
+                point = points.end;
+                let closed = points.filter(|point| self.gaps[*point] <= 0.0);
+                let before = self.sources.len();
+                self.sources.extend(closed.map(Source::Normal));
+                self.sources.push(Source::Sole(sole));
+                rows += self.sources.len() - before + 2;
+                continue;
+            }
+            if self.gaps[point] <= 0.0 {
+                self.sources.push(Source::Point(point));
+                rows += size;
+            }
+            point += 1;
+        }
+        rows
+    }
+
     /// Delassus' matrix, free velocities, laws and the guess.
     fn assemble(&mut self, motion: &Motion, time: f64) {
         let (n, rows) = (self.size(), self.problem.rows());
         self.directions.clear();
         self.directions.resize(n * rows, 0.0);
-        if matches!(self.sources.first(), Some(Source::Point(_))) {
+        if matches!(self.sources.first(), Some(Source::Point(_) | Source::Normal(_))) {
             self.mechanics.directions(&motion.q, &mut self.normal, &mut self.tangential);
+            if !self.soles.points.is_empty() {
+                self.mechanics.positions(&motion.q, &mut self.soles.places);
+            }
         }
         let mut row = 0;
         for index in 0..self.sources.len() {
@@ -464,7 +517,16 @@ impl<'a> Stepper<'a> {
                     if axis < joints { self.joints[axis].dry } else { self.motors.laws[axis - joints].dry };
                 Law::Limited { low: -time * positive, high: time * negative }
             }
-            Source::Lower(_) | Source::Upper(_) => Law::Unilateral,
+            Source::Normal(_) | Source::Lower(_) | Source::Upper(_) => Law::Unilateral,
+            Source::Sole(sole) => {
+                let points = self.soles.points[sole].clone();
+                Law::Sole {
+                    friction: self.ground.friction,
+                    turning: self.soles.turning,
+                    normals: self.gaps[points].iter().filter(|gap| **gap <= 0.0).count(),
+                    cone: self.ground.cone,
+                }
+            }
             Source::Servo(index) => {
                 let [low, high] = self.servos[index].limits;
                 Law::Limited { low: time * low, high: time * high }
@@ -482,6 +544,23 @@ impl<'a> Stepper<'a> {
                     target[0] = self.normal[point * nv + i];
                     for (k, target) in target[1..].iter_mut().enumerate() {
                         *target = self.tangential[(point * tangents + k) * nv + i];
+                    }
+                }
+                return;
+            }
+            Source::Normal(point) => {
+                for i in 0..nv {
+                    self.directions[i * rows + row] = self.normal[point * nv + i];
+                }
+                return;
+            }
+            Source::Sole(sole) => {
+                for (point, parts) in self.soles.parts(sole) {
+                    for (k, part) in parts.iter().enumerate() {
+                        for i in 0..nv {
+                            let along = |axis: usize| self.tangential[(2 * point + axis) * nv + i];
+                            self.directions[i * rows + row + k] += part[0] * along(0) + part[1] * along(1);
+                        }
                     }
                 }
                 return;
@@ -519,12 +598,19 @@ impl<'a> Stepper<'a> {
             return;
         }
         let [normal, tangential] = [self.ground.normal_restitution, self.ground.tangential_restitution];
-        for block in &self.problem.blocks {
-            if let Law::Contact { tangents, .. } = block.law {
-                self.problem.free[block.first] += normal * self.before[block.first];
-                for row in block.first + 1..block.first + 1 + tangents {
-                    self.problem.free[row] += tangential * self.before[row];
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            let (first, size) = (block.first, block.size());
+            // Where the tangential rows begin.
+            let slides = match source {
+                Source::Point(_) | Source::Normal(_) => {
+                    self.problem.free[first] += normal * self.before[first];
+                    first + 1
                 }
+                Source::Sole(_) => first,
+                _ => continue,
+            };
+            for row in slides..first + size {
+                self.problem.free[row] += tangential * self.before[row];
             }
         }
     }
@@ -540,7 +626,7 @@ impl<'a> Stepper<'a> {
         for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
             let row = block.first;
             let relaxed = match *source {
-                Source::Point(point) => Some(self.ground.relaxed(self.gaps[point], time)),
+                Source::Point(point) | Source::Normal(point) => Some(self.ground.relaxed(self.gaps[point], time)),
                 Source::Lower(axis) | Source::Upper(axis) if axis >= joints => {
                     self.motors.stop(axis - joints, matches!(source, Source::Upper(_)), q, v)
                 }
@@ -585,6 +671,7 @@ impl<'a> Stepper<'a> {
             }
             row += size;
         }
+        self.share();
         if rows == 0 {
             return work;
         }
@@ -607,19 +694,35 @@ impl<'a> Stepper<'a> {
         work
     }
 
+    /// Spreads the friction of flat soles over their corners, for those who ask for the forces on points.
+    fn share(&mut self) {
+        for &source in &self.sources {
+            let Source::Sole(sole) = source else { continue };
+            let slot = self.slot(source);
+            let friction = [self.memory[slot], self.memory[slot + 1]];
+            let points = self.soles.points[sole].clone();
+            let closed = self.gaps[points.clone()].iter().filter(|gap| **gap <= 0.0).count() as f64;
+            for point in points.filter(|point| self.gaps[*point] <= 0.0) {
+                self.memory[3 * point + 1] = friction[0] / closed;
+                self.memory[3 * point + 2] = friction[1] / closed;
+            }
+        }
+    }
+
     /// A row of a servo or of the play of a motor.
     fn is_drive(&self, source: Source) -> bool {
         match source {
             Source::Servo(_) => true,
             Source::Lower(axis) | Source::Upper(axis) => axis >= self.joints.len(),
-            Source::Point(_) | Source::Dry(_) => false,
+            Source::Point(_) | Source::Normal(_) | Source::Sole(_) | Source::Dry(_) => false,
         }
     }
 
     /// Where a source's impulses are remembered.
     fn slot(&self, source: Source) -> usize {
         match source {
-            Source::Point(point) => point * (1 + self.mechanics.tangents()),
+            Source::Point(point) | Source::Normal(point) => point * (1 + self.mechanics.tangents()),
+            Source::Sole(sole) => self.slot_of_axis(self.inertia.len()) + 3 * sole,
             Source::Dry(axis) => self.slot_of_axis(axis),
             Source::Lower(axis) => self.slot_of_axis(axis) + 1,
             Source::Upper(axis) => self.slot_of_axis(axis) + 2,

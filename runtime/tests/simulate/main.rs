@@ -9,6 +9,7 @@ mod motion;
 mod motors;
 mod rest;
 mod soft;
+mod soles;
 mod solver;
 mod walkers;
 

@@ -24,6 +24,7 @@ pub(super) struct File {
     pub drives: Option<Spanned<String>>,
     #[serde(default)]
     pub motor: BTreeMap<String, Spanned<Motor>>,
+    pub imu: Option<Spanned<Inertial>>,
     #[serde(default)]
     pub effect: Vec<Spanned<BTreeMap<String, Spanned<toml::Value>>>>,
 }
@@ -108,4 +109,15 @@ pub(super) struct Motor {
     pub gap: Option<Number>,
     pub encoder_counts: Option<Number>,
     pub joint_encoder_counts: Option<Number>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Inertial {
+    pub position: Option<Spanned<Vec<f64>>>,
+    pub rotation: Option<Spanned<Vec<f64>>>,
+    pub acceleration_noise: Option<Number>,
+    pub angular_velocity_noise: Option<Number>,
+    pub acceleration_bias: Option<Spanned<Vec<f64>>>,
+    pub angular_velocity_bias: Option<Spanned<Vec<f64>>>,
 }

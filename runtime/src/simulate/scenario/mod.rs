@@ -1,12 +1,14 @@
 //! What is simulated: how long, from where, under which control, with which hidden effects and sensors.
 mod effects;
 mod file;
+mod imu;
 mod motor;
 mod read;
 
 use super::actuator::Actuator;
 use super::control::EffortSensor;
 use super::ground::Ground;
+use super::imu::Imu;
 use super::proximal::Tolerance;
 use super::reference::Reference;
 use crate::effect::Effect;
@@ -38,6 +40,8 @@ pub struct Scenario {
     pub effects: Vec<Effect>,
     /// Motors by joint; none: the torque that is asked for acts at the joint.
     pub actuators: Vec<Option<Actuator>>,
+    /// On the base.
+    pub imu: Option<Imu>,
     /// Controllers work inside the drives, all the time, not once per step.
     pub inside: bool,
 }

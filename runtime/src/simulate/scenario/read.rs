@@ -148,6 +148,7 @@ impl Reading<'_> {
             sensors: self.sensors(file.sensors.as_ref()),
             effects,
             actuators: self.motors(file, plant),
+            imu: file.imu.as_ref().and_then(|table| self.imu(table, plant)),
             inside: self.choice("servo", control.servo.as_ref(), ["held", "drive"]) == 1,
         }
     }
@@ -164,7 +165,7 @@ impl Reading<'_> {
         every as usize
     }
 
-    fn vector(
+    pub(super) fn vector(
         &mut self,
         name: &str,
         found: Option<&Spanned<Vec<f64>>>,
