@@ -166,7 +166,7 @@ fn mistakes_are_named_with_their_place() {
     fails(
         "elastic",
         "duration = 1.0\n[[effect]]\nkind = \"backlash\"\njoint = \"left_hip_roll\"\ngap = 0.01\n",
-        &["cannot be simulated"],
+        &["elastic.toml", "motor's inertia", "[motor.left_hip_roll]"],
     );
     fails("log", "duration = 1.0\nstep = 0.001\nlog_step = 0.0015\n", &["log.toml:3", "multiple"]);
     let missing = folder.join("nothing.toml");

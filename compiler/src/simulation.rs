@@ -1,6 +1,6 @@
 //! Robots ready for [`bipedc_runtime::simulate`]: what is built into the true model, and what a simulation knows beside it.
 use crate::compile::{CompiledModel, Wish, feet};
-use crate::description::model::{Contact, ContactPart, Phase, RobotDescription};
+use crate::description::model::{Contact, ContactPart, DriveKind, Phase, RobotDescription};
 use crate::program::ProgramModel;
 use crate::robot::Robot;
 use crate::tree::{BaseKind, Tree};
@@ -10,7 +10,7 @@ use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::effect::{Effect, Law};
 use bipedc_runtime::simulate::control::POINT_FUNCTIONS;
 use bipedc_runtime::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
-use bipedc_runtime::simulate::{FUNCTIONS, Plant, World};
+use bipedc_runtime::simulate::{Actuator, FUNCTIONS, Plant, World};
 
 /// Names, places and limits of a robot.
 ///
@@ -45,8 +45,35 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         effects: description.effects.clone(),
         phases: description.phases.iter().map(|phase| phase.name.clone()).collect(),
         actuated: actuated(description, tree),
+        drives: tree.joints.iter().map(|joint| drive(description, &joint.name)).collect(),
+        gravity: description.gravity,
         subject: Subject { joints, base },
     })
+}
+
+/// The drive of a joint, if the description has one.
+fn drive(description: &RobotDescription, joint: &str) -> Option<Actuator> {
+    let drive = description.drives.iter().find(|drive| drive.joint == joint)?;
+    let mut actuator = Actuator {
+        turns: drive.gear_ratio,
+        rotor_inertia: drive.rotor_inertia,
+        viscous_friction: drive.viscous_friction,
+        coulomb_friction: drive.coulomb_friction,
+        torque_constant: drive.torque_constant.filter(|constant| *constant > 0.0),
+        motor_counts: drive.motor_encoder_counts.unwrap_or(0.0),
+        joint_counts: drive.joint_encoder_counts.unwrap_or(0.0),
+        described: true,
+        ..Actuator::default()
+    };
+    match drive.kind {
+        DriveKind::Stiff => {}
+        DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, spring_stiffness } => {
+            actuator.turns *= load_pulley_radius / motor_pulley_radius;
+            actuator.stiffness = spring_stiffness * load_pulley_radius * load_pulley_radius;
+        }
+        DriveKind::Passive { stiffness, damping } => actuator.passive = Some([stiffness, damping]),
+    }
+    Some(actuator)
 }
 
 /// The rigid-body functions of the robot as it truly is: with those effects, of the description and hidden ones, that make
@@ -67,7 +94,7 @@ pub fn filmed_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Di
 }
 
 fn model_with(robot: &Robot, hidden: &[Effect], more: &[&str]) -> Result<ProgramModel, Diagnostic> {
-    Ok(ProgramModel::new(truly(robot, hidden, &[]).compile_only(&stepping_wishes(robot, more)?)?))
+    Ok(ProgramModel::new(truly(robot, hidden, &[])?.compile_only(&stepping_wishes(robot, more)?)?))
 }
 
 /// The same with the functions of the phases too: for virtual constraints in time stepping. `film`: with what a film shows.
@@ -79,7 +106,7 @@ pub fn driven_model(
     hidden: &[Effect],
     film: bool,
 ) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
-    let robot = truly(robot, hidden, &[]);
+    let robot = truly(robot, hidden, &[])?;
     let mut wishes = stepping_wishes(&robot, if film { &FILM } else { &[] })?;
     wishes.extend(phase_wishes(&robot.description));
     let compiled = robot.compile_only(&distinct(wishes))?;
@@ -91,15 +118,21 @@ pub fn driven_model(
 const FILM: [&str; 3] = ["kinetic_energy", "potential_energy", "center_of_mass"];
 
 /// With those effects that make it another body, and those of these kinds.
-fn truly(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Robot {
+fn truly(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Result<Robot, Diagnostic> {
     let mut robot = robot.clone();
     robot.description.effects.extend_from_slice(hidden);
+    let tree = robot.tree()?;
+    let fixed = tree.base == BaseKind::Fixed;
+    let plant = plant(&robot.description, &tree)?;
+    robot.description.gravity = plant.gravity_on_ground(&plant.effects);
     robot.description.effects.retain(|effect| {
         let law = effect.definition().map(|kind| kind.law);
-        matches!(law, Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError | Law::GravityTilt))
+        // A free robot is where it is, however the log's axes are turned.
+        matches!(law, Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError))
+            || (fixed && law == Some(Law::GravityTilt))
             || kinds.contains(&effect.kind.as_str())
     });
-    robot
+    Ok(robot)
 }
 
 fn stepping_wishes(robot: &Robot, more: &[&str]) -> Result<Vec<Wish>, Diagnostic> {
@@ -171,7 +204,7 @@ fn walker_with(robot: &Robot, mut wishes: Vec<Wish>) -> Result<Walker, Diagnosti
 /// As [`walker`].
 pub fn true_walker(robot: &Robot, hidden: &[Effect], film: bool) -> Result<Walker, Diagnostic> {
     let smooth = ["viscous_friction", "parallel_spring", "torque_ripple", "rotor_inertia"];
-    let robot = truly(robot, hidden, &smooth);
+    let robot = truly(robot, hidden, &smooth)?;
     let more = if film { stepping_wishes(&robot, &FILM)? } else { Vec::new() };
     walker_with(&robot, more)
 }

@@ -14,9 +14,10 @@ use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::effect::Effect;
 use bipedc_runtime::report::{Fact, Film};
 use bipedc_runtime::simulate::control::Driven;
-use bipedc_runtime::simulate::{Mechanics, Run, Scenario, Simulation, Summary, csv_line};
+use bipedc_runtime::simulate::{Actuator, Mechanics, Plant, Run, Scenario, Simulation, Summary, csv_line};
 use clap::Args;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -120,7 +121,7 @@ impl Simulate {
         }
         let truth = match &self.truth {
             Some(path) => {
-                Some(Replacement::prepare(path, &self.hidden(&robot.description.name, &scenario)?)?)
+                Some(Replacement::prepare(path, &self.hidden(&robot.description.name, &plant, &scenario)?)?)
             }
             None => None,
         };
@@ -143,7 +144,7 @@ impl Simulate {
     }
 
     /// What the robot has that its description does not say.
-    fn hidden(&self, robot: &str, scenario: &Scenario) -> Result<String, Failure> {
+    fn hidden(&self, robot: &str, plant: &Plant, scenario: &Scenario) -> Result<String, Failure> {
         let text = std::fs::read_to_string(&self.scenario)?;
         let truth = Truth {
             robot,
@@ -151,6 +152,11 @@ impl Simulate {
             seed: scenario.seed,
             step: scenario.step,
             effects: &scenario.effects,
+            motors: plant
+                .joint_names()
+                .zip(&scenario.actuators)
+                .filter_map(|(name, motor)| Some((name, motor.as_ref()?)))
+                .collect(),
         };
         Ok(serde_json::to_string_pretty(&truth).map_err(io::Error::from)? + "\n")
     }
@@ -297,6 +303,9 @@ struct Truth<'a> {
     seed: u64,
     step: f64,
     effects: &'a [Effect],
+    /// By joint.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    motors: BTreeMap<&'a str, &'a Actuator>,
 }
 
 #[derive(Serialize)]

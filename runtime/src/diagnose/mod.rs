@@ -30,7 +30,7 @@ mod robot;
 mod selected;
 mod signature;
 pub mod support;
-mod world;
+pub(crate) mod world;
 
 pub use anatomy::Anatomy;
 pub use breakdown::{AT_NOISE, Breakdown, Part, WINDOWS, Window, breakdowns};

@@ -1,4 +1,5 @@
 //! Laws of the ground and of joints.
+use super::implicit::Relaxed;
 use super::problem::Cone;
 use crate::diagnostic::Diagnostic;
 
@@ -44,6 +45,17 @@ impl Default for Ground {
 }
 
 impl Ground {
+    /// What makes a row soft whose point is `gap` above the ground at the middle of the step.
+    pub(super) fn relaxed(&self, gap: f64, time: f64) -> Relaxed {
+        match self.compliance {
+            Some(soft) => {
+                let stiff = 0.5 * time * soft.stiffness + soft.damping;
+                Relaxed { softness: 1.0 / (time * stiff), offset: soft.stiffness * gap / stiff }
+            }
+            None => Relaxed { softness: 0.0, offset: self.recovery * gap },
+        }
+    }
+
     /// Whether its numbers are possible.
     ///
     /// # Errors
@@ -68,6 +80,9 @@ pub struct JointLaw {
     pub rotor_inertia: f64,
     /// N m s/rad
     pub damping: f64,
+    /// By how much more the given torque resists per speed gained within the step, N m s/rad: of laws that are taken at
+    /// its middle. Not negative.
+    pub slope: f64,
     /// Dry friction against positive and against negative motion, N m: set-valued, a joint can stick.
     pub dry: [f64; 2],
     /// Positions where stops begin, rad; hit without rebound.
@@ -81,6 +96,7 @@ impl JointLaw {
     /// Names the first one that is not.
     pub fn check(&self) -> Result<(), Diagnostic> {
         within("rotor inertia", self.rotor_inertia, 0.0, f64::MAX, "kg m²")?;
+        within("slope", self.slope, 0.0, f64::MAX, "N m s/rad")?;
         within("damping", self.damping, 0.0, f64::MAX, "N m s/rad")?;
         within("dry friction", self.dry[0], 0.0, f64::MAX, "N m")?;
         within("dry friction", self.dry[1], 0.0, f64::MAX, "N m")?;
@@ -94,7 +110,7 @@ impl JointLaw {
     }
 }
 
-fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), Diagnostic> {
+pub(super) fn within(name: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), Diagnostic> {
     if value >= low && value <= high {
         return Ok(());
     }

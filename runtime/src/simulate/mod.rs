@@ -7,11 +7,16 @@
 //!
 //! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end. [`control`] are
 //! controllers that impose virtual constraints, for both.
+mod actuator;
+mod chatter;
 pub mod control;
 mod dense;
 mod drives;
 mod ground;
+mod implicit;
+mod imu;
 mod mechanics;
+mod motors;
 mod newton;
 pub mod phases;
 mod plant;
@@ -19,13 +24,22 @@ mod problem;
 mod proximal;
 mod random;
 mod reference;
+mod resistance;
 mod run;
 mod scenario;
 mod sensing;
+mod servo;
+mod soles;
 mod stepper;
+mod torques;
+mod turned;
 
+pub use actuator::Actuator;
+pub use drives::Coupled;
 pub use ground::{Compliance, Ground, JointLaw};
+pub use imu::Imu;
 pub use mechanics::{FUNCTIONS, Frame, Mechanics};
+pub use motors::MotorLaw;
 pub use plant::Plant;
 pub use problem::{Block, Cone, Law, Problem};
 pub use proximal::{Solved, Solver, Tolerance};
@@ -33,4 +47,6 @@ pub use reference::{Reference, Sine};
 pub use run::{Run, Simulation, Summary, csv_line};
 pub use scenario::{EventDriven, Initial, Scenario, Sensors, Servo, World};
 pub use sensing::Sample;
+pub use servo::DriveServo;
 pub use stepper::{Motion, Stepped, Stepper};
+pub use torques::EffortSensor;

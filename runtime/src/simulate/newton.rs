@@ -68,6 +68,9 @@ impl Newton {
         for block in &problem.blocks {
             let closed = match block.law {
                 Law::Limited { .. } => true,
+                Law::Sole { normals, .. } => {
+                    (block.first - normals..block.first).any(|row| wanted(problem, row) > 0.0)
+                }
                 _ => wanted(problem, block.first) > 0.0,
             };
             if closed {
@@ -101,13 +104,15 @@ impl Newton {
                 }
                 Law::Contact { friction, tangents, cone } => {
                     self.still(problem, at);
-                    if tangents == 2 && cone == Cone::Round {
-                        self.slip_round(problem, at, friction);
-                    } else {
-                        for k in 1..=tangents {
-                            self.slip_straight(problem, at, at + k, friction);
-                        }
-                    }
+                    let load = Load { rows: (at, at + 1), force: problem.impulse[block.first].max(0.0) };
+                    self.slip(problem, load, at + 1, (friction, tangents, cone));
+                }
+                Law::Sole { friction, turning, normals, cone } => {
+                    let last = block.first - normals;
+                    let first = (0..at).rev().take_while(|k| self.active[*k] >= last).last().unwrap_or(at);
+                    let load = Load { rows: (first, at), force: problem.load(block.first, normals) };
+                    self.slip(problem, load, at, (friction, 2, cone));
+                    self.slip_straight(problem, load, at + 2, turning);
                 }
             }
             at += block.size();
@@ -140,50 +145,73 @@ impl Newton {
         velocity
     }
 
+    /// Tangential rows from `at` on.
+    fn slip(
+        &mut self,
+        problem: &Problem,
+        load: Load,
+        at: usize,
+        (friction, tangents, cone): (f64, usize, Cone),
+    ) {
+        if tangents == 2 && cone == Cone::Round {
+            return self.slip_round(problem, load, at, friction);
+        }
+        for k in at..at + tangents {
+            self.slip_straight(problem, load, k, friction);
+        }
+    }
+
     /// One tangential row that sticks, or slips with `λ_T = ± μ λ_N`.
-    fn slip_straight(&mut self, problem: &Problem, normal: usize, at: usize, friction: f64) {
+    fn slip_straight(&mut self, problem: &Problem, load: Load, at: usize, friction: f64) {
         let n = self.active.len();
-        let (row, normal_row) = (self.active[at], self.active[normal]);
+        let row = self.active[at];
         let target = wanted(problem, row);
-        let limit = friction * problem.impulse[normal_row].max(0.0);
-        if target.abs() <= limit {
+        if target.abs() <= friction * load.force {
             return self.still(problem, at);
         }
         let sign = target.signum();
         self.matrix[at * n + at] = 1.0;
-        self.matrix[at * n + normal] = -sign * friction;
-        self.step[at] = sign * friction * problem.impulse[normal_row] - problem.impulse[row];
+        self.matrix[at * n + load.rows.0..at * n + load.rows.1].fill(-sign * friction);
+        self.step[at] = sign * friction * load.force - problem.impulse[row];
     }
 
     /// Both tangential rows: stick, or slip with `λ_T = μ λ_N z/|z|`, `z = λ_T − r ξ_T`, whose derivative has the part
     /// along `z` (through λ_N) and the part across it.
-    fn slip_round(&mut self, problem: &Problem, normal: usize, friction: f64) {
+    fn slip_round(&mut self, problem: &Problem, load: Load, first: usize, friction: f64) {
         let n = self.active.len();
-        let rows = [self.active[normal + 1], self.active[normal + 2]];
+        let rows = [self.active[first], self.active[first + 1]];
         let target = rows.map(|row| wanted(problem, row));
-        let force = problem.impulse[self.active[normal]].max(0.0);
         let length = target[0].hypot(target[1]);
-        if length <= friction * force {
-            self.still(problem, normal + 1);
-            return self.still(problem, normal + 2);
+        if length <= friction * load.force {
+            self.still(problem, first);
+            return self.still(problem, first + 1);
         }
         let along = target.map(|x| x / length);
-        let ratio = friction * force / length;
+        let ratio = friction * load.force / length;
         for k in 0..2 {
-            let at = normal + 1 + k;
+            let at = first + k;
             for other in 0..2 {
                 let across = f64::from(u8::from(k == other)) - along[k] * along[other];
                 let (row, weight) = (rows[other], problem.weight[rows[other]]);
                 for (j, &column) in self.active.iter().enumerate() {
                     self.matrix[at * n + j] += ratio * across * weight * problem.row(row)[column];
                 }
-                self.matrix[at * n + normal + 1 + other] -= ratio * across;
+                self.matrix[at * n + first + other] -= ratio * across;
             }
             self.matrix[at * n + at] += 1.0;
-            self.matrix[at * n + normal] -= friction * along[k];
-            self.step[at] = friction * force * along[k] - problem.impulse[rows[k]];
+            for normal in load.rows.0..load.rows.1 {
+                self.matrix[at * n + normal] -= friction * along[k];
+            }
+            self.step[at] = friction * load.force * along[k] - problem.impulse[rows[k]];
         }
     }
+}
+
+/// What presses on rows of friction: active rows from the first to before the second, and their force.
+#[derive(Debug, Clone, Copy)]
+struct Load {
+    rows: (usize, usize),
+    force: f64,
 }
 
 fn wanted(problem: &Problem, row: usize) -> f64 {

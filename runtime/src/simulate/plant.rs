@@ -1,4 +1,5 @@
 //! What a simulation knows of a robot besides its model.
+use super::actuator::Actuator;
 use crate::compare::Subject;
 use crate::diagnose::Foot;
 use crate::effect::Effect;
@@ -22,6 +23,10 @@ pub struct Plant {
     pub phases: Vec<String>,
     /// Joints with actuators, by index.
     pub actuated: Vec<usize>,
+    /// By joint, drives of the description.
+    pub drives: Vec<Option<Actuator>>,
+    /// World axes, m/s².
+    pub gravity: [f64; 3],
 }
 
 impl Plant {

@@ -22,6 +22,18 @@ pub enum Law {
         /// Shape of the set of friction forces.
         cone: Cone,
     },
+    /// Three rows of friction of a flat sole: two tangential ones in its middle, and turning about the vertical. They are
+    /// limited by the sum of the `normals` unilateral rows just before them.
+    Sole {
+        /// Friction coefficient.
+        friction: f64,
+        /// Largest moment per normal force, m.
+        turning: f64,
+        /// How many rows before this block are the normal ones.
+        normals: usize,
+        /// Shape of the set of friction forces.
+        cone: Cone,
+    },
 }
 
 /// The set that tangential impulses stay in.
@@ -49,6 +61,7 @@ impl Block {
         match self.law {
             Law::Unilateral | Law::Limited { .. } => 1,
             Law::Contact { tangents, .. } => 1 + tangents,
+            Law::Sole { .. } => 3,
         }
     }
 }
@@ -116,18 +129,29 @@ impl Problem {
         for block in 0..self.blocks.len() {
             let Block { first, law } = self.blocks[block];
             self.weight[first] = reciprocal(self.row(first)[first]);
-            if let Law::Contact { tangents, .. } = law {
-                let largest = match tangents {
-                    2 => {
-                        let (a, b) = (self.row(first + 1), self.row(first + 2));
-                        let (xx, xy, yy) = (a[first + 1], a[first + 2], b[first + 2]);
-                        0.5 * (xx + yy) + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt()
-                    }
-                    _ => self.row(first + 1)[first + 1],
-                };
-                self.weight[first + 1..first + 1 + tangents].fill(reciprocal(largest));
+            match law {
+                Law::Contact { tangents: 2, .. } => self.weigh_pair(first + 1),
+                Law::Contact { .. } => self.weight[first + 1] = reciprocal(self.row(first + 1)[first + 1]),
+                Law::Sole { .. } => {
+                    self.weigh_pair(first);
+                    self.weight[first + 2] = reciprocal(self.row(first + 2)[first + 2]);
+                }
+                Law::Unilateral | Law::Limited { .. } => {}
             }
         }
+    }
+
+    /// Two tangential rows have one weight.
+    fn weigh_pair(&mut self, first: usize) {
+        let (a, b) = (self.row(first), self.row(first + 1));
+        let (xx, xy, yy) = (a[first], a[first + 1], b[first + 1]);
+        let largest = 0.5 * (xx + yy) + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
+        self.weight[first..first + 2].fill(reciprocal(largest));
+    }
+
+    /// Sum of the normal impulses of a sole whose friction begins at `first`.
+    pub(super) fn load(&self, first: usize, normals: usize) -> f64 {
+        self.impulse[first - normals..first].iter().map(|impulse| impulse.max(0.0)).sum()
     }
 }
 

@@ -120,20 +120,25 @@ fn sweep(problem: &mut Problem) {
     for index in 0..problem.blocks.len() {
         let block = problem.blocks[index];
         let row = block.first;
-        let normal = problem.impulse[row] - problem.weight[row] * problem.velocity_of(row);
+        let wanted =
+            |problem: &Problem, r: usize| problem.impulse[r] - problem.weight[r] * problem.velocity_of(r);
+        let first = wanted(problem, row);
         match block.law {
-            Law::Unilateral => problem.impulse[row] = normal.max(0.0),
-            Law::Limited { low, high } => problem.impulse[row] = normal.max(low).min(high),
+            Law::Unilateral => problem.impulse[row] = first.max(0.0),
+            Law::Limited { low, high } => problem.impulse[row] = first.max(low).min(high),
             Law::Contact { friction, tangents, cone } => {
-                problem.impulse[row] = normal.max(0.0);
+                problem.impulse[row] = first.max(0.0);
                 let limit = friction * problem.impulse[row];
-                let mut wanted = [0.0; 2];
-                for (k, wanted) in wanted.iter_mut().enumerate().take(tangents) {
-                    let t = row + 1 + k;
-                    *wanted = problem.impulse[t] - problem.weight[t] * problem.velocity_of(t);
-                }
-                let found = nearest(wanted, limit, tangents, cone);
+                let second = if tangents == 2 { wanted(problem, row + 2) } else { 0.0 };
+                let found = nearest([wanted(problem, row + 1), second], limit, tangents, cone);
                 problem.impulse[row + 1..row + 1 + tangents].copy_from_slice(&found[..tangents]);
+            }
+            Law::Sole { friction, turning, normals, cone } => {
+                let load = problem.load(row, normals);
+                let found = nearest([first, wanted(problem, row + 1)], friction * load, 2, cone);
+                problem.impulse[row..row + 2].copy_from_slice(&found);
+                let most = turning * load;
+                problem.impulse[row + 2] = wanted(problem, row + 2).max(-most).min(most);
             }
         }
     }
@@ -152,10 +157,13 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
     for block in &problem.blocks {
         let row = block.first;
         let wanted = |r: usize| problem.impulse[r] - problem.weight[r] * problem.velocity[r];
+        // A stop that nothing drives together, however far it is, says nothing of the size of impulses.
+        let one_sided = matches!(block.law, Law::Unilateral);
         let mut add = |r: usize, target: f64| {
             missed += (problem.impulse[r] - target).powi(2);
             size += problem.impulse[r].powi(2);
-            free += (problem.weight[r] * problem.free[r]).powi(2);
+            let driven = if one_sided { problem.free[r].min(0.0) } else { problem.free[r] };
+            free += (problem.weight[r] * driven).powi(2);
         };
         match block.law {
             Law::Unilateral => add(row, wanted(row).max(0.0)),
@@ -168,6 +176,12 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
                 for (k, &target) in found.iter().enumerate().take(tangents) {
                     add(row + 1 + k, target);
                 }
+            }
+            Law::Sole { friction, turning, normals, cone } => {
+                let load = problem.load(row, normals);
+                let found = nearest([wanted(row), wanted(row + 1)], friction * load, 2, cone);
+                (0..2).for_each(|k| add(row + k, found[k]));
+                add(row + 2, wanted(row + 2).max(-turning * load).min(turning * load));
             }
         }
     }

@@ -1,17 +1,23 @@
 //! A whole run: control, effects, steps, sensors, log.
+use super::chatter::Chatter;
 use super::control::Driven;
 use super::drives::Drives;
 use super::ground::{Compliance, Ground};
+use super::imu::{self, Inertial};
 use super::mechanics::Mechanics;
 use super::plant::Plant;
 use super::scenario::{Initial, Scenario};
 use super::sensing::{Sample, Sensing};
+use super::servo::DriveServo;
 use super::stepper::{Motion, Stepper};
+use super::torques::Told;
+use super::turned::Turned;
 use crate::compare::BaseKind;
 use crate::diagnostic::Diagnostic;
 use crate::effect::Effect;
 use serde::Serialize;
 use std::fmt::Write;
+use std::ops::Range;
 
 /// Depth by which a contact point may begin below the ground: rounding of what people write, m.
 const ROUNDING: f64 = 1e-6;
@@ -53,20 +59,34 @@ pub struct Run<'a> {
 
 /// A scenario of a robot, ready to run.
 pub struct Simulation<'a> {
-    plant: &'a Plant,
-    scenario: &'a Scenario,
-    stepper: Stepper<'a>,
-    drives: Drives,
-    sensing: Sensing<'a>,
-    motion: Motion,
-    force: Vec<f64>,
-    /// Torques of the next step, and those of the last.
-    effort: [Vec<f64>; 2],
-    reference: Vec<f64>,
-    clipped: Vec<usize>,
+    pub(super) plant: &'a Plant,
+    pub(super) scenario: &'a Scenario,
+    pub(super) stepper: Stepper<'a>,
+    pub(super) drives: Drives,
+    pub(super) sensing: Sensing<'a>,
+    inertial: Option<Inertial>,
+    pub(super) motion: Motion,
+    pub(super) force: Vec<f64>,
+    /// Servos inside the drives in this step.
+    pub(super) inside: Vec<DriveServo>,
+    /// By joint, of this step.
+    pub(super) told: Vec<Told>,
+    pub(super) chatter: Vec<Chatter>,
+    /// Torques that were reported of the last step and of the one before.
+    pub(super) effort: [Vec<f64>; 2],
+    /// Currents of the same steps, A; NaN without a motor.
+    pub(super) current: [Vec<f64>; 2],
+    /// Torques from motors on links in the last step.
+    pub(super) transmitted: Vec<f64>,
+    /// Of the joints in the last step, rad/s².
+    pub(super) acceleration: Vec<f64>,
+    /// Of the joints, rad/s.
+    pub(super) joint_speed: Vec<f64>,
+    pub(super) reference: Vec<f64>,
+    pub(super) clipped: Vec<usize>,
     summary: Summary,
     watch: Option<Watch<'a>>,
-    driven: Option<Driven<'a>>,
+    pub(super) driven: Option<Driven<'a>>,
 }
 
 /// Is shown the truth.
@@ -87,22 +107,47 @@ impl<'a> Simulation<'a> {
         // A robot on a stand hangs in the air, whatever the height of its feet is.
         let hangs = plant.subject.base == BaseKind::Fixed;
         let mechanics = if hangs { mechanics.without_contact() } else { mechanics };
-        let motion = begin(&mechanics, plant, &scenario.initial)?;
-        let drives = Drives::new(plant, &effects, scenario.step)?;
+        let turned = Turned::new(plant, &effects);
+        let motion = begin(&mechanics, plant, &scenario.initial, turned)?;
+        let drives = Drives::new(plant, &scenario.actuators, &effects, scenario.step)?;
         let laws = drives.laws(plant, scenario.joint_stops);
         let ground = with_effects(scenario.ground, &effects);
-        let stepper = Stepper::new(mechanics, ground, laws, scenario.tolerance)?;
+        let mut stepper = Stepper::new(mechanics, ground, laws, scenario.tolerance)?;
+        if let Some(turning) = turning(&effects).filter(|_| mechanics.tangents() == 2) {
+            stepper = stepper.with_soles(soles(plant), turning)?;
+        }
+        let stepper =
+            stepper.with_coupled(drives.coupled().to_vec())?.with_motors(drives.motors(), &motion)?;
         let joints = mechanics.joints();
+        if let Some(late) = (0..joints).find(|j| scenario.inside && drives.is_late(*j)) {
+            let name = &plant.subject.joints[late].name;
+            return Err(Diagnostic::error(format!(
+                "`actuator_delay` at `{name}`: a controller inside the drive is not late"
+            ))
+            .help("write `servo = \"held\"` under [control]"));
+        }
+        let zeros = || vec![0.0; joints];
         Ok(Self {
             plant,
             scenario,
+            sensing: Sensing::new(plant, scenario, &drives, &effects, turned),
+            inertial: scenario.imu.map(|imu| {
+                let all: Vec<Effect> = effects.iter().map(|effect| (*effect).clone()).collect();
+                Inertial::new(imu, plant.subject.base, plant.gravity_on_ground(&all))
+            }),
+            force: vec![0.0; stepper.size()],
+            inside: Vec::with_capacity(joints),
+            told: vec![Told::default(); joints],
+            chatter: vec![Chatter::default(); joints],
+            joint_speed: motion.v[motion.v.len() - joints..].to_vec(),
             stepper,
             drives,
-            sensing: Sensing::new(plant, scenario.sensors, &effects, scenario.seed),
             motion,
-            force: vec![0.0; mechanics.nv()],
-            effort: [vec![0.0; joints], vec![0.0; joints]],
-            reference: vec![0.0; joints],
+            effort: [zeros(), zeros()],
+            current: [zeros(), zeros()],
+            transmitted: zeros(),
+            acceleration: zeros(),
+            reference: zeros(),
             clipped: vec![0; joints],
             summary: Summary::default(),
             watch: None,
@@ -126,7 +171,11 @@ impl<'a> Simulation<'a> {
 
     /// Names of the log's columns.
     pub fn columns(&self) -> Vec<String> {
-        self.sensing.columns()
+        let mut names = self.sensing.columns();
+        if self.inertial.is_some() {
+            names.extend(imu::columns(self.plant.subject.base));
+        }
+        names
     }
 
     /// The present state.
@@ -152,17 +201,22 @@ impl<'a> Simulation<'a> {
                     break;
                 }
             }
+            if let Some(inertial) = &mut self.inertial {
+                inertial.see(&self.motion);
+            }
             if let Some(driven) = &mut self.driven {
                 driven.update(&self.stepper, &self.motion)?;
             }
-            self.control(step as f64 * h);
+            self.control(step as f64 * h)?;
             if logged {
                 self.take(&mut sample, step as f64 * h);
                 self.measured(&mut earlier);
             }
             self.step(h)?;
+            self.report();
             if logged {
                 self.measured(&mut later);
+                self.taught(&mut sample);
                 if step == 0 {
                     earlier.clone_from(&later);
                 }
@@ -173,6 +227,9 @@ impl<'a> Simulation<'a> {
                     watch(&sample);
                 }
                 self.sensing.row(&sample, &self.drives, &mut row);
+                if let Some(inertial) = &self.inertial {
+                    inertial.measure(&self.motion, h, self.sensing.random(), &mut row);
+                }
                 (run.row)(&row)?;
                 self.summary.rows += 1;
             }
@@ -183,44 +240,32 @@ impl<'a> Simulation<'a> {
         Ok(self.summary)
     }
 
-    /// Torques that the controllers ask for from what the encoders read.
-    fn control(&mut self, time: f64) {
-        let joints = self.plant.subject.joints.len();
-        let (q, v) = (&self.motion.q, &self.motion.v);
-        let (q, v) = (&q[q.len() - joints..], &v[v.len() - joints..]);
-        let first = self.force.len() - joints;
-        self.effort.swap(0, 1);
-        for j in 0..joints {
-            let servo = &self.scenario.servos[j];
-            let [wanted, rate] = servo.reference.at(time);
-            let read = self.sensing.encoder(&self.drives, j, q[j]);
-            let servo_asks = servo.stiffness * (wanted - read) + servo.damping * (rate - v[j]);
-            let asked = self.driven.as_ref().and_then(|driven| driven.torque(j)).unwrap_or(servo_asks);
-            let given = asked.clamp(-servo.limit, servo.limit);
-            self.clipped[j] += usize::from(given != asked);
-            self.reference[j] = wanted;
-            let truly = self.drives.transmit(j, given);
-            let resistance = self.drives.resistance(j, q, v);
-            // What the link got in the last step: the load of friction that follows the load.
-            let load = truly - resistance + self.stepper.joint_impulse(j) / self.scenario.step;
-            self.stepper.joints_mut()[j].dry = self.drives.dry(j, v[j], load);
-            self.force[first + j] = truly - resistance;
-            self.effort[0][j] = given;
-        }
-    }
-
     /// The state now.
     fn take(&self, sample: &mut Sample, time: f64) {
         sample.time = time;
         sample.q.clone_from(&self.motion.q);
         sample.v.clone_from(&self.motion.v);
-        // The mean of what is held before and after the sample: one of them alone would be half a step late or early.
-        let [next, last] = &self.effort;
-        let last = if self.summary.steps == 0 { next } else { last };
-        sample.effort.clear();
-        sample.effort.extend(next.iter().zip(last).map(|(next, last)| 0.5 * (next + last)));
+        sample.motor.clear();
+        let joints = self.told.len();
+        sample
+            .motor
+            .extend((0..joints).map(|j| self.drives.motor(j).map_or(f64::NAN, |k| self.stepper.motor(k)[0])));
         sample.reference.clone_from(&self.reference);
         sample.forces.resize(self.stepper.mechanics().points(), [0.0; 3]);
+    }
+
+    /// What the motors reported: the mean of the steps before and after the sample; one of them alone would be half a
+    /// step late or early.
+    fn taught(&self, sample: &mut Sample) {
+        let first = self.summary.steps == 1;
+        let mean = |[now, last]: &[Vec<f64>; 2], mean: &mut Vec<f64>| {
+            mean.clear();
+            mean.extend(
+                now.iter().zip(last).map(|(now, last)| if first { *now } else { 0.5 * (now + last) }),
+            );
+        };
+        mean(&self.effort, &mut sample.effort);
+        mean(&self.current, &mut sample.current);
     }
 
     /// Forces of the last step on the contact points, N.
@@ -245,8 +290,14 @@ impl<'a> Simulation<'a> {
 }
 
 /// The initial state with the height of the base.
-fn begin(mechanics: &Mechanics<'_>, plant: &Plant, initial: &Initial) -> Result<Motion, Diagnostic> {
-    let mut q = initial.q.clone();
+fn begin(
+    mechanics: &Mechanics<'_>,
+    plant: &Plant,
+    initial: &Initial,
+    turned: Turned,
+) -> Result<Motion, Diagnostic> {
+    let (mut q, mut v) = (initial.q.clone(), initial.v.clone());
+    turned.into_ground(&mut q, &mut v);
     let mut gaps = vec![0.0; mechanics.points()];
     mechanics.distances(&q, &mut gaps);
     let lowest = |gaps: &[f64]| gaps.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
@@ -262,7 +313,28 @@ fn begin(mechanics: &Mechanics<'_>, plant: &Plant, initial: &Initial) -> Result<
             .at(line, column)
             .help("raise `base_position`, or write `clearance = 0.0` instead of it"));
     }
-    Ok(Motion { time: 0.0, q, v: initial.v.clone() })
+    Ok(Motion { time: 0.0, q, v })
+}
+
+/// Largest moment about the vertical of a flat sole per normal force, m.
+fn turning(effects: &[&Effect]) -> Option<f64> {
+    let of = |kind: &str| effects.iter().rev().find(|effect| effect.kind == kind).copied();
+    let spin = of("spin_friction")?;
+    Some(spin.value("radius") * of("foot_slip").unwrap_or(spin).value("friction"))
+}
+
+/// Contact points of the feet that can stand flat.
+fn soles(plant: &Plant) -> Vec<Range<usize>> {
+    let mut soles = Vec::new();
+    let mut first = 0;
+    for foot in &plant.feet {
+        let points = first..first + foot.corners.len();
+        first = points.end;
+        if points.len() > 2 {
+            soles.push(points);
+        }
+    }
+    soles
 }
 
 /// The ground as the effects make it.

@@ -3,7 +3,9 @@ use super::drives::Drives;
 use super::mechanics::rotate;
 use super::plant::Plant;
 use super::random::Random;
-use super::scenario::Sensors;
+use super::scenario::{Scenario, Sensors};
+use super::torques::EffortSensor;
+use super::turned::Turned;
 use crate::compare::BaseKind;
 use crate::effect::Effect;
 use std::f64::consts::TAU;
@@ -26,6 +28,50 @@ pub struct Sample {
     pub reference: Vec<f64>,
     /// On the contact points, world axes, N.
     pub forces: Vec<[f64; 3]>,
+    /// Angles of motors behind a spring or play, as seen at the joint, rad; NaN where motor and joint are one.
+    pub motor: Vec<f64>,
+    /// Of the motors, A; NaN where there is none.
+    pub current: Vec<f64>,
+}
+
+/// What a log has of a joint.
+#[derive(Debug, Clone, Copy, Default)]
+struct Channels {
+    effort: bool,
+    /// Turns of what is logged as the motor's angle per turn of the joint.
+    motor: Option<f64>,
+    current: bool,
+    /// Counts per turn of the joint: of the joint's encoder and of the motor's; 0: exact.
+    counts: [f64; 2],
+    /// The controller's encoder is the motor's.
+    by_motor: bool,
+}
+
+impl Channels {
+    fn new(joint: usize, drives: &Drives, sensors: &Sensors) -> Self {
+        let split = drives.motor(joint).is_some();
+        let general = sensors.encoder_counts;
+        let given = |own: f64| if own > 0.0 { own } else { general };
+        let Some(actuator) = drives.actuator(joint) else {
+            let motor = split.then_some(1.0);
+            return Self { effort: true, motor, counts: [general; 2], by_motor: split, ..Self::default() };
+        };
+        let counts_of_motor = given(actuator.motor_counts * actuator.turns.abs());
+        // Where nothing gives, the motor's encoder tells the joint's angle.
+        let of_joint =
+            if actuator.joint_counts > 0.0 || split { given(actuator.joint_counts) } else { counts_of_motor };
+        let current = actuator.torque_constant.is_some() && actuator.passive.is_none();
+        let sensor = sensors.torque == EffortSensor::Joint;
+        // A described drive is known by its current, at its shaft.
+        let shaft = actuator.described && current && !sensor;
+        Self {
+            effort: !shaft && actuator.passive.is_none(),
+            motor: if shaft { Some(actuator.turns) } else { split.then_some(1.0) },
+            current,
+            counts: [of_joint, counts_of_motor],
+            by_motor: split || actuator.joint_counts == 0.0,
+        }
+    }
 }
 
 /// Turns samples into rows.
@@ -37,24 +83,45 @@ pub(super) struct Sensing<'a> {
     random: Random,
     /// Whether the log has feet and base.
     stands: bool,
+    /// By joint.
+    channels: Vec<Channels>,
+    turned: Turned,
 }
 
 impl<'a> Sensing<'a> {
-    pub fn new(plant: &'a Plant, sensors: Sensors, effects: &[&'a Effect], seed: u64) -> Self {
+    pub fn new(
+        plant: &'a Plant,
+        scenario: &Scenario,
+        drives: &Drives,
+        effects: &[&'a Effect],
+        turned: Turned,
+    ) -> Self {
         let effects = effects.iter().filter(|e| e.kind.starts_with("force_sensor")).copied().collect();
         let stands = plant.subject.base != BaseKind::Fixed;
-        Self { plant, sensors, effects, random: Random::new(seed), stands }
+        let sensors = scenario.sensors;
+        let channels = (0..plant.subject.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
+        Self { plant, sensors, effects, random: Random::new(scenario.seed), stands, channels, turned }
+    }
+
+    /// The numbers that noise is made from.
+    pub fn random(&mut self) -> &mut Random {
+        &mut self.random
     }
 
     /// Names of the columns, `time` first.
     pub fn columns(&self) -> Vec<String> {
         let mut names = vec!["time".to_owned()];
-        for joint in self.plant.joint_names() {
-            names.push(format!("{joint}/position"));
-            if self.sensors.velocities {
-                names.push(format!("{joint}/velocity"));
-            }
-            names.extend(["effort", "reference"].map(|quantity| format!("{joint}/{quantity}")));
+        for (joint, channels) in self.plant.joint_names().zip(&self.channels) {
+            let wanted = [
+                ("position", true),
+                ("velocity", self.sensors.velocities),
+                ("effort", channels.effort),
+                ("reference", true),
+                ("motor_position", channels.motor.is_some()),
+                ("motor_current", channels.current),
+            ];
+            let wanted = wanted.iter().filter(|(_, there)| *there);
+            names.extend(wanted.map(|(quantity, _)| format!("{joint}/{quantity}")));
         }
         if self.stands {
             for foot in &self.plant.feet {
@@ -98,7 +165,8 @@ impl<'a> Sensing<'a> {
 
     /// The position that an encoder reads, without noise: what the controller works with.
     pub fn encoder(&self, drives: &Drives, joint: usize, position: f64) -> f64 {
-        rounded(position + drives.encoder_offset(joint), self.sensors.encoder_counts)
+        let Channels { counts, by_motor, .. } = self.channels[joint];
+        rounded(position + drives.encoder_offset(joint), counts[usize::from(by_motor)])
     }
 
     /// A row, in the order of the columns; NaN where there is nothing.
@@ -110,16 +178,43 @@ impl<'a> Sensing<'a> {
         let sensors = self.sensors;
         for j in 0..joints {
             let position = sample.q[first_q + j] + drives.encoder_offset(j) + self.noise(sensors.position);
-            row.push(rounded(position, sensors.encoder_counts));
+            let channels = self.channels[j];
+            row.push(rounded(position, channels.counts[0]));
             if sensors.velocities {
                 row.push(sample.v[first_v + j] + self.noise(sensors.velocity));
             }
-            row.push(sample.effort[j] + self.noise(sensors.effort));
+            let effort = sample.effort[j] + self.noise(sensors.effort);
+            if channels.effort {
+                row.push(effort);
+            }
             row.push(sample.reference[j]);
+            self.motor(sample, drives, j, row);
         }
         if self.stands {
             self.feet(sample, row);
-            self.base(sample, row);
+            if self.turned.is_none() {
+                self.base(&sample.q, &sample.v, row);
+            } else {
+                let (mut q, mut v) = (sample.q.clone(), sample.v.clone());
+                self.turned.into_log(&mut q, &mut v);
+                self.base(&q, &v, row);
+            }
+        }
+    }
+
+    /// Angle and current of a joint's motor.
+    fn motor(&mut self, sample: &Sample, drives: &Drives, j: usize, row: &mut Vec<f64>) {
+        let (channels, sensors) = (self.channels[j], self.sensors);
+        if let Some(turns) = channels.motor {
+            let joint = sample.q[sample.q.len() - self.channels.len() + j];
+            let own = if sample.motor[j].is_nan() { joint } else { sample.motor[j] };
+            let angle = own + drives.encoder_offset(j) + self.noise(sensors.position);
+            row.push(turns * rounded(angle, channels.counts[1]));
+        }
+        if channels.current {
+            let current = sample.current[j] + self.noise(sensors.current);
+            let step = sensors.current_step;
+            row.push(if step > 0.0 { (current / step).round() * step } else { current });
         }
     }
 
@@ -142,9 +237,10 @@ impl<'a> Sensing<'a> {
                     force[2] = force[2].min(self.sensors.force_limit);
                 }
                 let name = format!("{}/{}", foot.name, corner.name);
-                corners.push(self.read(&foot.name, &name, force)[2]);
+                let logged = self.turned.logged(force);
+                corners.push(self.read(&foot.name, &name, logged)[2]);
                 let place = foot.corner(index);
-                (0..3).for_each(|axis| sum[axis] += force[axis]);
+                (0..3).for_each(|axis| sum[axis] += logged[axis]);
                 moment = [moment[0] + place.x * force[2], moment[1] + place.y * force[2]];
                 load += force[2];
             }
@@ -175,8 +271,8 @@ impl<'a> Sensing<'a> {
     }
 
     /// Pose and velocities of the base.
-    fn base(&mut self, sample: &Sample, row: &mut Vec<f64>) {
-        let (q, v, s) = (&sample.q, &sample.v, self.sensors);
+    fn base(&mut self, q: &[f64], v: &[f64], row: &mut Vec<f64>) {
+        let s = self.sensors;
         if self.plant.subject.base == BaseKind::Planar {
             let noise = [s.base_position, s.base_position, s.base_orientation];
             for (value, deviation) in q[..3].iter().zip(noise) {

@@ -6,8 +6,10 @@ mod cone_program;
 mod impacts;
 mod joints;
 mod motion;
+mod motors;
 mod rest;
 mod soft;
+mod soles;
 mod solver;
 mod walkers;
 

@@ -22,6 +22,8 @@ fn plant(base: BaseKind) -> Plant {
         effects: Vec::new(),
         phases: vec!["stand".to_owned(), "swing".to_owned()],
         actuated: vec![0],
+        drives: vec![None; 2],
+        gravity: [0.0, 0.0, -9.81],
     }
 }
 

@@ -14,6 +14,7 @@ use bipedc_runtime::simulate::phases::{FootImpulse, Violation, WalkSummary, Walk
 use bipedc_runtime::simulate::{EventDriven, Mechanics, Plant, Run, Scenario};
 use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
@@ -46,7 +47,7 @@ impl Simulate {
             false => None,
         };
         let truth = self.truth(robot, scenario)?;
-        let mut log = Log::begin(&self.out, &columns(plant, scenario))?;
+        let mut log = Log::begin(&self.out, &columns(plant, scenario)?)?;
         let start = Instant::now();
         let stop = interruption::flag()?;
         let walking = Walking { model: &walker.model, phases: &walker.phases, plant, scenario };
@@ -84,6 +85,7 @@ impl Simulate {
             seed: scenario.seed,
             step: scenario.step,
             effects: &scenario.effects,
+            motors: BTreeMap::new(),
         };
         let text = serde_json::to_string_pretty(&truth).map_err(std::io::Error::from)? + "\n";
         Ok(Some(Replacement::prepare(path, &text)?))

@@ -10,6 +10,7 @@ use crate::simulate::plant::Plant;
 use crate::simulate::run::Run;
 use crate::simulate::scenario::{EventDriven, Scenario, Servo};
 use crate::simulate::sensing::{Sample, Sensing};
+use crate::simulate::turned::Turned;
 use serde::Serialize;
 use std::cell::{Cell, RefCell};
 
@@ -74,8 +75,17 @@ pub struct Walking<'a> {
 }
 
 /// Names of the log's columns.
-pub fn columns(plant: &Plant, scenario: &Scenario) -> Vec<String> {
-    Sensing::new(plant, scenario.sensors, &[], scenario.seed).columns()
+///
+/// # Errors
+/// A step of no length.
+pub fn columns(plant: &Plant, scenario: &Scenario) -> Result<Vec<String>, Diagnostic> {
+    let turned = Turned::new(plant, &[]);
+    Ok(Sensing::new(plant, scenario, &ideal(plant, scenario)?, &[], turned).columns())
+}
+
+/// Drives without motors of their own: phases have joints alone.
+fn ideal(plant: &Plant, scenario: &Scenario) -> Result<Drives, Diagnostic> {
+    Drives::new(plant, &[], &[], scenario.step)
 }
 
 impl Walking<'_> {
@@ -107,6 +117,7 @@ impl Walking<'_> {
             .with_stops(stops);
         let x = robot.standing(plant, scenario)?;
         let effects: Vec<_> = plant.effects.iter().chain(&scenario.effects).collect();
+        let (drives_of_log, turned) = (ideal(plant, scenario)?, Turned::new(plant, &effects));
         let mut log = Log {
             walking: self,
             events,
@@ -114,8 +125,8 @@ impl Walking<'_> {
             mirror: mirror.as_ref(),
             swapped: &swapped,
             servo_driven: &|phase| drives(phase).is_none(),
-            sensing: Sensing::new(plant, scenario.sensors, &effects, scenario.seed),
-            drives: Drives::new(plant, &[], scenario.step)?,
+            sensing: Sensing::new(plant, scenario, &drives_of_log, &effects, turned),
+            drives: drives_of_log,
             run,
             watch,
             sample: Sample::default(),

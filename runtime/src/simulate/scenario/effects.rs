@@ -1,6 +1,7 @@
 //! `[[effect]]` of a scenario: what is hidden. Written as in `biped.toml`.
 use super::read::Reading;
 use crate::diagnostic::Diagnostic;
+use crate::effect::formula::Formula;
 use crate::effect::{Effect, KINDS, Kind, Law, Location, Place, Role, kind};
 use crate::log::closest;
 use crate::simulate::Plant;
@@ -36,6 +37,9 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
             return None;
         }
     }
+    if let Some((what, help)) = impossible(kind, &effect, plant) {
+        return reading.wrong(at, what, help);
+    }
     let missing = missing_place(kind, &effect).or_else(|| {
         let needed = kind.estimated().find(|p| !effect.parameters.contains_key(p.name));
         needed.map(|p| format!("`{}` ({}: {})", p.name, p.unit, p.meaning))
@@ -48,16 +52,34 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
 
 /// Why a kind has no place in a simulation.
 fn refused(kind: &Kind, plant: &Plant) -> Option<&'static str> {
+    let fixed = plant.subject.base == crate::compare::BaseKind::Fixed;
     match kind.law {
-        Law::SeriesElasticity | Law::Backlash => Some("joints have no motors of their own here"),
-        Law::GroundSlope | Law::SpinFriction => Some("the ground is level and touched at points"),
         Law::PointFeet | Law::NoImpact | Law::SingleMass | Law::DecoupledPlanes => {
             Some("it is an assumption about models, nothing that a robot does")
         }
-        Law::Formula => Some("formulas are not simulated"),
-        Law::GravityTilt if plant.subject.base != crate::compare::BaseKind::Fixed => {
-            Some("the robot is not on a fixed base: start it with another orientation instead")
+        Law::GroundSlope if fixed => Some("the robot hangs on a stand and touches no ground"),
+        Law::SpinFriction if plant.feet.iter().all(|foot| foot.corners.len() < 3) => {
+            Some("no foot has a sole that could turn: three contact points at least")
         }
+        _ => None,
+    }
+}
+
+/// What must be so and is not, besides missing parameters.
+fn impossible(kind: &Kind, effect: &Effect, plant: &Plant) -> Option<(String, String)> {
+    let planar = plant.subject.base == crate::compare::BaseKind::Planar;
+    match kind.law {
+        Law::GroundSlope | Law::GravityTilt if planar && effect.value("roll") != 0.0 => {
+            Some(("`roll` of a robot in the plane".to_owned(), "write roll = 0.0".to_owned()))
+        }
+        Law::Formula => match effect.torque.as_deref().map(Formula::parse) {
+            None => Some((
+                "[[effect]] `formula` has no `torque`".to_owned(),
+                "add torque = \"k * sin(position)\", and parameters.k = 1.0".to_owned(),
+            )),
+            Some(Err(error)) => Some((format!("`torque` does not read: {error}"), error.help)),
+            Some(Ok(_)) => None,
+        },
         _ => None,
     }
 }
@@ -70,6 +92,23 @@ fn missing_place(kind: &Kind, effect: &Effect) -> Option<String> {
         Place::Link if place.link.is_none() => Some("`link`".into()),
         _ => None,
     }
+}
+
+/// Numbers that the author of a formula named: plain ones, or tables with a `value`.
+fn own_parameters(effect: &mut Effect, value: &Value) -> Result<(), Diagnostic> {
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|x| x as f64));
+    let table = value.as_table().ok_or_else(|| {
+        Diagnostic::error("`parameters` is not a table").help("write parameters.k = 0.1, or { value = 0.1 }")
+    })?;
+    for (name, value) in table {
+        let found = number(value).or_else(|| value.get("value").and_then(number)).filter(|x| x.is_finite());
+        let Some(found) = found else {
+            return Err(Diagnostic::error(format!("`parameters.{name}` has no value"))
+                .help(format!("write parameters.{name} = 0.1, or {{ value = 0.1 }}")));
+        };
+        effect.parameters.insert(name.clone(), found);
+    }
+    Ok(())
 }
 
 fn set(effect: &mut Effect, kind: &Kind, plant: &Plant, key: &str, value: &Value) -> Result<(), Diagnostic> {
@@ -97,8 +136,24 @@ fn set(effect: &mut Effect, kind: &Kind, plant: &Plant, key: &str, value: &Value
         Err(Diagnostic::error(format!("there is no {what} `{name}`"))
             .help(help.unwrap_or_else(|| format!("there are: {}", names.join(", ")))))
     };
+    let formula = kind.law == Law::Formula;
+    match key {
+        "torque" if formula => {
+            effect.torque = Some(text()?);
+            return Ok(());
+        }
+        "name" if formula => {
+            effect.name = Some(text()?);
+            return Ok(());
+        }
+        "parameters" if formula => return own_parameters(effect, value),
+        _ => {}
+    }
     let location = &mut effect.location;
     match (key, kind.place) {
+        ("other_joint", _) if formula => {
+            location.other_joint = known(&text()?, "joint", &mut plant.joint_names())?;
+        }
         ("joint", Place::Joint | Place::JointPair) => {
             location.joint = known(&text()?, "joint", &mut plant.joint_names())?;
         }

@@ -21,6 +21,10 @@ pub(super) struct File {
     pub joint: BTreeMap<String, Spanned<Joint>>,
     pub ground: Option<Spanned<Soil>>,
     pub sensors: Option<Senses>,
+    pub drives: Option<Spanned<String>>,
+    #[serde(default)]
+    pub motor: BTreeMap<String, Spanned<Motor>>,
+    pub imu: Option<Spanned<Inertial>>,
     #[serde(default)]
     pub effect: Vec<Spanned<BTreeMap<String, Spanned<toml::Value>>>>,
     pub steps: Option<Spanned<u32>>,
@@ -53,6 +57,7 @@ pub(super) struct Control {
     pub parameters: BTreeMap<String, Number>,
     pub quantities: BTreeMap<String, Spanned<String>>,
     pub output: Vec<Spanned<Output>>,
+    pub servo: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -92,6 +97,39 @@ pub(super) struct Senses {
     pub base_velocity_noise: Option<Number>,
     pub force_limit: Option<Number>,
     pub velocities: Option<bool>,
+    pub effort: Option<Spanned<String>>,
+    pub current_noise: Option<Number>,
+    pub current_step: Option<Number>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Motor {
+    pub gear_ratio: Option<Number>,
+    pub rotor_inertia: Option<Number>,
+    pub viscous_friction: Option<Number>,
+    pub coulomb_friction: Option<Number>,
+    pub torque_constant: Option<Number>,
+    pub resistance: Option<Number>,
+    pub voltage_limit: Option<Number>,
+    pub current_limit: Option<Number>,
+    pub command: Option<Spanned<String>>,
+    pub stiffness: Option<Number>,
+    pub spring_damping: Option<Number>,
+    pub gap: Option<Number>,
+    pub encoder_counts: Option<Number>,
+    pub joint_encoder_counts: Option<Number>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Inertial {
+    pub position: Option<Spanned<Vec<f64>>>,
+    pub rotation: Option<Spanned<Vec<f64>>>,
+    pub acceleration_noise: Option<Number>,
+    pub angular_velocity_noise: Option<Number>,
+    pub acceleration_bias: Option<Spanned<Vec<f64>>>,
+    pub angular_velocity_bias: Option<Spanned<Vec<f64>>>,
 }
 
 /// What is assumed in event-driven walking; `false`: it is not checked.

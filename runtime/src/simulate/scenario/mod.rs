@@ -1,15 +1,20 @@
 //! What is simulated: how long, from where, under which control, with which hidden effects and sensors.
 mod effects;
 mod file;
+mod imu;
+mod motor;
 mod outputs;
 mod read;
 mod walk;
 
+use super::actuator::Actuator;
 use super::control::Outputs;
 use super::ground::Ground;
+use super::imu::Imu;
 use super::phases::Assumptions;
 use super::proximal::Tolerance;
 use super::reference::Reference;
+use super::torques::EffortSensor;
 use crate::effect::Effect;
 
 /// A scenario file, checked against its robot.
@@ -45,6 +50,12 @@ pub struct Scenario {
     pub phase: usize,
     /// Gravity.
     pub world: World,
+    /// Motors by joint; none: the torque that is asked for acts at the joint.
+    pub actuators: Vec<Option<Actuator>>,
+    /// On the base.
+    pub imu: Option<Imu>,
+    /// Controllers work inside the drives, all the time, not once per step.
+    pub inside: bool,
 }
 
 /// What belongs to the event-driven method alone.
@@ -118,4 +129,10 @@ pub struct Sensors {
     pub force_limit: f64,
     /// Whether the log has the joints' velocities.
     pub velocities: bool,
+    /// Where efforts are measured.
+    pub torque: EffortSensor,
+    /// A
+    pub current: f64,
+    /// Currents are rounded to multiples of this, A; 0: exact.
+    pub current_step: f64,
 }

@@ -6,7 +6,7 @@ use crate::compare::BaseKind;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::effect::Effect;
 use crate::log::{Mapping, Reader, Table, closest};
-use crate::simulate::{Compliance, Cone, Ground, Plant, Reference, Sine, Tolerance};
+use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::Path;
 use toml::Spanned;
@@ -156,6 +156,9 @@ impl Reading<'_> {
             phase: self.first_phase(file, plant, event_driven || outputs.is_some()),
             outputs,
             world: self.world(file),
+            actuators: self.motors(file, plant),
+            imu: file.imu.as_ref().and_then(|table| self.imu(table, plant)),
+            inside: self.choice("servo", control.servo.as_ref(), ["held", "drive"]) == 1,
         }
     }
 
@@ -171,7 +174,7 @@ impl Reading<'_> {
         every as usize
     }
 
-    fn vector(
+    pub(super) fn vector(
         &mut self,
         name: &str,
         found: Option<&Spanned<Vec<f64>>>,
@@ -410,6 +413,12 @@ impl Reading<'_> {
             base_velocity: of("base_velocity_noise", &s.base_velocity_noise, "m/s"),
             force_limit: of("force_limit", &s.force_limit, "N"),
             velocities: s.velocities.unwrap_or(true),
+            current: of("current_noise", &s.current_noise, "A"),
+            current_step: of("current_step", &s.current_step, "A"),
+            torque: match self.choice("effort", s.effort.as_ref(), ["motor", "joint"]) {
+                0 => EffortSensor::Motor,
+                _ => EffortSensor::Joint,
+            },
         }
     }
 }

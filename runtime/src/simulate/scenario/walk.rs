@@ -55,6 +55,10 @@ impl Reading<'_> {
                 at(file.residual.as_ref().map(|x| x.span().start), "residual"),
                 at(file.ground.as_ref().map(|x| x.span().start), "[ground]"),
                 at(control.and_then(|c| c.trajectory.as_ref()).map(|x| x.span().start), "trajectory"),
+                at(control.and_then(|c| c.servo.as_ref()).map(|x| x.span().start), "servo"),
+                at(file.drives.as_ref().map(|x| x.span().start), "drives"),
+                at(file.motor.values().next().map(|x| x.span().start), "[motor]"),
+                at(file.imu.as_ref().map(|x| x.span().start), "[imu]"),
                 at(
                     file.initial
                         .as_ref()
@@ -222,6 +226,9 @@ fn foreign_key(key: &str, event_driven: bool) -> (String, &'static str) {
         }
         "clearance" => "the contacts of the first phase stand on the ground",
         "residual" | "trajectory" => "leave it out",
+        "servo" | "drives" | "[motor]" | "[imu]" => {
+            "drives are ideal from event to event: leave it out, or write method = \"time_stepping\""
+        }
         _ => "write method = \"event_driven\", or leave it out",
     };
     (format!("`{key}` has no meaning with method = \"{method}\""), help)
