@@ -129,7 +129,11 @@ impl Simulate {
             seed: scenario.seed,
             step: scenario.step,
             effects: &scenario.effects,
-            motors: plant.joint_names().zip(&scenario.actuators).filter_map(|(name, motor)| Some((name, motor.as_ref()?))).collect(),
+            motors: plant
+                .joint_names()
+                .zip(&scenario.actuators)
+                .filter_map(|(name, motor)| Some((name, motor.as_ref()?)))
+                .collect(),
         };
         Ok(serde_json::to_string_pretty(&truth).map_err(io::Error::from)? + "\n")
     }

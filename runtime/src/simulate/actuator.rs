@@ -80,7 +80,9 @@ impl Actuator {
 
     /// For a torque (N m) that is asked for at a speed of the joint (rad/s).
     pub(super) fn give(&self, asked: f64, speed: f64) -> Given {
-        let Some(constant) = self.torque_per_current() else { return Given { torque: asked, ..Given::default() } };
+        let Some(constant) = self.torque_per_current() else {
+            return Given { torque: asked, ..Given::default() };
+        };
         let (resistance, most) = (self.resistance, self.current_limit);
         let wanted = asked / constant;
         // A resistor behind a voltage: i = (u − c q̇)/R.
@@ -109,7 +111,9 @@ impl Actuator {
 
     /// Smallest and largest torque that it can be asked for at a speed, with the damping that comes with it.
     pub(super) fn range(&self, speed: f64) -> ([f64; 2], f64) {
-        let Some(constant) = self.torque_per_current() else { return ([f64::NEG_INFINITY, f64::INFINITY], 0.0) };
+        let Some(constant) = self.torque_per_current() else {
+            return ([f64::NEG_INFINITY, f64::INFINITY], 0.0);
+        };
         let size = constant.abs();
         let (most, resistance) = (size * self.current_limit, self.resistance);
         if resistance == 0.0 {

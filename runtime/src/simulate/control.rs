@@ -92,7 +92,8 @@ impl Simulation<'_> {
             None => laws.dry = dry,
             Some(motor) => {
                 self.stepper.motors_mut()[motor].dry = dry;
-                let own = Variables { own: [angle + 0.5 * h * speed, speed, 0.0], load, ..Variables::default() };
+                let own =
+                    Variables { own: [angle + 0.5 * h * speed, speed, 0.0], load, ..Variables::default() };
                 let ripple = self.drives.resistance(j, true, own, &|_| [0.0; 2]);
                 let coordinate = self.coordinate(axis);
                 self.force[coordinate] -= ripple.value;
@@ -129,7 +130,14 @@ impl Simulation<'_> {
     }
 
     /// A controller that works once per step, with what the encoder reads: the torque that it asks for.
-    fn hold(&mut self, j: usize, servo: &Servo, time: f64, [angle, speed]: [f64; 2], reading: Reading) -> f64 {
+    fn hold(
+        &mut self,
+        j: usize,
+        servo: &Servo,
+        time: f64,
+        [angle, speed]: [f64; 2],
+        reading: Reading,
+    ) -> f64 {
         let [wanted, rate] = servo.reference.at(time);
         let read = self.sensing.encoder(&self.drives, j, angle);
         let asked = servo.stiffness * (wanted - read) + servo.damping * (rate - speed);
@@ -197,8 +205,7 @@ impl Simulation<'_> {
             };
             self.acceleration[j] = (now - self.joint_speed[j]) / h;
             self.joint_speed[j] = now;
-            self.effort[0][j] =
-                if sensor { self.drives.sensed(j, self.transmitted[j]) } else { reported };
+            self.effort[0][j] = if sensor { self.drives.sensed(j, self.transmitted[j]) } else { reported };
             let constant = self.drives.actuator(j).and_then(|actuator| actuator.torque_per_current());
             self.current[0][j] = constant.map_or(f64::NAN, |constant| reported / constant);
         }

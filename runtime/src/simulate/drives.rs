@@ -124,8 +124,7 @@ impl Drives {
             let find = |name: &str| {
                 plant.joint(name).ok_or_else(|| Diagnostic::error(format!("the robot has no joint `{name}`")))
             };
-            let (joint, other) =
-                (find(name)?, effect.location.other_joint.as_deref().map(find).transpose()?);
+            let (joint, other) = (find(name)?, effect.location.other_joint.as_deref().map(find).transpose()?);
             if let (Some(other), "coupling") = (other, effect.kind.as_str())
                 && effect.value("inertia") != 0.0
             {
@@ -259,7 +258,8 @@ impl Drives {
             sum.velocity += one.velocity;
             sum.acceleration += one.acceleration;
         }
-        if let Some([stiffness, _]) = drive.actuator.and_then(|actuator| actuator.passive).filter(|_| !motor) {
+        if let Some([stiffness, _]) = drive.actuator.and_then(|actuator| actuator.passive).filter(|_| !motor)
+        {
             sum.value += stiffness * own.own[0];
         }
         sum

@@ -81,9 +81,7 @@ impl Inertial {
                 let (sine, cosine) = (0.5 * q[2]).sin_cos();
                 ([0.0, sine, 0.0, cosine], [v[0], 0.0, v[1]], [0.0, v[2], 0.0], false)
             }
-            BaseKind::Floating => {
-                ([q[3], q[4], q[5], q[6]], [v[0], v[1], v[2]], [v[3], v[4], v[5]], true)
-            }
+            BaseKind::Floating => ([q[3], q[4], q[5], q[6]], [v[0], v[1], v[2]], [v[3], v[4], v[5]], true),
         };
         let turning = Vector3::from(angular).cross(&Vector3::from(self.imu.position));
         let base = if own { rotate(orientation, linear) } else { linear };
@@ -112,7 +110,9 @@ impl Inertial {
             row.push(acceleration[i] + imu.acceleration_bias[i] + imu.acceleration_noise * random.normal());
         }
         for &i in angular_axes {
-            row.push(angular[i] + imu.angular_velocity_bias[i] + imu.angular_velocity_noise * random.normal());
+            row.push(
+                angular[i] + imu.angular_velocity_bias[i] + imu.angular_velocity_noise * random.normal(),
+            );
         }
     }
 }

@@ -146,7 +146,13 @@ impl Newton {
     }
 
     /// Tangential rows from `at` on.
-    fn slip(&mut self, problem: &Problem, load: Load, at: usize, (friction, tangents, cone): (f64, usize, Cone)) {
+    fn slip(
+        &mut self,
+        problem: &Problem,
+        load: Load,
+        at: usize,
+        (friction, tangents, cone): (f64, usize, Cone),
+    ) {
         if tangents == 2 && cone == Cone::Round {
             return self.slip_round(problem, load, at, friction);
         }

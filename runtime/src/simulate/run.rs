@@ -114,9 +114,8 @@ impl<'a> Simulation<'a> {
         if let Some(turning) = turning(&effects).filter(|_| mechanics.tangents() == 2) {
             stepper = stepper.with_soles(soles(plant), turning)?;
         }
-        let stepper = stepper
-            .with_coupled(drives.coupled().to_vec())?
-            .with_motors(drives.motors(), &motion)?;
+        let stepper =
+            stepper.with_coupled(drives.coupled().to_vec())?.with_motors(drives.motors(), &motion)?;
         let joints = mechanics.joints();
         if let Some(late) = (0..joints).find(|j| scenario.inside && drives.is_late(*j)) {
             let name = &plant.subject.joints[late].name;
@@ -235,7 +234,9 @@ impl<'a> Simulation<'a> {
         sample.v.clone_from(&self.motion.v);
         sample.motor.clear();
         let joints = self.told.len();
-        sample.motor.extend((0..joints).map(|j| self.drives.motor(j).map_or(f64::NAN, |k| self.stepper.motor(k)[0])));
+        sample
+            .motor
+            .extend((0..joints).map(|j| self.drives.motor(j).map_or(f64::NAN, |k| self.stepper.motor(k)[0])));
         sample.reference.clone_from(&self.reference);
         sample.forces.resize(self.stepper.mechanics().points(), [0.0; 3]);
     }
@@ -246,7 +247,9 @@ impl<'a> Simulation<'a> {
         let first = self.summary.steps == 1;
         let mean = |[now, last]: &[Vec<f64>; 2], mean: &mut Vec<f64>| {
             mean.clear();
-            mean.extend(now.iter().zip(last).map(|(now, last)| if first { *now } else { 0.5 * (now + last) }));
+            mean.extend(
+                now.iter().zip(last).map(|(now, last)| if first { *now } else { 0.5 * (now + last) }),
+            );
         };
         mean(&self.effort, &mut sample.effort);
         mean(&self.current, &mut sample.current);

@@ -58,7 +58,8 @@ impl Channels {
         };
         let counts_of_motor = given(actuator.motor_counts * actuator.turns.abs());
         // Where nothing gives, the motor's encoder tells the joint's angle.
-        let of_joint = if actuator.joint_counts > 0.0 || split { given(actuator.joint_counts) } else { counts_of_motor };
+        let of_joint =
+            if actuator.joint_counts > 0.0 || split { given(actuator.joint_counts) } else { counts_of_motor };
         let current = actuator.torque_constant.is_some() && actuator.passive.is_none();
         let sensor = sensors.torque == EffortSensor::Joint;
         // A described drive is known by its current, at its shaft.
@@ -98,8 +99,7 @@ impl<'a> Sensing<'a> {
         let effects = effects.iter().filter(|e| e.kind.starts_with("force_sensor")).copied().collect();
         let stands = plant.subject.base != BaseKind::Fixed;
         let sensors = scenario.sensors;
-        let channels =
-            (0..plant.subject.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
+        let channels = (0..plant.subject.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
         Self { plant, sensors, effects, random: Random::new(scenario.seed), stands, channels, turned }
     }
 

@@ -178,7 +178,10 @@ impl<'a> Stepper<'a> {
     /// Joints that there are not.
     pub fn with_coupled(mut self, coupled: Vec<Coupled>) -> Result<Self, Diagnostic> {
         let joints = self.joints.len();
-        if coupled.iter().any(|pair| pair.joints[0] == pair.joints[1] || pair.joints.iter().any(|j| *j >= joints)) {
+        if coupled
+            .iter()
+            .any(|pair| pair.joints[0] == pair.joints[1] || pair.joints.iter().any(|j| *j >= joints))
+        {
             return Err(Diagnostic::error("a coupling is not of two joints of the robot"));
         }
         self.coupled = coupled;
@@ -193,7 +196,8 @@ impl<'a> Stepper<'a> {
     /// A robot in the plane, points that there are not, or an impossible number.
     pub fn with_soles(mut self, points: Vec<Range<usize>>, turning: f64) -> Result<Self, Diagnostic> {
         within("turning", turning, 0.0, f64::MAX, "m")?;
-        let known = |points: &Range<usize>| points.start < points.end && points.end <= self.mechanics.points();
+        let known =
+            |points: &Range<usize>| points.start < points.end && points.end <= self.mechanics.points();
         if self.mechanics.tangents() != 2 || !points.iter().all(known) {
             return Err(Diagnostic::error("soles that turn are those of feet in space"));
         }
@@ -626,7 +630,9 @@ impl<'a> Stepper<'a> {
         for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
             let row = block.first;
             let relaxed = match *source {
-                Source::Point(point) | Source::Normal(point) => Some(self.ground.relaxed(self.gaps[point], time)),
+                Source::Point(point) | Source::Normal(point) => {
+                    Some(self.ground.relaxed(self.gaps[point], time))
+                }
                 Source::Lower(axis) | Source::Upper(axis) if axis >= joints => {
                     self.motors.stop(axis - joints, matches!(source, Source::Upper(_)), q, v)
                 }

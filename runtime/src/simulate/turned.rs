@@ -76,7 +76,8 @@ impl Turned {
             BaseKind::Floating => {
                 let place = rotate(own, [q[0], q[1], q[2]]);
                 q[..3].copy_from_slice(&place);
-                let before = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q[6], q[3], q[4], q[5]));
+                let before =
+                    UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(q[6], q[3], q[4], q[5]));
                 q[3..7].copy_from_slice((turn * before).coords.as_slice());
             }
         }

@@ -37,7 +37,13 @@ fn steps_do_not_allocate() {
     drop(std::hint::black_box(Box::new(1)));
     assert!(count() > 0, "the counter works");
     let pendulum = Pendulum { inertia: 0.2, weight: 5.0 };
-    let law = JointLaw { dry: [0.1, 0.1], limits: Some([-0.2, 0.3]), damping: 0.01, rotor_inertia: 0.01, slope: 0.0 };
+    let law = JointLaw {
+        dry: [0.1, 0.1],
+        limits: Some([-0.2, 0.3]),
+        damping: 0.01,
+        rotor_inertia: 0.01,
+        slope: 0.0,
+    };
     let mut stepper = pendulum.stepper(law);
     let mut motion = Motion { time: 0.0, q: vec![0.1], v: vec![0.0] };
     let before = count();

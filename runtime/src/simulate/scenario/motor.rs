@@ -33,7 +33,9 @@ impl Reading<'_> {
             self.wrong::<()>(motor.span().start, format!("the robot has no joint `{name}`"), help);
         }
         let described = self.choice("drives", file.drives.as_ref(), ["ideal", "described"]) == 1;
-        if let Some(drives) = file.drives.as_ref().filter(|_| described && plant.drives.iter().all(Option::is_none)) {
+        if let Some(drives) =
+            file.drives.as_ref().filter(|_| described && plant.drives.iter().all(Option::is_none))
+        {
             let help = "add [drives.JOINT] tables to biped.toml, or [motor.JOINT] tables here";
             self.wrong::<()>(drives.span().start, "the description has no drives", help);
         }
@@ -60,21 +62,57 @@ impl Reading<'_> {
             self.number(name, found.as_ref(), default, range, unit)
         };
         let turns = of("gear_ratio", &motor.gear_ratio, base.turns, ANY, "1");
-        let constant = of("torque_constant", &motor.torque_constant, base.torque_constant.unwrap_or(0.0), POSITIVE, "N m/A");
+        let constant = of(
+            "torque_constant",
+            &motor.torque_constant,
+            base.torque_constant.unwrap_or(0.0),
+            POSITIVE,
+            "N m/A",
+        );
         let actuator = Actuator {
             turns,
-            rotor_inertia: of("rotor_inertia", &motor.rotor_inertia, base.rotor_inertia, NOT_NEGATIVE, "kg m²"),
-            viscous_friction: of("viscous_friction", &motor.viscous_friction, base.viscous_friction, NOT_NEGATIVE, "N m s/rad"),
-            coulomb_friction: of("coulomb_friction", &motor.coulomb_friction, base.coulomb_friction, NOT_NEGATIVE, "N m"),
+            rotor_inertia: of(
+                "rotor_inertia",
+                &motor.rotor_inertia,
+                base.rotor_inertia,
+                NOT_NEGATIVE,
+                "kg m²",
+            ),
+            viscous_friction: of(
+                "viscous_friction",
+                &motor.viscous_friction,
+                base.viscous_friction,
+                NOT_NEGATIVE,
+                "N m s/rad",
+            ),
+            coulomb_friction: of(
+                "coulomb_friction",
+                &motor.coulomb_friction,
+                base.coulomb_friction,
+                NOT_NEGATIVE,
+                "N m",
+            ),
             torque_constant: (constant > 0.0).then_some(constant),
             resistance: of("resistance", &motor.resistance, base.resistance, NOT_NEGATIVE, "Ω"),
             voltage_limit: of("voltage_limit", &motor.voltage_limit, base.voltage_limit, POSITIVE, "V"),
             current_limit: of("current_limit", &motor.current_limit, base.current_limit, POSITIVE, "A"),
             stiffness: of("stiffness", &motor.stiffness, base.stiffness, POSITIVE, "N m/rad"),
-            spring_damping: of("spring_damping", &motor.spring_damping, base.spring_damping, NOT_NEGATIVE, "N m s/rad"),
+            spring_damping: of(
+                "spring_damping",
+                &motor.spring_damping,
+                base.spring_damping,
+                NOT_NEGATIVE,
+                "N m s/rad",
+            ),
             gap: of("gap", &motor.gap, base.gap, NOT_NEGATIVE, "rad"),
             motor_counts: of("encoder_counts", &motor.encoder_counts, base.motor_counts, NOT_NEGATIVE, "1"),
-            joint_counts: of("joint_encoder_counts", &motor.joint_encoder_counts, base.joint_counts, NOT_NEGATIVE, "1"),
+            joint_counts: of(
+                "joint_encoder_counts",
+                &motor.joint_encoder_counts,
+                base.joint_counts,
+                NOT_NEGATIVE,
+                "1",
+            ),
             voltage_command: self.choice("command", motor.command.as_ref(), ["current", "voltage"]) == 1,
             ..base
         };
@@ -86,7 +124,11 @@ impl Reading<'_> {
         let at = table.span().start;
         let motor = table.get_ref();
         if actuator.turns == 0.0 {
-            self.wrong::<()>(at, "a gear ratio of 0 moves nothing", "write motor turns per turn of the joint");
+            self.wrong::<()>(
+                at,
+                "a gear ratio of 0 moves nothing",
+                "write motor turns per turn of the joint",
+            );
         }
         let electric = [
             ("resistance", motor.resistance.is_some()),
@@ -94,7 +136,9 @@ impl Reading<'_> {
             ("current_limit", motor.current_limit.is_some()),
             ("command", motor.command.is_some()),
         ];
-        if let Some((key, _)) = electric.iter().find(|(_, given)| *given && actuator.torque_constant.is_none()) {
+        if let Some((key, _)) =
+            electric.iter().find(|(_, given)| *given && actuator.torque_constant.is_none())
+        {
             self.wrong::<()>(at, format!("`{key}` of a motor without `torque_constant`"), "add it in N m/A");
         }
         let volts = actuator.voltage_command || actuator.voltage_limit.is_finite();
