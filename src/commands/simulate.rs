@@ -46,6 +46,10 @@ A scenario, all keys of which docs/simulation.md explains:
   kind = \"coulomb_friction\"
   joint = \"left_knee_pitch\"
   torque = 0.4                        # N m
+  [motor.left_knee_pitch]             # gear, rotor, current and voltage, spring and play to the joint
+  gear_ratio = 111.0                  # motor turns per turn of the joint
+  rotor_inertia = 3.35e-6             # kg m², at the motor shaft
+  torque_constant = 0.0259            # N m/A
 
 Rigid ground, dry friction and impacts are solved together in every step (Moreau's time stepping, thesis 4.3). The log
 has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log

@@ -2,7 +2,7 @@
 //!
 //! Kinds that act at joints are held against the amended robot's derived `inverse_dynamics`: with exact sensors it gives
 //! the logged effort. The others are held against their definition in words (`bipedc effects`).
-use super::{JOINT, SETTLED, SWING, Torques, robot, scenario, simulate, tulip};
+use super::{JOINT, SETTLED, STAND, SWING, Torques, robot, scenario, simulate, tulip};
 use bipedc_compiler::simulation::{plant, true_model};
 use bipedc_runtime::effect::{KINDS, Law};
 use bipedc_runtime::simulate::{Mechanics, Simulation};
@@ -179,6 +179,18 @@ fn a_sloping_ground_turns_the_robot_that_stands_on_it() {
     let [side, front, up] = ["x", "y", "z"].map(total);
     println!("forces {side:.2}, {front:.2}, {up:.2} N");
     assert!(side.abs() < 0.02 * up && front.abs() < 0.02 * up && up > 150.0);
+    // In the plane.
+    let seven = robot("seven_link", None);
+    let text = format!("{STAND}[initial]\nbase_rotation = [-0.03]\n{}", effect("ground_slope", "roll = 0.0\npitch = -0.03"));
+    let log = simulate(&seven, &text);
+    let (pitch, [front, up]) = (log.last("base/orientation/pitch"), ["x", "z"].map(|axis| {
+        ["left_foot", "right_foot"].map(|foot| log.last(&format!("{foot}/force/{axis}"))).iter().sum::<f64>()
+    }));
+    println!("in the plane: pitch {pitch:.4} rad, forces {front:.2}, {up:.2} N");
+    assert!((pitch + 0.03).abs() < 0.01 && front.abs() < 0.03 * up && up > 150.0);
+    let refused = plant(&seven.description, &seven.tree().unwrap()).unwrap();
+    let rolled = format!("duration = 1.0\n{}", effect("ground_slope", "roll = 0.1\npitch = 0.1"));
+    assert!(scenario(&refused, &rolled).unwrap_err().contains("`roll` of a robot in the plane"));
 }
 
 #[test]
