@@ -182,6 +182,15 @@ fn unstable_gains_are_said() {
     simulate("robots/tulip", &folder, "wild", wild, &["--base", "fixed"])
         .fails_with(&["no longer finite", "gains"]);
     assert!(!folder.join("wild.csv").exists());
+    // Light ankles under a damping that is held over a step; and a spring that is held too long.
+    let damped = "duration = 1.0\n[control]\nstiffness = 300.0\ndamping = 5.0\n[joint.left_knee_pitch]\nposition = 0.4\nsines = [[0.2, 0.5, 0.0]]\n";
+    let words = ["ankle", "damping = 5 N m s/rad", "0.001 s", "servo = \"drive\""];
+    simulate("robots/tulip", &folder, "damped", damped, &["--base", "fixed"]).fails_with(&words);
+    let inside = damped.replace("[joint", "servo = \"drive\"\n[joint");
+    simulate("robots/tulip", &folder, "inside", &inside, &["--base", "fixed"]).ok();
+    let sprung = damped.replace("300.0", "3000.0").replace("= 5.0", "= 0.1");
+    simulate("robots/tulip", &folder, "sprung", &sprung, &["--base", "fixed"])
+        .fails_with(&["stiffness = 3000 N m/rad", "raise the damping"]);
 }
 
 #[cfg(unix)]

@@ -49,6 +49,10 @@ A scenario, all keys of which docs/simulation.md explains:
   kind = \"coulomb_friction\"
   joint = \"left_knee_pitch\"
   torque = 0.4                        # N m
+  [motor.left_knee_pitch]             # gear, rotor, current and voltage, spring and play to the joint
+  gear_ratio = 111.0                  # motor turns per turn of the joint
+  rotor_inertia = 3.35e-6             # kg m², at the motor shaft
+  torque_constant = 0.0259            # N m/A
 
 With method = \"event_driven\" a robot with phases walks from event to event (thesis 4.4): each phase is integrated with error
 control to the instant at which it ends, then come impact and relabelling. The assumptions are checked; one that does not hold

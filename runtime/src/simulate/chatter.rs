@@ -1,30 +1,58 @@
-//! A held controller that is too strong for its step turns its torque round in every one.
+//! A held controller that is too strong for its step swings: its torque turns round every few steps and never less.
 
-/// Steps in a row after which it is no coincidence.
+/// Turns in a row after which it is no coincidence.
 const ROW: usize = 40;
 
-/// Changes of one torque from step to step.
+/// Most steps from turn to turn.
+const SLOWEST: usize = 10;
+
+/// How a torque swings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Swing {
+    /// It turns round in every step.
+    EveryStep,
+    /// Within a few steps.
+    Slower,
+}
+
+/// Turning points of one torque.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Chatter {
     torque: f64,
+    /// The last change that was one.
     change: f64,
-    /// Changes in a row, each against the one before.
+    /// The last turning point, and the steps since.
+    turned: f64,
+    since: usize,
+    /// Turns in a row, the size of the first, and the longest time from turn to turn.
     row: usize,
-    /// Size of the first of them.
     first: f64,
+    longest: usize,
 }
 
 impl Chatter {
-    /// Notes the torque of a step; true: it has swung to and fro for long without growing smaller.
-    pub fn swings(&mut self, torque: f64) -> bool {
+    /// Notes the torque of a step; whether it has swung to and fro for long without growing smaller.
+    pub fn swings(&mut self, torque: f64) -> Option<Swing> {
         let change = torque - self.torque;
+        self.since += 1;
+        let mut found = None;
         if change * self.change < 0.0 {
+            let size = (self.torque - self.turned).abs();
+            if self.since > SLOWEST || self.row == 0 {
+                (self.row, self.first, self.longest) = (0, size, 0);
+            }
             self.row += 1;
-        } else {
-            (self.row, self.first) = (0, change.abs());
+            self.longest = self.longest.max(self.since);
+            if self.row >= ROW && size >= 0.9 * self.first {
+                found = Some(if self.longest <= 1 { Swing::EveryStep } else { Swing::Slower });
+            }
+            (self.turned, self.since) = (self.torque, 0);
         }
-        (self.torque, self.change) = (torque, change);
-        self.row >= ROW && change.abs() >= 0.9 * self.first
+        if change != 0.0 {
+            self.change = change;
+        }
+        self.torque = torque;
+        found
     }
 }
 
@@ -36,12 +64,15 @@ mod tests {
     fn only_lasting_swings_count() {
         let run = |torque: fn(i32) -> f64| {
             let mut chatter = Chatter::default();
-            (0..200).any(|i| chatter.swings(torque(i)))
+            (0..900).find_map(|i| chatter.swings(torque(i)))
         };
-        assert!(run(|i| if i % 2 == 0 { 1.0 } else { -1.0 }));
-        assert!(run(|i| (-1.1_f64).powi(i)));
-        assert!(!run(|i| (-0.9_f64).powi(i)));
-        assert!(!run(|i| (0.3 * f64::from(i)).sin()));
-        assert!(!run(|_| 1.0));
+        assert_eq!(run(|i| if i % 2 == 0 { 1.0 } else { -1.0 }), Some(Swing::EveryStep));
+        assert_eq!(run(|i| (-1.05_f64).powi(i)), Some(Swing::EveryStep));
+        assert_eq!(run(|i| (-0.9_f64).powi(i)), None);
+        assert_eq!(run(|i| 1.002_f64.powi(i) * (0.6 * f64::from(i)).sin()), Some(Swing::Slower));
+        assert_eq!(run(|i| 0.99_f64.powi(i) * (0.6 * f64::from(i)).sin()), None);
+        // A motion that the controller follows.
+        assert_eq!(run(|i| (0.1 * f64::from(i)).sin()), None);
+        assert_eq!(run(|_| 1.0), None);
     }
 }

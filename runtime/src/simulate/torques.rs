@@ -1,10 +1,14 @@
 //! Controllers, motors and the laws of joints around a step: what they give before it, what they reported after it.
+use super::chatter::Swing;
 use super::drives::Reading;
 use super::resistance::Variables;
 use super::run::Simulation;
 use super::scenario::Servo;
 use super::servo::DriveServo;
 use crate::diagnostic::Diagnostic;
+
+/// h² k/D from which on a spring that is held swings within some twenty steps.
+const NOTICEABLE: f64 = 0.1;
 
 /// What a motor was told in the present step, and the joint's state before it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -119,8 +123,8 @@ impl Simulation<'_> {
             self.ask_inside(j, servo, time, reading);
         } else {
             let asked = self.hold(j, servo, time, [angle, speed], reading, driven);
-            if driven.is_none() && self.chatter[j].swings(asked) {
-                self.refuse_gains(j, servo)?;
+            if let Some(swing) = self.chatter[j].swings(asked).filter(|_| driven.is_none()) {
+                self.refuse_gains(j, servo, swing)?;
             }
         }
         let loss = self.told[j].loss;
@@ -217,32 +221,36 @@ impl Simulation<'_> {
     }
 
     /// Says which gain is too large, if it is.
-    fn refuse_gains(&self, j: usize, servo: &Servo) -> Result<(), Diagnostic> {
+    fn refuse_gains(&self, j: usize, servo: &Servo, swing: Swing) -> Result<(), Diagnostic> {
         let h = self.scenario.step;
         let mobility = self.stepper.mobility(self.drives.axis(j));
-        // Held over a step, a torque −d q̇ turns the velocity round where h d/D > 2, a torque −k q where h² k/D > 4.
+        // Held over a step, torques −k q − d q̇ on an inertia D are unstable where h d/D > 2, and where h d/D < ½ h² k/D.
         let (fade, turn) = (h * servo.damping * mobility, h * h * servo.stiffness * mobility);
         let motion = &self.plant.subject.joints[j];
-        let unit = if motion.prismatic { ("N s/m", "N/m", "kg") } else { ("N m s/rad", "N m/rad", "kg m²") };
-        let (gain, value, most) = if fade >= 0.5 * turn {
-            (format!("damping = {} {}", servo.damping, unit.0), fade, 2.0)
-        } else {
-            (format!("stiffness = {} {}", servo.stiffness, unit.1), turn, 4.0)
-        };
+        let unit = if motion.prismatic { ["N s/m", "N/m", "kg"] } else { ["N m s/rad", "N m/rad", "kg m²"] };
         // Joints that swing together are unstable earlier than each alone.
-        if value < 0.4 * most {
+        let most = if swing == Swing::EveryStep { 0.8 } else { 1.5 };
+        let (gain, help) = if fade >= most {
+            let lower = servo.damping / fade;
+            (format!("damping = {} {}", servo.damping, unit[0]), format!("lower the damping to {lower:.2}"))
+        } else if turn >= NOTICEABLE && fade < 0.5 * turn {
+            let least = 0.5 * h * servo.stiffness;
+            (
+                format!("stiffness = {} {}", servo.stiffness, unit[1]),
+                format!("lower it, or raise the damping well above {least:.2} {}", unit[0]),
+            )
+        } else {
             return Ok(());
-        }
-        let lower = if gain.starts_with('d') { servo.damping } else { servo.stiffness } * most / value;
+        };
         Err(Diagnostic::error(format!(
-            "`{}`: the controller is unstable: its {gain}, held over a step of {h} s, turns the torque round in every step (at {:.3} s; the joint resists with {:.2e} {})",
+            "`{}`: the controller is unstable: its {gain}, held over a step of {h} s, makes it swing ever more (at {:.3} s; the joint resists with {:.2e} {})",
             motion.name,
             self.motion.time,
             1.0 / mobility,
-            unit.2,
+            unit[2],
         ))
         .help(format!(
-            "write `servo = \"drive\"` under [control] (evaluated within the step), lower the gain clearly below {lower:.2}, or shorten `step`"
+            "write `servo = \"drive\"` under [control], which is evaluated within the step; or {help}, or shorten `step`"
         )))
     }
 }

@@ -1,6 +1,6 @@
 //! A step allocates nothing.
 use super::bodies::Pendulum;
-use bipedc_runtime::simulate::{JointLaw, Motion};
+use bipedc_runtime::simulate::{DriveServo, JointLaw, Motion, MotorLaw};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -50,6 +50,25 @@ fn steps_do_not_allocate() {
     for k in 0..2000 {
         let torque = if k % 500 < 250 { 9.0 } else { -9.0 };
         stepper.step(&mut motion, &[torque], 1e-3).unwrap();
+    }
+    assert_eq!(count(), before);
+    // With a motor behind play and a servo inside its drive.
+    let motor = MotorLaw {
+        joint: 0,
+        inertia: 0.01,
+        damping: 0.01,
+        dry: [0.1; 2],
+        stiffness: 500.0,
+        spring_damping: 0.1,
+        gap: 0.02,
+    };
+    let mut stepper = pendulum.stepper(law).with_motors(vec![motor], &motion).unwrap();
+    let before = count();
+    for k in 0..2000 {
+        let wanted = [if k % 500 < 250 { 0.2 } else { -0.1 }, 0.0];
+        let (stiffness, damping, limits) = (200.0, 4.0, [-9.0, 9.0]);
+        stepper.set_servos(std::iter::once(DriveServo { axis: 1, stiffness, damping, wanted, bias: 0.0, limits }));
+        stepper.step(&mut motion, &[0.0, 0.0], 1e-3).unwrap();
     }
     assert_eq!(count(), before);
 }
