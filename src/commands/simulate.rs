@@ -1,6 +1,7 @@
 //! `bipedc simulate`: a robot in motion, and the log that its sensors would write.
 use crate::amendment::files::Replacement;
 use crate::arguments::RobotArguments;
+use crate::energies;
 use crate::failure::{Failure, Outcome};
 use crate::interruption;
 use crate::output;
@@ -26,6 +27,7 @@ const EXAMPLES: &str = "\
 Examples:
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv --report run.html --svg pictures
+  bipedc simulate robots/tulip --scenario stand.toml --out run.csv --energy
   bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
   bipedc diagnose robots/tulip run.csv                       finds what the scenario hides
 
@@ -50,7 +52,9 @@ Rigid ground, dry friction and impacts are solved together in every step (Moreau
 has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log
 up to there is kept.
 JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \"not_converged\" (steps), \"contacts\",
-\"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"}.";
+\"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"};
+with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\";
+losses \"viscous_friction\", \"dry_friction\", \"stops\", \"impacts\", \"sliding\", \"ground_dampers\", their sum \"lost\"; \"remainder\"}.";
 
 /// Exit code of a run that was interrupted, as shells have it.
 const INTERRUPTED: u8 = 130;
@@ -70,6 +74,9 @@ pub struct Simulate {
     /// Also write down what was hidden, as JSON
     #[arg(long, value_name = "TRUTH.json")]
     truth: Option<PathBuf>,
+    /// Also say where the energy went: work of the drives, losses in joints, impacts and sliding
+    #[arg(long)]
+    energy: bool,
     #[command(flatten)]
     outputs: Outputs,
     /// Print the summary as JSON
@@ -83,7 +90,8 @@ impl Simulate {
         let robot = self.robot.read()?;
         let plant = plant(&robot.description, &robot.tree()?)?;
         let scenario = Scenario::open(&self.scenario, &plant)?;
-        let derive = if self.outputs.wanted() { filmed_model } else { true_model };
+        let energies = self.energy || self.outputs.wanted();
+        let derive = if energies { filmed_model } else { true_model };
         let model = output::progress("deriving", || derive(&robot, &scenario.effects))?;
         let in_file = |error: Diagnostic| Failure(vec![error.in_file(&self.scenario)]);
         let mechanics = Mechanics::new(&model, plant.subject.base)?;
@@ -94,6 +102,9 @@ impl Simulate {
         let mut simulation = Simulation::new(mechanics, &plant, &scenario).map_err(in_file)?;
         if let Some(recorder) = &mut recorder {
             simulation = simulation.watched(|sample| recorder.take(sample));
+        }
+        if self.energy {
+            simulation = simulation.with_energy()?;
         }
         let truth = match &self.truth {
             Some(path) => {
@@ -194,6 +205,9 @@ impl Simulate {
                 "an impact made {:.2e} J: restitution differs by direction",
                 summary.energy_made
             );
+        }
+        if let Some(balance) = &summary.energy {
+            text += &energies::table(balance);
         }
         for (joint, steps) in &summary.clipped {
             let _ = writeln!(text, "{joint}: the torque was clipped in {steps} steps");

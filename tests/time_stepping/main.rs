@@ -1,4 +1,6 @@
 //! Time stepping of the robots: against another simulator, and by the laws that it must keep.
 mod another_simulator;
+mod energy;
 mod humanoid;
+mod in_process;
 mod laws;

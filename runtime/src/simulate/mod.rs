@@ -6,8 +6,10 @@
 //! state, controllers, hidden effects, sensors; its rows are a measurement log.
 //!
 //! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end.
+mod account;
 mod dense;
 mod drives;
+mod energy;
 mod ground;
 mod mechanics;
 mod newton;
@@ -22,6 +24,8 @@ mod scenario;
 mod sensing;
 mod stepper;
 
+pub use account::Account;
+pub use energy::EnergyBalance;
 pub use ground::{Compliance, Ground, JointLaw};
 pub use mechanics::{FUNCTIONS, Frame, Mechanics};
 pub use plant::Plant;

@@ -1,5 +1,6 @@
 //! A whole run: control, effects, steps, sensors, log.
 use super::drives::Drives;
+use super::energy::{EnergyBalance, Ledger};
 use super::ground::{Compliance, Ground};
 use super::mechanics::Mechanics;
 use super::plant::Plant;
@@ -38,6 +39,9 @@ pub struct Summary {
     pub energy_made: f64,
     /// Steps in which a torque was clipped, by joint; those without are left out.
     pub clipped: Vec<(String, usize)>,
+    /// Where the energy went; only of a run [`Simulation::with_energy`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergyBalance>,
 }
 
 /// Where a run's rows go, who is told how far it is (0 to 1), and who may stop it.
@@ -65,6 +69,7 @@ pub struct Simulation<'a> {
     clipped: Vec<usize>,
     summary: Summary,
     watch: Option<Watch<'a>>,
+    ledger: Option<Ledger>,
 }
 
 /// Is shown the truth.
@@ -104,6 +109,7 @@ impl<'a> Simulation<'a> {
             clipped: vec![0; joints],
             summary: Summary::default(),
             watch: None,
+            ledger: None,
         })
     }
 
@@ -112,6 +118,16 @@ impl<'a> Simulation<'a> {
     pub fn watched(mut self, watch: impl FnMut(&Sample) + 'a) -> Self {
         self.watch = Some(Box::new(watch));
         self
+    }
+
+    /// The same, and its summary says where the energy went.
+    ///
+    /// # Errors
+    /// The model has no energies.
+    pub fn with_energy(mut self) -> Result<Self, Diagnostic> {
+        self.stepper = self.stepper.accounted();
+        self.ledger = Some(Ledger::new(&self.stepper, &self.motion)?);
+        Ok(self)
     }
 
     /// Names of the log's columns.
@@ -165,6 +181,9 @@ impl<'a> Simulation<'a> {
             }
         }
         self.summary.time = self.summary.steps as f64 * h;
+        if let Some(ledger) = self.ledger.take() {
+            self.summary.energy = Some(ledger.close(&self.stepper, &self.motion)?);
+        }
         let names = self.plant.joint_names().map(str::to_owned);
         self.summary.clipped = names.zip(self.clipped).filter(|(_, count)| *count > 0).collect();
         Ok(self.summary)
@@ -191,6 +210,9 @@ impl<'a> Simulation<'a> {
             let load = truly - resistance + self.stepper.joint_impulse(j) / self.scenario.step;
             self.stepper.joints_mut()[j].dry = self.drives.dry(j, v[j], load);
             self.force[first + j] = truly - resistance;
+            if let Some(ledger) = &mut self.ledger {
+                ledger.torque[j] = truly;
+            }
             self.effort[0][j] = given;
         }
     }
@@ -217,7 +239,13 @@ impl<'a> Simulation<'a> {
     }
 
     fn step(&mut self, h: f64) -> Result<(), Diagnostic> {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.begin(&self.motion);
+        }
         let stepped = self.stepper.step(&mut self.motion, &self.force, h)?;
+        if let Some(ledger) = &mut self.ledger {
+            ledger.end(&self.motion, h);
+        }
         let summary = &mut self.summary;
         summary.steps += 1;
         summary.worst_residual = summary.worst_residual.max(stepped.solved.residual);

@@ -1,5 +1,6 @@
 //! Moreau's time stepping: impulses over a step, no matter whether something strikes, slides or lets go in it.
-use super::dense;
+use super::account::{Account, Done};
+use super::dense::{self, Stretch};
 use super::ground::{Ground, JointLaw};
 use super::mechanics::{Frame, Mechanics};
 use super::problem::{Block, Law, Problem};
@@ -61,12 +62,25 @@ pub struct Stepper<'a> {
     bias: Vec<f64>,
     middle: Vec<f64>,
     drive: Vec<f64>,
-    /// `W` of the closed rows, one row per coordinate; then `L⁻¹ W`.
+    /// `W` of the closed rows, one row per coordinate; then `L⁻ᵀ W`.
     directions: Vec<f64>,
+    /// Where its rows are not zero.
+    stretches: Vec<Stretch>,
     normal: Vec<f64>,
     tangential: Vec<f64>,
     /// γ⁻ of the closed rows.
     before: Vec<f64>,
+    bookkeeping: Option<Bookkeeping>,
+}
+
+/// Work so far, with the room to sum it.
+#[derive(Debug, Clone, Default)]
+struct Bookkeeping {
+    account: Account,
+    /// γ⁺ of the closed rows.
+    after: Vec<f64>,
+    /// Height at the midpoint of every row that is the normal of a point.
+    heights: Vec<f64>,
 }
 
 impl<'a> Stepper<'a> {
@@ -108,10 +122,25 @@ impl<'a> Stepper<'a> {
             middle: vec![0.0; nv],
             drive: vec![0.0; nv],
             directions: Vec::with_capacity(nv * rows),
+            stretches: Vec::with_capacity(nv),
             normal: vec![0.0; nv * points],
             tangential: vec![0.0; nv * points * tangents],
             before: Vec::with_capacity(rows),
+            bookkeeping: None,
         })
+    }
+
+    /// The same, and the work of everything is summed from now on: [`Self::account`].
+    #[must_use]
+    pub fn accounted(mut self) -> Self {
+        let room = || Vec::with_capacity(self.before.capacity());
+        self.bookkeeping = Some(Bookkeeping { account: Account::default(), after: room(), heights: room() });
+        self
+    }
+
+    /// Work so far; `None` unless [`Self::accounted`].
+    pub fn account(&self) -> Option<&Account> {
+        self.bookkeeping.as_ref().map(|books| &books.account)
     }
 
     /// The model.
@@ -122,6 +151,11 @@ impl<'a> Stepper<'a> {
     /// The ground from now on.
     pub fn ground_mut(&mut self) -> &mut Ground {
         &mut self.ground
+    }
+
+    /// Laws of the joints.
+    pub fn joints(&self) -> &[JointLaw] {
+        &self.joints
     }
 
     /// Laws of the joints from now on, such as friction that depends on the load.
@@ -165,7 +199,9 @@ impl<'a> Stepper<'a> {
             stepped.contacts = self.sources.iter().filter(|s| matches!(s, Source::Point(_))).count();
         }
         stepped.work = self.apply(rows);
+        self.velocities_after(rows);
         dense::backward(&self.mass, nv, &mut self.drive);
+        self.book(motion, force, time);
         for (v, change) in motion.v.iter_mut().zip(&self.drive) {
             *v += change;
         }
@@ -174,7 +210,7 @@ impl<'a> Stepper<'a> {
         if motion.v.iter().all(|v| v.is_finite()) { Ok(stepped) } else { Err(too_long(motion.time)) }
     }
 
-    /// Factors D at the midpoint; `drive` becomes `L⁻¹ h (τ − H)`.
+    /// Factors D at the midpoint; `drive` becomes `L⁻ᵀ h (τ − H)`.
     fn free_motion(&mut self, motion: &Motion, force: &[f64], time: f64) -> Result<(), Diagnostic> {
         let nv = self.mechanics.nv();
         let first = nv - self.joints.len();
@@ -183,7 +219,7 @@ impl<'a> Stepper<'a> {
             let i = first + j;
             self.mass[i * nv + i] += joint.rotor_inertia + 0.5 * time * joint.damping;
         }
-        if !dense::cholesky(&mut self.mass, nv) {
+        if !dense::factor(&mut self.mass, nv) {
             return Err(too_long(motion.time));
         }
         self.push(motion, force, time, false);
@@ -196,7 +232,7 @@ impl<'a> Stepper<'a> {
         Ok(())
     }
 
-    /// `drive = L⁻¹ h (τ − H(q_M, v) − damping)`, with the velocity `middle` in H or the present one.
+    /// `drive = L⁻ᵀ h (τ − H(q_M, v) − damping)`, with the velocity `middle` in H or the present one.
     fn push(&mut self, motion: &Motion, force: &[f64], time: f64, middle: bool) {
         let nv = self.mechanics.nv();
         let first = nv - self.joints.len();
@@ -208,7 +244,7 @@ impl<'a> Stepper<'a> {
         for (j, joint) in self.joints.iter().enumerate() {
             self.drive[first + j] -= time * joint.damping * motion.v[first + j];
         }
-        dense::forward(&self.mass, nv, &mut self.drive, 1);
+        dense::forward_one(&self.mass, nv, &mut self.drive);
     }
 
     /// Finds the closed points and limits at the midpoint and makes place for them.
@@ -284,11 +320,11 @@ impl<'a> Stepper<'a> {
             row += block.size();
         }
         self.free_velocities(motion);
-        dense::gram(&self.directions, rows, &mut self.problem.delassus);
+        dense::gram(&self.directions, rows, &self.stretches, &mut self.problem.delassus);
         self.soften(time);
     }
 
-    /// `c = γ_free + e γ⁻`; `directions` becomes `L⁻¹ W`.
+    /// `c = γ_free + e γ⁻`; `directions` becomes `L⁻ᵀ W`.
     fn free_velocities(&mut self, motion: &Motion) {
         let (nv, rows) = (self.mechanics.nv(), self.problem.rows());
         self.before.clear();
@@ -296,7 +332,9 @@ impl<'a> Stepper<'a> {
         for (w, v) in self.directions.chunks_exact(rows).zip(&motion.v) {
             self.before.iter_mut().zip(w).for_each(|(gamma, w)| *gamma += w * v);
         }
-        dense::forward(&self.mass, nv, &mut self.directions, rows);
+        self.stretches.clear();
+        self.stretches.extend(self.directions.chunks_exact(rows).map(Stretch::of));
+        dense::forward(&self.mass, nv, &mut self.directions, rows, &mut self.stretches);
         self.problem.free.copy_from_slice(&self.before);
         for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
             self.problem.free.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
@@ -334,7 +372,7 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    /// Adds the impulses to `drive` (in the coordinates `L⁻¹`), remembers them, and gives their work.
+    /// Adds the impulses to `drive` (in the coordinates `L⁻ᵀ`), remembers them, and gives their work.
     fn apply(&mut self, rows: usize) -> f64 {
         self.memory.fill(0.0);
         let (mut work, mut row) = (0.0, 0);
@@ -356,6 +394,44 @@ impl<'a> Stepper<'a> {
             *drive += push;
         }
         work
+    }
+
+    /// γ⁺ of the closed rows, for the books; before `drive` leaves the coordinates `L⁻ᵀ`.
+    fn velocities_after(&mut self, rows: usize) {
+        let Some(books) = &mut self.bookkeeping else { return };
+        books.after.clear();
+        books.heights.clear();
+        if rows == 0 {
+            return;
+        }
+        books.after.extend_from_slice(&self.before);
+        for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
+            books.after.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
+        }
+        books.heights.resize(rows, 0.0);
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            if let Source::Point(point) = *source {
+                books.heights[block.first] = self.gaps[point];
+            }
+        }
+    }
+
+    /// Adds the step to the books; `drive` is the change of the velocities.
+    fn book(&mut self, motion: &Motion, force: &[f64], time: f64) {
+        let Some(books) = &mut self.bookkeeping else { return };
+        books.account.add(&Done {
+            time,
+            velocity: &motion.v,
+            change: &self.drive,
+            force,
+            joints: &self.joints,
+            blocks: &self.problem.blocks,
+            impulse: &self.problem.impulse,
+            before: &self.before,
+            after: &books.after,
+            heights: &books.heights,
+            soft: self.ground.compliance,
+        });
     }
 
     /// Where a source's impulses are remembered.
