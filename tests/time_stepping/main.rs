@@ -1,4 +1,5 @@
 //! Time stepping of the robots: against another simulator, and by the laws that it must keep.
+mod absolute;
 mod another_simulator;
 mod energy;
 mod humanoid;

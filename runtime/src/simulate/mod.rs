@@ -5,7 +5,10 @@
 //! contact points ([`Mechanics`]). A [`Scenario`] file says what a [`Simulation`] of a robot ([`Plant`]) does: initial
 //! state, controllers, hidden effects, sensors; its rows are a measurement log.
 //!
+//! [`FreeStepper`] does the same for planar robots in absolute coordinates, every link by itself: a check of the first.
+//!
 //! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end.
+mod absolute;
 mod account;
 mod dense;
 mod drives;
@@ -24,6 +27,7 @@ mod scenario;
 mod sensing;
 mod stepper;
 
+pub use absolute::{FreeBodies, FreeLink, FreePoint, FreeStepper, Pin};
 pub use account::Account;
 pub use energy::EnergyBalance;
 pub use ground::{Compliance, Ground, JointLaw};
