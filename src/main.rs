@@ -5,6 +5,7 @@ mod commands;
 mod crate_paths;
 mod currents;
 mod diagnosing;
+mod energies;
 mod explaining;
 mod failure;
 mod free_running;

@@ -135,6 +135,60 @@ fn a_film_and_pictures_are_written() {
 }
 
 #[test]
+fn the_energy_balance_closes() {
+    let folder = scratch("simulate_energy");
+    let scenario = "duration = 0.5
+step = 0.0001
+log_step = 0.001
+[initial]
+clearance = 0.02
+[control]
+stiffness = 300.0
+damping = 3.0
+[joint.left_knee_pitch]
+sines = [[0.3, 2.0, 0.0]]
+[ground]
+restitution = 0.2
+[[effect]]
+kind = \"viscous_friction\"
+joint = \"left_knee_pitch\"
+damping = 0.4
+[[effect]]
+kind = \"coulomb_friction\"
+joint = \"right_knee_pitch\"
+torque = 0.5
+[[effect]]
+kind = \"rotor_inertia\"
+joint = \"left_knee_pitch\"
+inertia = 0.05
+[[effect]]
+kind = \"parallel_spring\"
+joint = \"left_hip_pitch\"
+stiffness = 10.0
+rest_angle = 0.2
+";
+    let summary =
+        simulate("robots/seven_link", &folder, "hop", scenario, &["--energy", "--json"]).ok().json();
+    let energy = &summary["energy"];
+    let number = |key: &str| energy[key].as_f64().unwrap_or_else(|| panic!("no {key} in {energy}"));
+    let change = |key: &str| energy[key][1].as_f64().unwrap() - energy[key][0].as_f64().unwrap();
+    let losses = ["viscous_friction", "dry_friction", "stops", "impacts", "sliding", "ground_dampers"];
+    let lost: f64 = losses.iter().map(|key| number(key)).sum();
+    assert!((lost - number("lost")).abs() < 1e-12 && lost > 0.1, "{energy}");
+    for (key, sign) in [("viscous_friction", 1.0), ("dry_friction", 1.0), ("impacts", 1.0)] {
+        assert!(sign * number(key) > 1e-3, "{key} of {energy}");
+    }
+    assert!(number("laws").abs() > 1e-3 && energy["rotors"][1].as_f64().unwrap() > 0.0, "{energy}");
+    let stored: f64 =
+        ["kinetic", "potential", "rotors", "ground_springs"].iter().map(|key| change(key)).sum();
+    let unexplained = stored - number("drives") - number("laws") + lost;
+    assert!((unexplained - number("remainder")).abs() < 1e-9, "{energy}");
+    assert!(unexplained.abs() < 1e-3 * lost, "{unexplained} of {energy}");
+    let words = simulate("robots/seven_link", &folder, "hop", scenario, &["--energy"]).ok().out;
+    assert!(words.contains("impacts of feet") && words.contains("not explained by these"), "{words}");
+}
+
+#[test]
 fn mistakes_are_named_with_their_place() {
     let folder = scratch("simulate_mistakes");
     let fails = |name: &str, scenario: &str, words: &[&str]| {

@@ -3,6 +3,7 @@
 //! The stages, each with a type of its own:
 //! [`description`] → tree → expression → derive → optimise → program →
 //! emit (Rust tokens) or evaluate (in process).
+pub mod absolute;
 pub mod build;
 pub mod compile;
 pub mod derive;

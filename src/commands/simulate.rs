@@ -3,6 +3,7 @@ mod walking;
 
 use crate::amendment::files::Replacement;
 use crate::arguments::RobotArguments;
+use crate::energies;
 use crate::failure::{Failure, Outcome};
 use crate::interruption;
 use crate::output;
@@ -30,6 +31,7 @@ const EXAMPLES: &str = "\
 Examples:
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv --report run.html --svg pictures
+  bipedc simulate robots/tulip --scenario stand.toml --out run.csv --energy
   bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
   bipedc diagnose robots/tulip run.csv                       finds what the scenario hides
 
@@ -65,7 +67,9 @@ JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \
 \"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"};
 event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\",
 \"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}],
-\"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}.";
+\"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}.
+with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\";
+losses \"viscous_friction\", \"dry_friction\", \"stops\", \"impacts\", \"sliding\", \"ground_dampers\", their sum \"lost\"; \"remainder\"}.";
 
 /// Exit code of a run that was interrupted, as shells have it.
 const INTERRUPTED: u8 = 130;
@@ -85,6 +89,9 @@ pub struct Simulate {
     /// Also write down what was hidden, as JSON
     #[arg(long, value_name = "TRUTH.json")]
     truth: Option<PathBuf>,
+    /// Also say where the energy went: work of the drives, losses in joints, impacts and sliding
+    #[arg(long)]
+    energy: bool,
     #[command(flatten)]
     outputs: Outputs,
     /// Print the summary as JSON
@@ -102,7 +109,7 @@ impl Simulate {
         if let Some(events) = &scenario.events {
             return self.walk(&robot, &plant, &scenario, events);
         }
-        let filmed = self.outputs.wanted();
+        let filmed = self.energy || self.outputs.wanted();
         let (model, phases) = output::progress("deriving", || {
             if scenario.outputs.is_some() {
                 return driven_model(&robot, &scenario.effects, filmed);
@@ -122,6 +129,9 @@ impl Simulate {
         }
         if let Some(recorder) = &mut recorder {
             simulation = simulation.watched(|sample| recorder.take(sample));
+        }
+        if self.energy {
+            simulation = simulation.with_energy()?;
         }
         let truth = match &self.truth {
             Some(path) => {
@@ -227,6 +237,9 @@ impl Simulate {
                 "an impact made {:.2e} J: restitution differs by direction",
                 summary.energy_made
             );
+        }
+        if let Some(balance) = &summary.energy {
+            text += &energies::table(balance);
         }
         for (joint, steps) in &summary.clipped {
             let _ = writeln!(text, "{joint}: the torque was clipped in {steps} steps");

@@ -1,4 +1,5 @@
 //! TUlip in a posture, on its emitted code.
+use bipedc_runtime::Model;
 use bipedc_runtime::compare::BaseKind;
 use bipedc_runtime::simulate::{Ground, JointLaw, Mechanics, Motion, Stepped, Stepper, Tolerance};
 
@@ -27,8 +28,14 @@ pub struct Humanoid {
 }
 
 impl Humanoid {
+    /// On the emitted model.
     pub fn new(case: Case, relative: f64) -> Self {
-        let mechanics = Mechanics::new(&tulip::Tulip, BaseKind::Floating).unwrap();
+        Self::with(&tulip::Tulip, case, relative)
+    }
+
+    /// On this model of TUlip.
+    pub fn with(model: &'static dyn Model<f64>, case: Case, relative: f64) -> Self {
+        let mechanics = Mechanics::new(model, BaseKind::Floating).unwrap();
         let law = JointLaw { damping: case.damping, dry: [case.dry; 2], ..JointLaw::default() };
         let ground = Ground { friction: case.friction, ..Ground::default() };
         let tolerance = Tolerance { relative, ..Tolerance::default() };
@@ -45,6 +52,13 @@ impl Humanoid {
         q[2] = case.clearance - gaps.into_iter().fold(f64::INFINITY, f64::min);
         let motion = Motion { time: 0.0, q: q.clone(), v: vec![0.0; 18] };
         Self { stepper, motion, goal: q, stiffness: case.stiffness }
+    }
+
+    /// The same on another ground, with an account of all work.
+    pub fn accounted_on(mut self, ground: Ground) -> Self {
+        *self.stepper.ground_mut() = ground;
+        self.stepper = self.stepper.accounted();
+        self
     }
 
     pub fn step(&mut self, time: f64) -> Stepped {

@@ -4,7 +4,7 @@ use bipedc_runtime::compare::BaseKind;
 use bipedc_runtime::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
 
 /// Energy of TUlip, J.
-fn energy(mechanics: &Mechanics<'_>, motion: &Motion) -> f64 {
+pub fn energy(mechanics: &Mechanics<'_>, motion: &Motion) -> f64 {
     let of = |name: &str| mechanics.named(name, &motion.q, &motion.v).unwrap()[0];
     of("kinetic_energy") + of("potential_energy")
 }

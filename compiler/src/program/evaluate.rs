@@ -4,8 +4,9 @@ use crate::expression::Call;
 use bipedc_runtime::math::sin_cos;
 use bipedc_runtime::{Argument, Real, State};
 use std::collections::HashMap;
+use std::ops::Range;
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Code {
     Add,
     Sub,
@@ -22,13 +23,20 @@ enum Code {
     FusedMinusBoth,
 }
 
+/// An operation's places in the workspace.
 #[derive(Debug, Clone, Copy)]
 struct Step {
-    code: Code,
     to: u32,
     a: u32,
     b: u32,
     c: u32,
+}
+
+/// Steps of one operation after the other: it is looked up once for all of them.
+#[derive(Debug, Clone)]
+struct Run {
+    code: Code,
+    steps: Vec<Step>,
 }
 
 /// A program with every operand resolved to a place in one workspace.
@@ -39,8 +47,8 @@ pub struct Evaluator {
     inputs: Vec<(u32, Argument, u32)>,
     angles: Vec<u32>,
     first_sine: usize,
-    before_angles: Vec<Step>,
-    after_angles: Vec<Step>,
+    before_angles: Vec<Run>,
+    after_angles: Vec<Run>,
     outputs: Vec<u32>,
     workspace: usize,
 }
@@ -65,11 +73,15 @@ impl Evaluator {
     /// Resolves the operands of `program`.
     pub fn new(program: &Program) -> Self {
         let mut layout = Layout::new(program);
-        let mut last_use = last_uses(program);
+        let (before, after) = (0..program.angles_ready, program.angles_ready..program.instructions.len());
+        let order: Vec<usize> =
+            [before, after].into_iter().flat_map(|range| grouped(program, range)).collect();
+        let mut last_use = last_uses(program, &order);
         let mut places =
             Places { of_value: vec![0; program.instructions.len()], free: Vec::new(), next: layout.size };
-        let mut steps = Vec::with_capacity(program.instructions.len());
-        for (index, instruction) in program.instructions.iter().enumerate() {
+        let mut runs = [Vec::new(), Vec::new()];
+        for &index in &order {
+            let instruction = &program.instructions[index];
             let at = |operand| layout.place(&places, operand);
             let operands: Vec<u32> = instruction.operands().map(at).collect();
             for operand in instruction.operands() {
@@ -84,13 +96,18 @@ impl Evaluator {
             let to = places.take();
             places.of_value[index] = to;
             let operand = |k: usize| operands.get(k).copied().unwrap_or(0);
-            steps.push(Step { code: code(instruction), to, a: operand(0), b: operand(1), c: operand(2) });
+            let step = Step { to, a: operand(0), b: operand(1), c: operand(2) };
+            let half: &mut Vec<Run> = &mut runs[usize::from(index >= program.angles_ready)];
+            match half.last_mut() {
+                Some(run) if run.code == code(instruction) => run.steps.push(step),
+                _ => half.push(Run { code: code(instruction), steps: vec![step] }),
+            }
         }
-        let after_angles = steps.split_off(program.angles_ready);
+        let [before_angles, after_angles] = runs;
         Self {
             angles: program.angles.iter().map(|&o| layout.place(&places, o)).collect(),
             first_sine: layout.first_sine as usize,
-            before_angles: steps,
+            before_angles,
             after_angles,
             outputs: program.outputs.iter().map(|&o| layout.place(&places, o)).collect(),
             workspace: places.next as usize,
@@ -132,23 +149,29 @@ impl Evaluator {
     }
 }
 
-fn run_steps<R: Real>(steps: &[Step], w: &mut [R]) {
+fn run_steps<R: Real>(runs: &[Run], w: &mut [R]) {
+    for Run { code, steps } in runs {
+        match *code {
+            Code::Add => each(steps, w, |a, b, _| a + b),
+            Code::Sub => each(steps, w, |a, b, _| a - b),
+            Code::Mul => each(steps, w, |a, b, _| a * b),
+            Code::Div => each(steps, w, |a, b, _| a / b),
+            Code::Neg => each(steps, w, |a, _, _| -a),
+            Code::Sqrt => each(steps, w, |a, _, _| a.sqrt()),
+            Code::Call(function) => each(steps, w, |a, _, _| call(function, a)),
+            Code::Larger => each(steps, w, |a, b, _| a.larger(b)),
+            Code::Fused => each(steps, w, |a, b, c| R::fused(a, b, c)),
+            Code::FusedMinusProduct => each(steps, w, |a, b, c| R::fused(-a, b, c)),
+            Code::FusedMinusAddend => each(steps, w, |a, b, c| R::fused(a, b, -c)),
+            Code::FusedMinusBoth => each(steps, w, |a, b, c| R::fused(-a, b, -c)),
+        }
+    }
+}
+
+#[inline(always)]
+fn each<R: Real>(steps: &[Step], w: &mut [R], operation: impl Fn(R, R, R) -> R) {
     for step in steps {
-        let (a, b) = (w[step.a as usize], w[step.b as usize]);
-        w[step.to as usize] = match step.code {
-            Code::Add => a + b,
-            Code::Sub => a - b,
-            Code::Mul => a * b,
-            Code::Div => a / b,
-            Code::Neg => -a,
-            Code::Sqrt => a.sqrt(),
-            Code::Call(function) => call(function, a),
-            Code::Larger => a.larger(b),
-            Code::Fused => R::fused(a, b, w[step.c as usize]),
-            Code::FusedMinusProduct => R::fused(-a, b, w[step.c as usize]),
-            Code::FusedMinusAddend => R::fused(a, b, -w[step.c as usize]),
-            Code::FusedMinusBoth => R::fused(-a, b, -w[step.c as usize]),
-        };
+        w[step.to as usize] = operation(w[step.a as usize], w[step.b as usize], w[step.c as usize]);
     }
 }
 
@@ -182,11 +205,57 @@ fn code(instruction: &Instruction) -> Code {
     }
 }
 
-/// The instruction that uses each value last; outputs and angles are never given up.
-fn last_uses(program: &Program) -> Vec<usize> {
+/// The instructions of a range in another order that computes the same: equal operations after one another as far as
+/// operands allow.
+fn grouped(program: &Program, range: Range<usize>) -> Vec<usize> {
+    let values = |index: usize| {
+        program.instructions[index].operands().filter_map(|operand| match operand {
+            Operand::Value(k) => Some(k as usize),
+            _ => None,
+        })
+    };
+    let mut missing = vec![0; range.len()];
+    let mut users = vec![Vec::new(); range.len()];
+    for index in range.clone() {
+        for value in values(index).filter(|value| range.contains(value)) {
+            missing[index - range.start] += 1;
+            users[value - range.start].push(index);
+        }
+    }
+    let mut ready: Vec<(Code, Vec<usize>)> = Vec::new();
+    let add = |ready: &mut Vec<(Code, Vec<usize>)>, index: usize| {
+        let code = code(&program.instructions[index]);
+        match ready.iter_mut().find(|(other, _)| *other == code) {
+            Some((_, list)) => list.push(index),
+            None => ready.push((code, vec![index])),
+        }
+    };
+    range.clone().filter(|index| missing[index - range.start] == 0).for_each(|index| add(&mut ready, index));
+    let mut order = Vec::with_capacity(range.len());
+    while let Some(most) =
+        (0..ready.len()).max_by_key(|&k| ready[k].1.len()).filter(|&k| !ready[k].1.is_empty())
+    {
+        // What becomes ready meanwhile and is of the same kind joins the run.
+        while !ready[most].1.is_empty() {
+            for index in std::mem::take(&mut ready[most].1) {
+                order.push(index);
+                for user in std::mem::take(&mut users[index - range.start]) {
+                    missing[user - range.start] -= 1;
+                    if missing[user - range.start] == 0 {
+                        add(&mut ready, user);
+                    }
+                }
+            }
+        }
+    }
+    order
+}
+
+/// The instruction that uses each value last in this order; outputs and angles are never given up.
+fn last_uses(program: &Program, order: &[usize]) -> Vec<usize> {
     let mut last = vec![usize::MAX; program.instructions.len()];
-    for (index, instruction) in program.instructions.iter().enumerate() {
-        for operand in instruction.operands() {
+    for &index in order {
+        for operand in program.instructions[index].operands() {
             if let Operand::Value(k) = operand {
                 last[k as usize] = index;
             }

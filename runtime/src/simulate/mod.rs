@@ -5,13 +5,18 @@
 //! contact points ([`Mechanics`]). A [`Scenario`] file says what a [`Simulation`] of a robot ([`Plant`]) does: initial
 //! state, controllers, hidden effects, sensors; its rows are a measurement log.
 //!
+//! [`FreeStepper`] does the same for planar robots in absolute coordinates, every link by itself: a check of the first.
+//!
 //! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end. [`control`] are
 //! controllers that impose virtual constraints, for both.
+mod absolute;
+mod account;
 mod actuator;
 mod chatter;
 pub mod control;
 mod dense;
 mod drives;
+mod energy;
 mod ground;
 mod implicit;
 mod imu;
@@ -34,8 +39,11 @@ mod stepper;
 mod torques;
 mod turned;
 
+pub use absolute::{FreeBodies, FreeLink, FreePoint, FreeStepper, Pin};
+pub use account::Account;
 pub use actuator::Actuator;
 pub use drives::Coupled;
+pub use energy::EnergyBalance;
 pub use ground::{Compliance, Ground, JointLaw};
 pub use imu::Imu;
 pub use mechanics::{FUNCTIONS, Frame, Mechanics};

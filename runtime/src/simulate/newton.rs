@@ -4,8 +4,9 @@ use super::problem::{Cone, Law, Problem};
 use super::proximal::residual;
 
 /// Added to the scaled rows `r ξ = 0`, whose diagonal is 1: redundant contacts (four corners of one foot) share their
-/// load in infinitely many ways, and this takes the solution nearest to the present one.
-const NEARNESS: f64 = 1e-9;
+/// load in infinitely many ways, and this takes the solution nearest to the present one. Larger ones make shorter steps, which
+/// arrive where many contacts are about to change between sticking, slipping and letting go.
+pub(super) const NEARNESS: [f64; 4] = [1e-9, 1e-6, 1e-4, 1e-2];
 
 /// Step lengths that are tried.
 const LENGTHS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
@@ -17,6 +18,8 @@ pub(super) struct Newton {
     active: Vec<usize>,
     matrix: Vec<f64>,
     step: Vec<f64>,
+    /// Of [`NEARNESS`].
+    nearness: f64,
     /// Present impulses.
     before: Vec<f64>,
     /// After the full step.
@@ -29,13 +32,15 @@ impl Newton {
             active: Vec::with_capacity(rows),
             matrix: Vec::with_capacity(rows * rows),
             step: Vec::with_capacity(rows),
+            nearness: NEARNESS[0],
             before: Vec::with_capacity(rows),
             after: Vec::with_capacity(rows),
         }
     }
 
     /// Makes the residual smaller than `present`, if it can: the new one. Expects `problem.velocity` to be current.
-    pub fn step(&mut self, problem: &mut Problem, present: f64) -> Option<f64> {
+    pub fn step(&mut self, problem: &mut Problem, present: f64, nearness: f64) -> Option<f64> {
+        self.nearness = nearness;
         self.before.clear();
         self.before.extend_from_slice(&problem.impulse);
         self.choose(problem);
@@ -127,7 +132,7 @@ impl Newton {
         for (k, &column) in self.active.iter().enumerate() {
             self.matrix[at * n + k] = weight * problem.row(row)[column];
         }
-        self.matrix[at * n + at] += NEARNESS;
+        self.matrix[at * n + at] += self.nearness;
         self.step[at] = -weight * self.velocity_without_open(problem, row);
     }
 
@@ -181,7 +186,7 @@ impl Newton {
         let n = self.active.len();
         let rows = [self.active[first], self.active[first + 1]];
         let target = rows.map(|row| wanted(problem, row));
-        let length = target[0].hypot(target[1]);
+        let length = (target[0] * target[0] + target[1] * target[1]).sqrt();
         if length <= friction * load.force {
             self.still(problem, first);
             return self.still(problem, first + 1);

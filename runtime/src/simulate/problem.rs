@@ -163,7 +163,7 @@ fn reciprocal(x: f64) -> f64 {
 pub(super) fn nearest(tangential: [f64; 2], limit: f64, tangents: usize, cone: Cone) -> [f64; 2] {
     match (cone, tangents) {
         (Cone::Round, 2) => {
-            let length = tangential[0].hypot(tangential[1]);
+            let length = (tangential[0] * tangential[0] + tangential[1] * tangential[1]).sqrt();
             if length <= limit { tangential } else { tangential.map(|x| x * (limit / length)) }
         }
         _ => tangential.map(|x| x.clamp(-limit, limit)),

@@ -1,5 +1,6 @@
 //! The solver of contact problems: proximal points by Gauss and Seidel, Newton's method on the same equations.
-use super::newton::Newton;
+use super::dense;
+use super::newton::{NEARNESS, Newton};
 use super::problem::{Law, Problem, nearest};
 
 /// When to stop.
@@ -64,6 +65,7 @@ impl Solver {
         problem.weigh();
         let mut solved = Solved { residual: residual(problem), ..Solved::default() };
         let mut round = FIRST_SWEEPS;
+        let mut turn = 0;
         while solved.residual > tolerance.relative || solved.residual.is_nan() {
             if solved.sweeps + solved.newton >= tolerance.sweeps || !solved.residual.is_finite() {
                 return solved;
@@ -73,7 +75,8 @@ impl Solver {
             }
             solved.sweeps += round;
             solved.residual = residual(problem);
-            self.finish(problem, tolerance, &mut solved);
+            self.finish(problem, tolerance, NEARNESS[turn % NEARNESS.len()], &mut solved);
+            turn += 1;
             round = (2 * round).min(64);
         }
         solved.converged = true;
@@ -81,7 +84,7 @@ impl Solver {
     }
 
     /// Newton steps from where the sweeps are: to the end, or back.
-    fn finish(&mut self, problem: &mut Problem, tolerance: &Tolerance, solved: &mut Solved) {
+    fn finish(&mut self, problem: &mut Problem, tolerance: &Tolerance, nearness: f64, solved: &mut Solved) {
         let before = solved.residual;
         self.start.clear();
         self.start.extend_from_slice(&problem.impulse);
@@ -90,7 +93,7 @@ impl Solver {
                 return;
             }
             solved.newton += 1;
-            match self.newton.step(problem, solved.residual) {
+            match self.newton.step(problem, solved.residual, nearness) {
                 Some(smaller) => solved.residual = smaller,
                 None => break,
             }
@@ -146,9 +149,7 @@ fn sweep(problem: &mut Problem) {
 
 /// [`Solved::residual`]; computes `problem.velocity`.
 pub(super) fn residual(problem: &mut Problem) -> f64 {
-    for row in 0..problem.rows() {
-        problem.velocity[row] = problem.velocity_of(row);
-    }
+    dense::multiply(&problem.delassus, &problem.impulse, &problem.free, &mut problem.velocity);
     if !problem.velocity.iter().all(|velocity| velocity.is_finite()) {
         // Comparisons below would take NaN for an open contact.
         return f64::NAN;

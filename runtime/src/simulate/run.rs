@@ -2,6 +2,7 @@
 use super::chatter::Chatter;
 use super::control::Driven;
 use super::drives::Drives;
+use super::energy::{EnergyBalance, Ledger};
 use super::ground::{Compliance, Ground};
 use super::imu::{self, Inertial};
 use super::mechanics::Mechanics;
@@ -45,6 +46,9 @@ pub struct Summary {
     pub energy_made: f64,
     /// Steps in which a torque was clipped, by joint; those without are left out.
     pub clipped: Vec<(String, usize)>,
+    /// Where the energy went; only of a run [`Simulation::with_energy`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergyBalance>,
 }
 
 /// Where a run's rows go, who is told how far it is (0 to 1), and who may stop it.
@@ -87,6 +91,7 @@ pub struct Simulation<'a> {
     summary: Summary,
     watch: Option<Watch<'a>>,
     pub(super) driven: Option<Driven<'a>>,
+    pub(super) ledger: Option<Ledger>,
 }
 
 /// Is shown the truth.
@@ -152,6 +157,7 @@ impl<'a> Simulation<'a> {
             summary: Summary::default(),
             watch: None,
             driven: None,
+            ledger: None,
         })
     }
 
@@ -167,6 +173,20 @@ impl<'a> Simulation<'a> {
     pub fn driven(mut self, driven: Driven<'a>) -> Self {
         self.driven = Some(driven);
         self
+    }
+
+    /// The same, and its summary says where the energy went.
+    ///
+    /// # Errors
+    /// The model has no energies; motors that turn on their own, coupled joints and soles that turn are not in the books.
+    pub fn with_energy(mut self) -> Result<Self, Diagnostic> {
+        if let Some(what) = self.stepper.beyond_books() {
+            return Err(Diagnostic::error(format!("the energy balance does not know {what}"))
+                .help("leave --energy out, or what brings them in out of the scenario"));
+        }
+        self.stepper = self.stepper.accounted();
+        self.ledger = Some(Ledger::new(&self.stepper, &self.motion)?);
+        Ok(self)
     }
 
     /// Names of the log's columns.
@@ -235,6 +255,9 @@ impl<'a> Simulation<'a> {
             }
         }
         self.summary.time = self.summary.steps as f64 * h;
+        if let Some(ledger) = self.ledger.take() {
+            self.summary.energy = Some(ledger.close(&self.stepper, &self.motion)?);
+        }
         let names = self.plant.joint_names().map(str::to_owned);
         self.summary.clipped = names.zip(self.clipped).filter(|(_, count)| *count > 0).collect();
         Ok(self.summary)
@@ -276,7 +299,13 @@ impl<'a> Simulation<'a> {
     }
 
     fn step(&mut self, h: f64) -> Result<(), Diagnostic> {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.begin(&self.motion);
+        }
         let stepped = self.stepper.step(&mut self.motion, &self.force, h)?;
+        if let Some(ledger) = &mut self.ledger {
+            ledger.end(&self.motion, h);
+        }
         let summary = &mut self.summary;
         summary.steps += 1;
         summary.worst_residual = summary.worst_residual.max(stepped.solved.residual);

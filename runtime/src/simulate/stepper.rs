@@ -1,5 +1,6 @@
 //! Moreau's time stepping: impulses over a step, no matter whether something strikes, slides or lets go in it.
-use super::dense;
+use super::account::{Account, Done};
+use super::dense::{self, Stretch};
 use super::drives::Coupled;
 use super::ground::{Ground, JointLaw, within};
 use super::mechanics::{Frame, Mechanics};
@@ -93,12 +94,31 @@ pub struct Stepper<'a> {
     bias: Vec<f64>,
     middle: Vec<f64>,
     drive: Vec<f64>,
-    /// `W` of the closed rows, one row per coordinate; then `L⁻¹ W`.
+    /// `W` of the closed rows, one row per coordinate; then `L⁻ᵀ W`.
     directions: Vec<f64>,
+    /// Where its rows are not zero.
+    stretches: Vec<Stretch>,
     normal: Vec<f64>,
     tangential: Vec<f64>,
     /// γ⁻ of the closed rows.
     before: Vec<f64>,
+    /// Twice the mean of their velocities without and with impulses.
+    mean: Vec<f64>,
+    /// Where the rows of `directions` are not zero.
+    stretches: Vec<Stretch>,
+    bookkeeping: Option<Bookkeeping>,
+}
+
+/// Work so far, with the room to sum it.
+#[derive(Debug, Clone, Default)]
+struct Bookkeeping {
+    account: Account,
+    /// γ⁺ of the closed rows.
+    after: Vec<f64>,
+    /// Height at the midpoint of every row that is the normal of a point.
+    heights: Vec<f64>,
+    /// By block: whether it is a servo's.
+    driven: Vec<bool>,
 }
 
 impl<'a> Stepper<'a> {
@@ -149,6 +169,9 @@ impl<'a> Stepper<'a> {
             normal: vec![0.0; nv * points],
             tangential: vec![0.0; nv * points * tangents],
             before: Vec::new(),
+            mean: Vec::new(),
+            stretches: Vec::new(),
+            bookkeeping: None,
         }
         .with_room())
     }
@@ -224,6 +247,8 @@ impl<'a> Stepper<'a> {
         self.drive = vec![0.0; n];
         self.directions = Vec::with_capacity(n * rows);
         self.before = Vec::with_capacity(rows);
+        self.mean = Vec::with_capacity(rows);
+        self.stretches = Vec::with_capacity(n);
         self
     }
 
@@ -276,12 +301,38 @@ impl<'a> Stepper<'a> {
 
     /// Velocity per impulse of an axis when nothing touches, 1/(kg m²): of the last step.
     pub fn mobility(&self, axis: usize) -> f64 {
-        // With D = L Lᵀ: (D⁻¹)_aa = |L⁻¹ e_a|².
+        // With D = Lᵀ L: (D⁻¹)_aa = |L⁻ᵀ e_a|².
         let n = self.size();
         let mut column = vec![0.0; n];
         column[self.coordinate(axis)] = 1.0;
-        dense::forward(&self.mass, n, &mut column, 1);
+        dense::forward_one(&self.mass, n, &mut column);
         column.iter().map(|x| x * x).sum()
+    }
+
+    /// The same, and the work of everything is summed from now on: [`Self::account`].
+    #[must_use]
+    pub fn accounted(mut self) -> Self {
+        let room = || Vec::with_capacity(self.before.capacity());
+        let driven = Vec::with_capacity(self.before.capacity());
+        self.bookkeeping =
+            Some(Bookkeeping { account: Account::default(), after: room(), heights: room(), driven });
+        self
+    }
+
+    /// What acts and is not part of [`Self::account`].
+    pub(super) fn beyond_books(&self) -> Option<&'static str> {
+        if !self.motors.laws.is_empty() {
+            return Some("motors behind springs or play");
+        }
+        if !self.coupled.is_empty() {
+            return Some("joints coupled by an inertia");
+        }
+        (!self.soles.points.is_empty()).then_some("soles that turn")
+    }
+
+    /// Work so far; `None` unless [`Self::accounted`].
+    pub fn account(&self) -> Option<&Account> {
+        self.bookkeeping.as_ref().map(|books| &books.account)
     }
 
     /// The model.
@@ -292,6 +343,11 @@ impl<'a> Stepper<'a> {
     /// The ground from now on.
     pub fn ground_mut(&mut self) -> &mut Ground {
         &mut self.ground
+    }
+
+    /// Laws of the joints.
+    pub fn joints(&self) -> &[JointLaw] {
+        &self.joints
     }
 
     /// Laws of the joints from now on, such as friction that depends on the load.
@@ -340,7 +396,9 @@ impl<'a> Stepper<'a> {
             stepped.contacts = self.sources.iter().filter(touches).count();
         }
         stepped.work = self.apply(rows);
+        self.velocities_after(rows);
         dense::backward(&self.mass, n, &mut self.drive);
+        self.book(motion, force, time);
         for (v, change) in self.speed.iter_mut().zip(&self.drive) {
             *v += change;
         }
@@ -363,7 +421,7 @@ impl<'a> Stepper<'a> {
         motion.time += time;
     }
 
-    /// Factors D at the midpoint; `drive` becomes `L⁻¹ h (τ − H)`.
+    /// Factors D at the midpoint; `drive` becomes `L⁻ᵀ h (τ − H)`.
     fn free_motion(&mut self, motion: &Motion, force: &[f64], time: f64) -> Result<(), Diagnostic> {
         let (nv, n) = (self.mechanics.nv(), self.size());
         let first = nv - self.joints.len();
@@ -385,7 +443,7 @@ impl<'a> Stepper<'a> {
         for (axis, inertia) in self.inertia.iter_mut().enumerate() {
             *inertia = self.mass[(first + axis) * (n + 1)];
         }
-        if !dense::cholesky(&mut self.mass, n) {
+        if !dense::factor(&mut self.mass, n) {
             return Err(too_long(motion.time));
         }
         self.push(motion, force, time, false);
@@ -398,7 +456,7 @@ impl<'a> Stepper<'a> {
         Ok(())
     }
 
-    /// `drive = L⁻¹ h (τ − H(q_M, v) − damping)`, with the velocity `middle` in H or the present one.
+    /// `drive = L⁻ᵀ h (τ − H(q_M, v) − damping)`, with the velocity `middle` in H or the present one.
     fn push(&mut self, motion: &Motion, force: &[f64], time: f64, middle: bool) {
         let (nv, n, joints) = (self.mechanics.nv(), self.size(), self.joints.len());
         let first = nv - joints;
@@ -423,7 +481,7 @@ impl<'a> Stepper<'a> {
                 self.drive[first + axis] += self.memory[slot] + self.memory[slot + 3];
             }
         }
-        dense::forward(&self.mass, n, &mut self.drive, 1);
+        dense::forward_one(&self.mass, n, &mut self.drive);
     }
 
     /// Finds the closed points and limits at the midpoint and makes place for them.
@@ -504,7 +562,7 @@ impl<'a> Stepper<'a> {
             row += block.size();
         }
         self.free_velocities();
-        dense::gram(&self.directions, rows, &mut self.problem.delassus);
+        dense::gram(&self.directions, rows, &self.stretches, &mut self.problem.delassus);
         self.soften(motion, time);
     }
 
@@ -585,7 +643,7 @@ impl<'a> Stepper<'a> {
         self.directions[coordinate * rows + row] = sign;
     }
 
-    /// `c = γ_free + e γ⁻`; `directions` becomes `L⁻¹ W`.
+    /// `c = γ_free + e γ⁻`; `directions` becomes `L⁻ᵀ W`.
     fn free_velocities(&mut self) {
         let (n, rows) = (self.size(), self.problem.rows());
         self.before.clear();
@@ -593,7 +651,9 @@ impl<'a> Stepper<'a> {
         for (w, v) in self.directions.chunks_exact(rows).zip(&self.speed) {
             self.before.iter_mut().zip(w).for_each(|(gamma, w)| *gamma += w * v);
         }
-        dense::forward(&self.mass, n, &mut self.directions, rows);
+        self.stretches.clear();
+        self.stretches.extend(self.directions.chunks_exact(rows).map(Stretch::of));
+        dense::forward(&self.mass, n, &mut self.directions, rows, &mut self.stretches);
         self.problem.free.copy_from_slice(&self.before);
         for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
             self.problem.free.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
@@ -660,7 +720,8 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    /// Adds the impulses to `drive` (in the coordinates `L⁻¹`), remembers them, and gives the work of those of ground, stops and friction.
+    /// Adds the impulses to `drive` (in the coordinates `L⁻ᵀ`), remembers them, and gives the work of those of
+    /// ground, stops and friction.
     fn apply(&mut self, rows: usize) -> f64 {
         self.memory.fill(0.0);
         let (mut work, mut row) = (0.0, 0);
@@ -682,18 +743,19 @@ impl<'a> Stepper<'a> {
             return work;
         }
         // Twice the mean of the velocities without and with all impulses: what each impulse works against.
-        self.before.iter_mut().for_each(|gamma| *gamma *= 2.0);
+        self.mean.clear();
+        self.mean.extend(self.before.iter().map(|gamma| 2.0 * gamma));
         for (drive, y) in self.drive.iter_mut().zip(self.directions.chunks_exact(rows)) {
             let push: f64 = y.iter().zip(&self.problem.impulse).map(|(y, impulse)| y * impulse).sum();
             let both = 2.0 * *drive + push;
-            self.before.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * both);
+            self.mean.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * both);
             *drive += push;
         }
         for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
             // Springs and servos give energy by their nature.
             if !self.is_drive(*source) {
                 let rows = block.first..block.first + block.size();
-                let of = rows.map(|row| 0.5 * self.before[row] * self.problem.impulse[row]);
+                let of = rows.map(|row| 0.5 * self.mean[row] * self.problem.impulse[row]);
                 work += of.sum::<f64>();
             }
         }
@@ -715,6 +777,28 @@ impl<'a> Stepper<'a> {
         }
     }
 
+    /// γ⁺ of the closed rows, for the books; before `drive` leaves the coordinates `L⁻ᵀ`.
+    fn velocities_after(&mut self, rows: usize) {
+        let Some(books) = &mut self.bookkeeping else { return };
+        books.after.clear();
+        books.heights.clear();
+        if rows == 0 {
+            return;
+        }
+        books.after.extend_from_slice(&self.before);
+        for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
+            books.after.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
+        }
+        books.heights.resize(rows, 0.0);
+        books.driven.clear();
+        books.driven.extend(self.sources.iter().map(|source| matches!(source, Source::Servo(_))));
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            if let Source::Point(point) = *source {
+                books.heights[block.first] = self.gaps[point];
+            }
+        }
+    }
+
     /// A row of a servo or of the play of a motor.
     fn is_drive(&self, source: Source) -> bool {
         match source {
@@ -722,6 +806,25 @@ impl<'a> Stepper<'a> {
             Source::Lower(axis) | Source::Upper(axis) => axis >= self.joints.len(),
             Source::Point(_) | Source::Normal(_) | Source::Sole(_) | Source::Dry(_) => false,
         }
+    }
+
+    /// Adds the step to the books; `drive` is the change of the velocities.
+    fn book(&mut self, motion: &Motion, force: &[f64], time: f64) {
+        let Some(books) = &mut self.bookkeeping else { return };
+        books.account.add(&Done {
+            time,
+            velocity: &motion.v,
+            change: &self.drive,
+            force,
+            joints: &self.joints,
+            blocks: &self.problem.blocks,
+            impulse: &self.problem.impulse,
+            before: &self.before,
+            after: &books.after,
+            heights: &books.heights,
+            driven: &books.driven,
+            soft: self.ground.compliance,
+        });
     }
 
     /// Where a source's impulses are remembered.

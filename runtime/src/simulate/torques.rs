@@ -45,6 +45,9 @@ impl Simulation<'_> {
     pub(super) fn control(&mut self, time: f64) -> Result<(), Diagnostic> {
         self.force.fill(0.0);
         self.inside.clear();
+        if let Some(ledger) = &mut self.ledger {
+            ledger.torque.fill(0.0);
+        }
         for j in 0..self.told.len() {
             self.resist(j);
             self.command(j, time)?;
@@ -155,6 +158,9 @@ impl Simulation<'_> {
         let coordinate = self.coordinate(self.drives.axis(j));
         let truly = reading.torque(late);
         self.force[coordinate] += truly;
+        if let Some(ledger) = &mut self.ledger {
+            ledger.torque[j] = truly;
+        }
         let told = &mut self.told[j];
         told.torque = given.torque;
         told.damping = given.damping;
