@@ -4,9 +4,11 @@
 mod cli;
 mod support;
 
-use bipedc_compiler::compile::Wish;
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::{Wish, feet};
 use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::Argument;
+use bipedc_runtime::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Motion};
 use bipedc_runtime::nalgebra::DMatrix;
 use cli::{Run, bipedc, scratch, text};
 use serde_json::Value;
@@ -27,7 +29,10 @@ fn excite(file: &Path, options: &[&str]) -> Run {
 fn trajectory(file: &Path) -> Vec<[Vec<f64>; 3]> {
     let table = std::fs::read_to_string(file).unwrap();
     let mut lines = table.lines();
-    assert!(lines.next().unwrap().starts_with("time,right_hip_yaw/position,right_hip_yaw/velocity"));
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    assert!(
+        head[0] == "time" && head[1].ends_with("_hip_yaw/position") && head[2].ends_with("_hip_yaw/velocity")
+    );
     let row = |line: &str| {
         let values: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
         [1, 2, 3].map(|from| values[from..].iter().copied().step_by(3).collect())
@@ -116,6 +121,89 @@ fn fourier_series_tell_more_than_polynomials_and_keep_all_limits() {
         assert!(state[1].iter().chain(&state[2]).all(|x| *x == 0.0), "{state:?}");
     }
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "temporaries are left");
+}
+
+/// Least distance of TUlip's soles along a motion: of points all over both rectangles, never less than the true one.
+fn soles_apart(rows: &[[Vec<f64>; 3]]) -> f64 {
+    let corners = ["front_left", "front_right", "rear_left", "rear_right"];
+    let name = |side: &str, corner: &str| format!("{side}_foot/{corner}");
+    let wish = |subject| Wish { family: "position".to_owned(), subject: Some(subject) };
+    let names = ["left", "right"].map(|side| corners.map(|corner| name(side, corner)));
+    let wishes: Vec<Wish> = names.iter().flatten().map(|subject| wish(subject.clone())).collect();
+    let model = ProgramModel::new(hanging().compile_only(&wishes).unwrap());
+    let sole = |names: &[String; 4], state: &[Vec<f64>; 3]| -> Vec<Vec<f64>> {
+        let place = |name: &String| {
+            evaluate(&model, &format!("position_of_{}", name.replace('/', "_")), &inputs(state))
+        };
+        let at = names.each_ref().map(place);
+        let part = |i: usize, j: usize, axis: usize| {
+            let [x, y] = [i as f64 / 8.0, j as f64 / 8.0];
+            let [front, rear] = [0, 2].map(|k| (1.0 - y) * at[k][axis] + y * at[k + 1][axis]);
+            (1.0 - x) * front + x * rear
+        };
+        (0..81).map(|k| (0..3).map(|axis| part(k / 9, k % 9, axis)).collect()).collect()
+    };
+    let apart = |a: &Vec<f64>, b: &Vec<f64>| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    let mut least = f64::INFINITY;
+    for state in rows {
+        let [left, right] = names.each_ref().map(|names| sole(names, state));
+        let all = left.iter().flat_map(|a| right.iter().map(move |b| apart(a, b)));
+        least = all.fold(least, f64::min);
+    }
+    least.sqrt()
+}
+
+fn hanging() -> Robot {
+    read_robot("tulip").with_base("fixed", None).unwrap()
+}
+
+#[test]
+fn feet_are_kept_apart() {
+    let folder = scratch("excite-feet");
+    let hips =
+        ["left", "right"].map(|side| ["yaw", "roll", "pitch"].map(|axis| format!("{side}_hip_{axis}")));
+    let hips = hips.concat().join(",");
+    let design = |gap: &str| {
+        let file = folder.join(format!("{gap}.csv"));
+        let robot = ["excite", "robots/tulip", "--base", "fixed", "--joints", &hips, "--gap", gap, "--json"];
+        let search = ["--duration", "2", "--harmonics", "3", "--starts", "1", "--evaluations", "40"];
+        let answer = bipedc(&[&robot[..], &search, &["--out", text(&file)]].concat()).json();
+        (number(&answer["feet_distance"]), soles_apart(&trajectory(&file)))
+    };
+    let (said, seen) = design("0.06");
+    assert!(said >= 0.06 && seen >= 0.06 - 1e-9, "{said} {seen}");
+    assert!(seen > said - 1e-9, "{said} {seen}");
+    let (_, free) = design("0");
+    assert!(free < 0.06, "the limit changes nothing: {free}");
+}
+
+#[test]
+fn the_gradient_of_near_feet_is_that_of_their_excess() {
+    let robot = hanging();
+    let wishes = CLEARANCE_FUNCTIONS.map(|family| Wish { family: family.to_owned(), subject: None });
+    let model = ProgramModel::new(robot.compile_only(&wishes).unwrap());
+    let clearance = Clearance::new(Box::new(model), &feet(&robot.description), 0.1).unwrap();
+    let (count, joints) = (6, 12);
+    let q: Vec<f64> = (0..count * joints).map(|k| 0.25 * (1.7 * k as f64).sin()).collect();
+    let excess = |q: &[f64]| {
+        let zero = vec![0.0; q.len()];
+        let mut gradient = zero.clone();
+        let motion = Motion { count, q: q.to_vec(), v: zero.clone(), a: zero };
+        (clearance.excess(&motion, &mut gradient), gradient)
+    };
+    let (value, gradient) = excess(&q);
+    assert!(value > 1e-3, "{value}");
+    for k in 0..q.len() {
+        let moved = |by: f64| {
+            let mut q = q.clone();
+            q[k] += by;
+            excess(&q).0
+        };
+        let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+        assert!((slope - gradient[k]).abs() < 1e-7, "{k}: {slope} {}", gradient[k]);
+    }
+    // TUlip's hips roll.
+    assert!(!clearance.is_sagittal());
 }
 
 #[test]

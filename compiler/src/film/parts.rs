@@ -1,10 +1,12 @@
-//! What the robot looks like: boxes, cylinders and spheres of its URDF; lines where it states none of these.
+//! What the robot looks like: boxes, cylinders, spheres and hulls of the meshes of its URDF; lines where it states none.
+use super::meshes::mesh;
 use crate::robot::Robot;
 use crate::tree::{Placement, Rotation, Tree};
 use bipedc_runtime::diagnose::Foot;
 use bipedc_runtime::report::{FilmPart, Form, Side};
 use roxmltree::Node;
 use std::f64::consts::{PI, TAU};
+use std::path::Path;
 
 /// What is not seen, as a part of the robot's size.
 const SMALL: f64 = 0.01;
@@ -13,13 +15,14 @@ const ROUND: usize = 16;
 /// Circles of latitude of a drawn sphere.
 const LATITUDES: usize = 5;
 
-/// All parts: solids from `<visual>` (else `<collision>`) elements, meshes excepted; a body without any is drawn as lines
-/// to what it carries, as is a foot whose solids are apart from its joint.
+/// All parts: solids from `<visual>` (else `<collision>`) elements, of meshes that are found their convex hull; a body without
+/// any is drawn as lines to what it carries, as is a foot whose solids are apart from its joint.
 pub fn parts(robot: &Robot, tree: &Tree, sides: &[Side]) -> Vec<FilmPart> {
     let side = |body: Option<usize>| body.and_then(|b| sides.get(b)).copied().unwrap_or_default();
     let size = size(tree);
     let mut parts: Vec<FilmPart> = Vec::new();
-    for (link, form, placement) in solids(&robot.sources.urdf_text) {
+    let folder = robot.sources.urdf_path.parent().unwrap_or(Path::new(""));
+    for (link, form, placement) in solids(&robot.sources.urdf_text, folder) {
         let Some(frame) = tree.links.iter().find(|frame| frame.name == link) else { continue };
         let form = placed(form, &frame.placement.then(&placement));
         let [low, high] = bounds(form.corners().iter());
@@ -71,7 +74,7 @@ pub fn side_of_bodies(tree: &Tree, feet: &[Foot]) -> Vec<Side> {
 }
 
 /// Link, shape and its place in the link's frame.
-fn solids(urdf: &str) -> Vec<(String, Form, Placement)> {
+fn solids(urdf: &str, folder: &Path) -> Vec<(String, Form, Placement)> {
     // What cannot be read here was read by the front end's more tolerant reader; such robots are drawn as lines.
     let Ok(document) = roxmltree::Document::parse(urdf) else { return Vec::new() };
     let named = |node: &Node<'_, '_>, tag: &str| node.tag_name().name() == tag;
@@ -83,7 +86,7 @@ fn solids(urdf: &str) -> Vec<(String, Form, Placement)> {
             for shape in link.children().filter(|node| named(node, tag)) {
                 let part = |tag: &str| shape.children().find(|node| named(node, tag));
                 let geometry = part("geometry").and_then(|g| g.first_element_child());
-                if let Some(form) = geometry.and_then(form) {
+                if let Some(form) = geometry.and_then(|shape| form(shape, folder)) {
                     found.push((name.to_owned(), form, part("origin").map_or(Placement::default(), origin)));
                 }
             }
@@ -108,7 +111,7 @@ fn origin(node: Node<'_, '_>) -> Placement {
     }
 }
 
-fn form(shape: Node<'_, '_>) -> Option<Form> {
+fn form(shape: Node<'_, '_>, folder: &Path) -> Option<Form> {
     let positive = |name: &str| numbers::<1>(shape, name).map(|[x]| x).filter(|x| *x > 0.0);
     match shape.tag_name().name() {
         "box" => numbers(shape, "size").map(cuboid),
@@ -118,6 +121,7 @@ fn form(shape: Node<'_, '_>) -> Option<Form> {
             let radius = positive("radius")?;
             Some(cylinder(radius, positive("length")? + 2.0 * radius))
         }
+        "mesh" => mesh(folder, shape.attribute("filename")?, numbers(shape, "scale").unwrap_or([1.0; 3])),
         _ => None,
     }
 }
@@ -254,12 +258,12 @@ mod tests {
             <collision><geometry><sphere radius="1"/></geometry></collision></link>
             <link name="b"><visual><geometry><mesh filename="b.stl"/></geometry></visual>
             <collision><geometry><sphere radius="0.5"/></geometry></collision></link></robot>"#;
-        let found = solids(urdf);
+        let found = solids(urdf, Path::new("/no/such/folder"));
         let names: Vec<&str> = found.iter().map(|(link, ..)| link.as_str()).collect();
         assert_eq!(names, ["a", "b"]);
         assert_eq!(found[0].2.translation, [1.0, 2.0, 3.0]);
         let [low, high] = bounds(found[1].1.corners().iter());
         assert!((high[0] - low[0] - 1.0).abs() < 1e-12, "{low:?} {high:?}");
-        assert!(solids("<robot").is_empty());
+        assert!(solids("<robot", Path::new("")).is_empty());
     }
 }

@@ -47,7 +47,7 @@ With --postures: sets of static postures for force plates (thesis 5.24), both fe
 limits, the centre of pressure inside the support. Add measured columns cop/x and cop/y to the file and ask
 `bipedc identify --method cop`. Ctrl-C ends the search with the best so far.
 
-Always try a designed motion slowly and in simulation first: collisions are not checked.
+The soles are kept apart (--gap), other links are not: always try a designed motion slowly and in simulation first.
 docs/experiments.md explains the method and every key of --json.";
 
 /// What is made small.
@@ -94,6 +94,9 @@ pub struct Excite {
     /// Largest acceleration of every joint, rad/s² or m/s² [default: what efforts allow]
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     acceleration: Option<f64>,
+    /// Least distance between the soles, m
+    #[arg(long, value_name = "M", allow_negative_numbers = true, default_value_t = 0.02)]
+    gap: f64,
     /// What is made small
     #[arg(long, value_enum, default_value = "condition", conflicts_with = "separate")]
     criterion: By,
@@ -131,6 +134,7 @@ impl Excite {
                 robot: &robot,
                 out: &self.out,
                 margin: request.margin,
+                gap: self.gap,
                 criterion: request.criterion,
                 seed: self.seed,
                 starts: self.starts,
@@ -141,7 +145,7 @@ impl Excite {
             return self.postures.run(postures, &shared);
         }
         let mut excited =
-            output::progress("deriving", || Excited::new(&robot, &self.joints, self.acceleration))?;
+            output::progress("deriving", || Excited::new(&robot, &self.joints, self.acceleration, self.gap))?;
         if self.separate.wanted() {
             let rows = (self.duration * self.rate).round() as usize + 1;
             return self.separate.run(&robot, excited, &request, &self.out, rows, self.json);

@@ -41,9 +41,6 @@ pub struct PostureArguments {
     /// Least distance of the expected centre of pressure from the edge of the support, m
     #[arg(long, value_name = "M", allow_negative_numbers = true, default_value_t = 0.02)]
     stability: f64,
-    /// Least distance between the soles, m
-    #[arg(long, value_name = "M", allow_negative_numbers = true, default_value_t = 0.02)]
-    gap: f64,
     /// How wrong the described masses may be, per cent: robots so perturbed must stand too
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true, default_value_t = 10.0)]
     mass_error: f64,
@@ -60,6 +57,8 @@ pub struct Shared<'a> {
     pub robot: &'a Robot,
     pub out: &'a Path,
     pub margin: f64,
+    /// Least distance between the soles, m.
+    pub gap: f64,
     pub criterion: Criterion,
     pub seed: u64,
     pub starts: usize,
@@ -160,7 +159,7 @@ impl PostureArguments {
 
     fn request(&self, postures: usize, shared: &Shared<'_>) -> Result<PostureRequest, Diagnostic> {
         let lengths =
-            [("--stability", self.stability), ("--gap", self.gap), ("--center-error", self.center_error)];
+            [("--stability", self.stability), ("--gap", shared.gap), ("--center-error", self.center_error)];
         for (option, value) in lengths {
             if !(0.0..0.5).contains(&value) {
                 return Err(Diagnostic::error(format!("{option} is {value}"))
@@ -180,7 +179,7 @@ impl PostureArguments {
             scaling: Scaling::Own,
             margin: shared.margin,
             stability: self.stability,
-            gap: self.gap,
+            gap: shared.gap,
             tolerance: Tolerance { mass, center: self.center_error, draws },
             seed: shared.seed,
             starts: shared.starts,

@@ -21,6 +21,8 @@ pub struct Answer {
     joints: Vec<Joint>,
     /// Positions of joints that do not move.
     held: Vec<Held>,
+    /// m.
+    feet_distance: Option<f64>,
     margin: f64,
     seed: u64,
     starts: usize,
@@ -73,6 +75,7 @@ impl Answer {
             after: found.after,
             joints: Joint::all(machine, &found.peaks),
             held: Held::all(machine),
+            feet_distance: found.feet_distance,
             margin: request.margin,
             seed: request.seed,
             starts: found.starts,
@@ -114,13 +117,19 @@ impl fmt::Display for Answer {
         if self.out_of_time {
             writeln!(f, "\nwarning: time ran out: another run with this seed may give another motion")?;
         }
-        writeln!(
-            f,
-            "\n{} rows in {}; collisions were not checked: try it slowly first",
-            self.rows,
-            self.file.display()
-        )
+        writeln!(f, "\n{}", last_words(self.rows, &self.file, self.feet_distance))
     }
+}
+
+/// Where the motion went, and what was not looked at.
+pub fn last_words(rows: usize, file: &Path, feet_distance: Option<f64>) -> String {
+    let checked = feet_distance.map_or_else(
+        || "collisions were not checked".to_owned(),
+        |distance| {
+            format!("soles at least {:.1} mm apart, other collisions were not checked", 1e3 * distance)
+        },
+    );
+    format!("{rows} rows in {}; {checked}: try it slowly first", file.display())
 }
 
 /// As in JSON, with its order.

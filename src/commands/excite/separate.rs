@@ -1,6 +1,6 @@
 //! `bipedc excite ROBOT --separate A B`: the motion that best tells two effects apart.
 use super::csv;
-use super::say::{Held, Joint, family, family_words};
+use super::say::{Held, Joint, family, family_words, last_words};
 use super::subject::Excited;
 use crate::amendment::files::Replacement;
 use crate::commands::amend::demand_kind;
@@ -137,6 +137,7 @@ impl SeparateArguments {
             after: judged(found.after),
             joints: Joint::all(&machine, &found.peaks),
             held: Held::all(&machine),
+            feet_distance: found.feet_distance,
             margin: request.margin,
             seed: request.seed,
             starts: found.starts,
@@ -244,6 +245,8 @@ struct Answer {
     after: Judged,
     joints: Vec<Joint>,
     held: Vec<Held>,
+    /// m.
+    feet_distance: Option<f64>,
     margin: f64,
     seed: u64,
     starts: usize,
@@ -340,12 +343,7 @@ impl std::fmt::Display for Answer {
         for warning in &self.warnings {
             writeln!(text, "\nwarning: {warning}")?;
         }
-        writeln!(
-            text,
-            "\n{} rows in {}; collisions were not checked: try it slowly first",
-            self.rows,
-            self.file.display()
-        )?;
+        writeln!(text, "\n{}", last_words(self.rows, &self.file, self.feet_distance))?;
         f.write_str(&text)
     }
 }

@@ -2,13 +2,13 @@
 use crate::failure::Failure;
 use crate::measurements::subject;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::Wish;
+use bipedc_compiler::compile::{Wish, feet};
 use bipedc_compiler::description::model::{Joint, JointKind};
 use bipedc_compiler::identification::base_regressor;
-use bipedc_compiler::program::{ProgramRegressor, ProgramTorques};
+use bipedc_compiler::program::{ProgramModel, ProgramRegressor, ProgramTorques};
 use bipedc_runtime::compare::{BaseKind, Subject};
 use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::identify::excite::{Limits, Machine};
+use bipedc_runtime::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Limits, Machine};
 use bipedc_runtime::identify::joint;
 use std::cell::RefCell;
 use std::f64::consts::PI;
@@ -26,13 +26,20 @@ pub struct Excited {
     pub posture: Vec<f64>,
     /// Of the joints that move.
     pub limits: Vec<Limits>,
+    /// Feet that are kept apart.
+    pub clearance: Option<Clearance>,
     /// What was taken for granted.
     pub assumptions: Vec<String>,
 }
 
 impl Excited {
-    /// Derives what the moving joints' torques tell; no names: all joints with an actuator.
-    pub fn new(robot: &Robot, names: &[String], acceleration: Option<f64>) -> Result<Self, Failure> {
+    /// Derives what the moving joints' torques tell; no names: all joints with an actuator. Feet stay `gap` m apart.
+    pub fn new(
+        robot: &Robot,
+        names: &[String],
+        acceleration: Option<f64>,
+        gap: f64,
+    ) -> Result<Self, Failure> {
         let tree = robot.tree()?;
         let subject = subject(&tree)?;
         if subject.base != BaseKind::Fixed {
@@ -70,7 +77,8 @@ impl Excited {
             .iter()
             .map(|&k| limits_of(&subject.joints[k].name, joints[k], acceleration, &mut assumptions))
             .collect::<Result<_, _>>()?;
-        Ok(Self { subject, regressor, torques, moving, measured, posture, limits, assumptions })
+        let clearance = clearance(robot, gap, &mut assumptions)?;
+        Ok(Self { subject, regressor, torques, moving, measured, posture, limits, clearance, assumptions })
     }
 }
 
@@ -84,8 +92,25 @@ impl Excited {
             moving: &self.moving,
             posture: &self.posture,
             limits: &self.limits,
+            clearance: self.clearance.as_ref(),
         }
     }
+}
+
+/// Soles that are kept apart, if the robot has more than one; what is not kept is said.
+fn clearance(robot: &Robot, gap: f64, assumptions: &mut Vec<String>) -> Result<Option<Clearance>, Failure> {
+    let described = &robot.description.feet;
+    if described.len() < 2 || described.iter().any(|foot| foot.points.is_empty()) {
+        return Ok(None);
+    }
+    let wishes = CLEARANCE_FUNCTIONS.map(|family| Wish { family: family.to_owned(), subject: None });
+    let model = ProgramModel::new(robot.clone().without_effects().compile_only(&wishes)?);
+    let clearance = Clearance::new(Box::new(model), &feet(&robot.description), gap)?;
+    if clearance.is_sagittal() {
+        assumptions.push("no joint moves a foot sideways: the feet are not kept apart".to_owned());
+        return Ok(None);
+    }
+    Ok(Some(clearance))
 }
 
 /// A joint's limits as described; what is assumed is said.

@@ -1,7 +1,8 @@
 //! Explanations that the data cannot tell from the one that stands.
 use super::answer::Answer;
 use super::form::Form;
-use super::setting::{Trial, parallel};
+use super::parallel::parallel;
+use super::setting::Trial;
 use super::simplest::ALIKE;
 use crate::diagnose::Found;
 use crate::effect::Effect;

@@ -2,10 +2,14 @@
 mod alternatives;
 mod answer;
 mod bank;
+mod candidates;
 mod doubtful;
 mod fit;
+mod floor;
 mod form;
+mod parallel;
 mod polish;
+mod refine;
 mod remainder;
 mod search;
 mod setting;

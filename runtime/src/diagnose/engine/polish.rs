@@ -2,7 +2,7 @@
 use super::bank::{RowBank, Spread, row_bank};
 use super::fit::{Corrections, Sums, Term, fit};
 use super::form::Column;
-use super::setting::parallel;
+use super::parallel::parallel;
 use crate::diagnose::anatomy::CadError;
 use crate::diagnose::{Channel, Experiment, Inertial, Row};
 use crate::effect::{Effect, Location};

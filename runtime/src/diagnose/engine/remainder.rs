@@ -1,6 +1,7 @@
 //! What the effects leave unexplained.
+use super::parallel::parallel;
 use super::polish::Amended;
-use super::setting::{QUIET, parallel};
+use super::setting::QUIET;
 use super::smoother::{self, reach};
 use crate::diagnose::{Experiment, Unexplained};
 use crate::effect::Effect;

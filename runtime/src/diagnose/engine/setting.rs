@@ -1,11 +1,12 @@
 //! Everything a search works on: candidates, sums of products, weights.
 use super::bank::{RowBank, Spread, row_bank};
+use super::candidates::{all_forms, candidates_of};
 use super::fit::{Candidate, Corrections, Fit, Sums, Term, errors, fit, sizes};
+use super::floor::floor;
 use super::form::{Column, Form, Search};
-use super::smoother::{self, Signals, reach};
+use super::parallel::parallel;
 use crate::diagnose::Experiment;
 use crate::effect::{Effect, Location};
-use std::thread;
 
 /// Blocks of time that a log is cut into.
 pub(super) const BLOCKS: usize = 9;
@@ -27,9 +28,6 @@ pub(super) const QUIET: f64 = 2.0;
 
 /// A floor that effects lower further than to this part of it was none.
 const LOWER: f64 = 0.4;
-
-/// A row counts as at least so many independent samples.
-const INDEPENDENT: f64 = 300.0;
 
 /// What the search works on.
 pub(super) struct Setting<'a> {
@@ -379,89 +377,6 @@ impl<'a> Setting<'a> {
     }
 }
 
-/// All forms of all kinds and places, those that are named as alternatives only last.
-fn all_forms(experiment: &dyn Experiment, places: &[(&'static str, Location)]) -> Vec<Form> {
-    let searched = places.iter().flat_map(|(kind, location)| forms_of(experiment, kind, location));
-    let payloads = places.iter().filter(|(kind, _)| *kind == "payload");
-    searched.chain(payloads.filter_map(|(_, at)| Form::mass_only(experiment, at))).collect()
-}
-
-/// Forms with their columns, numbered in order; those that show nowhere are left out.
-fn candidates_of(
-    experiment: &dyn Experiment,
-    forms: Vec<Form>,
-    columns: &[Vec<Column>],
-    spread: &Spread,
-) -> Vec<Candidate> {
-    let mut next = 0;
-    let mut candidates = Vec::with_capacity(forms.len());
-    for (form, columns) in forms.into_iter().zip(columns) {
-        let ids: Vec<usize> = (next..next + columns.len()).collect();
-        next += columns.len();
-        let rows = touched(&form, columns, experiment);
-        let idle = columns.iter().filter(|column| column.is_empty()).count();
-        if !rows.is_empty() {
-            candidates.push(Candidate::new(form, &ids, rows, spread, idle));
-        }
-    }
-    candidates
-}
-
-fn forms_of(experiment: &dyn Experiment, kind: &'static str, location: &Location) -> Vec<Form> {
-    let guess = experiment.guess(kind, location).and_then(|e| e.parameters.get("limit").copied());
-    match experiment.seeds(kind, location).or(guess.map(|limit| vec![limit])) {
-        Some(seeds) => {
-            seeds.into_iter().filter_map(|seed| Form::new(experiment, kind, location, seed)).collect()
-        }
-        None => Form::all(experiment, kind, location),
-    }
-}
-
-/// Rows that a form can change.
-fn touched(form: &Form, columns: &[Column], experiment: &dyn Experiment) -> Vec<usize> {
-    let mut rows: Vec<usize> = match &form.search {
-        Search::Probes(_) => columns.iter().flatten().map(|(row, _)| *row).collect(),
-        Search::Inertial(directions) => (0..experiment.rows().len())
-            .filter(|&row| {
-                experiment.inertial(row).is_some_and(|inertial| {
-                    inertial.columns.iter().any(|&c| directions.iter().any(|d| d[c] != 0.0))
-                })
-            })
-            .collect(),
-    };
-    rows.sort_unstable();
-    rows.dedup();
-    rows
-}
-
-/// Calls `work` for 0..count on all cores, results in order.
-pub(super) fn parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let threads = thread::available_parallelism().map_or(1, usize::from).min(count.max(1));
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let mut results: Vec<(usize, T)> = thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads)
-            .map(|_| {
-                scope.spawn(|| {
-                    let mut mine = Vec::new();
-                    loop {
-                        let index = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                        if index >= count {
-                            return mine;
-                        }
-                        mine.push((index, work(index)));
-                    }
-                })
-            })
-            .collect();
-        handles
-            .into_iter()
-            .flat_map(|handle| handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-            .collect()
-    });
-    results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
-}
-
 fn columns_of(experiment: &dyn Experiment, forms: &[Form]) -> Vec<Vec<Column>> {
     parallel(forms.len(), |i| forms[i].columns(experiment))
 }
@@ -469,40 +384,4 @@ fn columns_of(experiment: &dyn Experiment, forms: &[Form]) -> Vec<Vec<Column>> {
 fn banks_of(experiment: &dyn Experiment, spread: &Spread, columns: &[Vec<Column>]) -> Vec<RowBank> {
     let flat: Vec<(usize, &Column)> = columns.iter().flatten().enumerate().collect();
     parallel(experiment.rows().len(), |row| row_bank(experiment, row, spread, &flat, BLOCKS, None))
-}
-
-/// What varies within a few samples: a residual less its running mean.
-fn quick_part(residual: &[f64]) -> Vec<f64> {
-    const HALF: usize = 15;
-    if residual.len() < 10 * HALF {
-        // Postures and impacts are independent of each other.
-        return Vec::new();
-    }
-    let mean = |i: usize| {
-        let window = &residual[i.saturating_sub(HALF)..(i + HALF + 1).min(residual.len())];
-        window.iter().sum::<f64>() / window.len() as f64
-    };
-    (0..residual.len()).map(|i| residual[i] - mean(i)).collect()
-}
-
-/// Variance and correlation length that any explanation can hope for.
-fn floor(train: &dyn Experiment, judge: &dyn Experiment, own_blocks: bool, row: usize) -> (f64, f64) {
-    let (a, b): (Signals, Signals) = (smoother::signals(train, row), smoother::signals(judge, row));
-    let noise = train.rows()[row].noise.powi(2);
-    let (r, s) = (train.residual(row), judge.residual(row));
-    let (n, m) = (r.len(), s.len());
-    let in_block = |i: usize, count: usize, wanted: usize| (i * BLOCKS / count.max(1)) % 3 == wanted;
-    let for_training = |i: usize| !own_blocks || !in_block(i, n, 1);
-    let for_judging = |i: usize| !own_blocks || in_block(i, m, 1);
-    match reach((&a, r, &for_training), (&b, s, &for_judging)) {
-        Some(reach) => {
-            // However long a residual remembers, a log is worth a few hundred samples.
-            let longest = (m as f64 / INDEPENDENT).max(1.0);
-            (reach.after.min(reach.before).max(noise), reach.correlation.min(longest))
-        }
-        None => {
-            let mean = s.iter().map(|x| x * x).sum::<f64>() / m.max(1) as f64;
-            (noise.max(1e-6 * mean), smoother::correlation_length(&quick_part(s)))
-        }
-    }
 }

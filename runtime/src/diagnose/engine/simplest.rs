@@ -1,6 +1,7 @@
 //! Of explanations that are as good, the simplest.
+use super::parallel::parallel;
 use super::search::{Outcome, consider};
-use super::setting::{Setting, Trial, parallel};
+use super::setting::{Setting, Trial};
 
 /// Alternatives whose held-out error differs by less than this part of what the effect removes are named together.
 pub(super) const ALIKE: f64 = 0.01;

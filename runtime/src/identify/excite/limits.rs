@@ -52,19 +52,24 @@ pub fn fine(basis: &Basis) -> usize {
     20 * basis.samples() + 1
 }
 
-/// A joint that cannot hold the middle posture of a motion.
+/// Why the middle posture of a motion cannot be held.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Overload {
-    /// Index among the moving joints.
-    pub joint: usize,
-    /// What it needs and what it has, N m or N.
-    pub effort: (f64, f64),
+pub enum Obstacle {
+    /// A joint cannot carry it.
+    Overload {
+        /// Index among the moving joints.
+        joint: usize,
+        /// What it needs and what it has, N m or N.
+        effort: (f64, f64),
+    },
+    /// Feet are this near, m; negative: they overlap.
+    Feet(f64),
 }
 
 /// The motion, made smaller where it has to be, so that all limits less `margin` hold at all times.
 ///
-/// Positions, velocities and accelerations by the scale and offset of each joint, torques by a common scale towards
-/// the middle posture, which is bisected: the scale that is taken was checked.
+/// Positions, velocities and accelerations by the scale and offset of each joint, torques and the distance of feet by a
+/// common scale towards the middle posture, which is bisected: the scale that is taken was checked.
 ///
 /// # Errors
 /// Those of the model. Inner: the middle posture alone needs too much.
@@ -73,7 +78,7 @@ pub fn kept(
     basis: &Basis,
     coefficients: &[f64],
     margin: f64,
-) -> Result<Result<Vec<f64>, Overload>, Diagnostic> {
+) -> Result<Result<Vec<f64>, Obstacle>, Diagnostic> {
     let part = 1.0 - margin - GUARD;
     let count = fine(basis);
     let mut x = coefficients.to_vec();
@@ -93,36 +98,42 @@ pub fn kept(
         let scale = |(k, x): (usize, &f64)| if k % basis.len() == 0 { *x } else { scale * x };
         x.iter().enumerate().map(scale).collect()
     };
-    let overload =
-        |x: &[f64], count: usize| -> Result<Option<Overload>, Diagnostic> {
-            let peaks = peaks(machine, &machine.motion(basis, x, count))?;
-            let worst = peaks.iter().zip(machine.limits).enumerate().map(|(joint, (peaks, limits))| {
-                Overload { joint, effort: (peaks.effort, part * limits.effort) }
-            });
-            let worst = worst.max_by(|a, b| used(a).total_cmp(&used(b)));
-            // What is no number is the worst of all and no effort at all.
-            Ok(worst.filter(|worst| worst.effort.0.is_nan() || worst.effort.0 > worst.effort.1))
-        };
-    if overload(&x, count)?.is_none() {
+    let obstacle = |x: &[f64], count: usize| obstacle(machine, &machine.motion(basis, x, count), part);
+    if obstacle(&x, count)?.is_none() {
         return Ok(Ok(x));
     }
-    if let Some(overload) = overload(&scaled(0.0), 1)? {
-        return Ok(Err(overload));
+    if let Some(obstacle) = obstacle(&scaled(0.0), 1)? {
+        return Ok(Err(obstacle));
     }
     let (mut good, mut bad) = (0.0, 1.0);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (good + bad);
-        if overload(&scaled(middle), count)?.is_none() { good = middle } else { bad = middle }
+        if obstacle(&scaled(middle), count)?.is_none() { good = middle } else { bad = middle }
     }
     Ok(Ok(scaled(good)))
 }
 
-fn used(overload: &Overload) -> f64 {
-    overload.effort.0 / overload.effort.1
+/// What is in the way of a motion if joints may use this part of their efforts.
+fn obstacle(machine: &Machine<'_>, motion: &Motion, part: f64) -> Result<Option<Obstacle>, Diagnostic> {
+    if let Some(clearance) = machine.clearance {
+        let distance = clearance.distance(motion);
+        if distance.is_nan() || distance < clearance.least() {
+            return Ok(Some(Obstacle::Feet(distance)));
+        }
+    }
+    let peaks = peaks(machine, motion)?;
+    let efforts =
+        peaks.iter().zip(machine.limits).map(|(peaks, limits)| (peaks.effort, part * limits.effort));
+    let worst = efforts.enumerate().max_by(|(_, a), (_, b)| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
+    // What is no number is the worst of all and no effort at all.
+    let worst = worst.filter(|(_, (needed, limit))| needed.is_nan() || needed > limit);
+    Ok(worst.map(|(joint, effort)| Obstacle::Overload { joint, effort }))
 }
 
-/// Sum over joints and samples of `(|x|/limit − 1)²` where limits are exceeded, and its derivatives by positions,
-/// velocities and accelerations, laid out like these.
+/// Sum over joints and samples of `(|x|/limit − 1)²` where limits are exceeded, and of [`Clearance::excess`]; with its
+/// derivatives by positions, velocities and accelerations, laid out like these.
+///
+/// [`Clearance::excess`]: super::Clearance::excess
 ///
 /// # Errors
 /// Those of the model.
@@ -161,6 +172,9 @@ pub fn excess(machine: &Machine<'_>, motion: &Motion, margin: f64) -> Result<(f6
                 }
             }
         }
+    }
+    if let Some(clearance) = machine.clearance {
+        sum += clearance.excess(motion, &mut gradient.q);
     }
     Ok((sum, gradient))
 }

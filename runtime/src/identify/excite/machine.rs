@@ -1,5 +1,6 @@
 //! What moves within which limits, and motions of it.
 use super::basis::Basis;
+use super::clearance::Clearance;
 use crate::compare::{BaseKind, Batch, InverseDynamics, Subject};
 use crate::diagnostic::Diagnostic;
 use crate::identify::BatchRegressor;
@@ -55,6 +56,8 @@ pub struct Machine<'a> {
     pub posture: &'a [f64],
     /// Of the joints that move, in order.
     pub limits: &'a [Limits],
+    /// Feet that are kept apart; none: feet are not looked at.
+    pub clearance: Option<&'a Clearance>,
 }
 
 /// Positions, velocities and accelerations of all joints, state after state.

@@ -5,6 +5,7 @@
 //! A [`Machine`] says what moves within which limits, a [`Basis`] which trajectories there are, a [`Regression`] what a
 //! motion tells; [`design`] looks for the motion that tells most and keeps every limit.
 mod basis;
+mod clearance;
 mod information;
 mod limits;
 mod machine;
@@ -17,6 +18,7 @@ mod spectrum;
 mod tests;
 
 pub use basis::{Basis, Family};
+pub use clearance::{CLEARANCE_FUNCTIONS, Clearance};
 pub use information::{MotionQuality, Regression};
 pub use limits::{Peaks, peaks};
 pub use machine::{Limits, Machine, Motion};

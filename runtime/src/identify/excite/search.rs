@@ -1,7 +1,8 @@
 //! The search for a motion that tells much.
 use super::basis::{Basis, Family};
+use super::clearance::Clearance;
 use super::information::{MotionQuality, Regression};
-use super::limits::{Overload, Peaks, excess, fine, kept, peaks};
+use super::limits::{Obstacle, Peaks, excess, fine, kept, peaks};
 use super::machine::{Machine, Motion, dot};
 use super::spectrum::{Criterion, Scaling};
 use crate::diagnostic::Diagnostic;
@@ -58,6 +59,8 @@ pub struct Designed {
     pub after: MotionQuality,
     /// Largest values of each moving joint, at samples much finer than its fastest wave.
     pub peaks: Vec<Peaks>,
+    /// Least distance of the feet at these samples, m, where they are kept apart.
+    pub feet_distance: Option<f64>,
     /// Starts that were finished.
     pub starts: usize,
     /// Evaluations of cost and gradient.
@@ -137,6 +140,7 @@ pub fn design(
         before: found.before,
         after: found.after,
         peaks: found.peaks,
+        feet_distance: found.feet_distance,
         starts: found.starts,
         evaluations: found.evaluations,
         out_of_time: found.out_of_time,
@@ -151,6 +155,7 @@ pub(super) struct Best<Q> {
     pub before: Q,
     pub after: Q,
     pub peaks: Vec<Peaks>,
+    pub feet_distance: Option<f64>,
     pub starts: usize,
     pub evaluations: usize,
     pub out_of_time: bool,
@@ -168,7 +173,7 @@ pub(super) fn best<O: Objective>(
     let basis = Basis::new(request.family, request.duration);
     let evaluations = Cell::new(0);
     let search = Search { machine, request, basis, objective, stop, begun: Instant::now(), evaluations };
-    let (mut first, mut best, mut refused) = (None, None::<(O::Quality, Vec<f64>)>, None::<Overload>);
+    let (mut first, mut best, mut refused) = (None, None::<(O::Quality, Vec<f64>)>, None::<Obstacle>);
     let mut starts = 0;
     for start in 0..request.starts {
         let guess = guess(machine, &search.basis, &mut random);
@@ -183,7 +188,7 @@ pub(super) fn best<O: Objective>(
                         best = Some((quality, x));
                     }
                 }
-                Err(overload) => refused = Some(refused.map_or(overload, |other| other.lesser(overload))),
+                Err(obstacle) => refused = Some(refused.map_or(obstacle, |other| other.lesser(obstacle))),
             }
         }
         starts += 1;
@@ -194,9 +199,11 @@ pub(super) fn best<O: Objective>(
     let (after, coefficients) = best.ok_or_else(|| search.impossible(refused))?;
     let (evaluations, out_of_time) =
         (search.evaluations.get(), search.out_of_time() && starts < request.starts);
-    let peaks = peaks(machine, &machine.motion(&search.basis, &coefficients, fine(&search.basis)))?;
-    let before = first.unwrap_or(after);
-    Ok(Best { basis: search.basis, coefficients, before, after, peaks, starts, evaluations, out_of_time })
+    let motion = machine.motion(&search.basis, &coefficients, fine(&search.basis));
+    let (peaks, feet_distance) =
+        (peaks(machine, &motion)?, machine.clearance.map(|clearance| clearance.distance(&motion)));
+    let (basis, before) = (search.basis, first.unwrap_or(after));
+    Ok(Best { basis, coefficients, before, after, peaks, feet_distance, starts, evaluations, out_of_time })
 }
 
 /// Random coefficients of a motion of moderate size.
@@ -238,7 +245,7 @@ pub(super) fn check(request: &Request) -> Result<(), Diagnostic> {
 }
 
 /// What a motion that keeps its limits is worth, and its coefficients.
-type Judged<Q> = Result<(Q, Vec<f64>), Overload>;
+type Judged<Q> = Result<(Q, Vec<f64>), Obstacle>;
 
 struct Search<'r, 'm, O> {
     machine: &'r Machine<'m>,
@@ -271,7 +278,7 @@ impl<O: Objective> Search<'_, '_, O> {
                 let motion = self.machine.motion(&self.basis, &x, 8 * self.basis.samples());
                 Ok(Ok((self.objective.quality(&motion)?, x)))
             }
-            Err(overload) => Ok(Err(overload)),
+            Err(obstacle) => Ok(Err(obstacle)),
         }
     }
 
@@ -351,9 +358,17 @@ impl<O: Objective> Search<'_, '_, O> {
         gradient
     }
 
-    fn impossible(&self, refused: Option<Overload>) -> Diagnostic {
-        let Some(Overload { joint, effort: (needed, limit) }) = refused else {
-            return Diagnostic::error("no motion was found");
+    fn impossible(&self, refused: Option<Obstacle>) -> Diagnostic {
+        let (joint, needed, limit) = match refused {
+            None => return Diagnostic::error("no motion was found"),
+            Some(Obstacle::Feet(distance)) => {
+                let least = self.machine.clearance.map_or(0.0, Clearance::least);
+                return Diagnostic::error(format!(
+                    "no motion keeps the feet {least} m apart: in the easiest posture tried they are {distance:.4} m apart"
+                ))
+                .help("ask for a smaller distance, or for --joints of one leg");
+            }
+            Some(Obstacle::Overload { joint, effort: (needed, limit) }) => (joint, needed, limit),
         };
         let joint = &self.machine.subject.joints[self.machine.moving[joint]];
         let unit = joint.unit();
@@ -365,9 +380,17 @@ impl<O: Objective> Search<'_, '_, O> {
     }
 }
 
-impl Overload {
+impl Obstacle {
+    /// The one that is easier to overcome; efforts before feet, since a posture is judged by its feet first.
     fn lesser(self, other: Self) -> Self {
-        let used = |of: &Self| of.effort.0 / of.effort.1;
-        if used(&other) < used(&self) { other } else { self }
+        let better = match (self, other) {
+            (Self::Overload { effort: own, .. }, Self::Overload { effort, .. }) => {
+                effort.0 / effort.1 < own.0 / own.1
+            }
+            (Self::Feet(own), Self::Feet(distance)) => distance > own,
+            (Self::Feet(_), Self::Overload { .. }) => true,
+            (Self::Overload { .. }, Self::Feet(_)) => false,
+        };
+        if better { other } else { self }
     }
 }

@@ -88,6 +88,7 @@ fn with<T>(limits: &[Limits; 2], work: impl FnOnce(&Machine<'_>) -> T) -> T {
         moving: &[0, 1],
         posture: &[0.0, 0.0],
         limits,
+        clearance: None,
     };
     work(&machine)
 }
@@ -192,6 +193,7 @@ fn joints_that_do_not_move_leave_fewer_unknowns() {
             moving: &[0],
             posture: &[0.0, knee],
             limits: &limits[..1],
+            clearance: None,
         };
         assert_eq!(Regression::new(&machine, &mut pseudo(5)).unknowns(), unknowns);
     }

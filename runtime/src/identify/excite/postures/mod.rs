@@ -5,6 +5,7 @@
 //! [`Standing`] knows where bodies are and how that changes with the joints (analytically), `surface` the directions in
 //! which a posture may move and the way back onto the surface, `ground` the conditions with their slack, `start` the
 //! thesis' search for feasible postures, and [`design_postures`] minimises the condition number within.
+mod descent;
 mod ground;
 mod problem;
 mod search;

@@ -73,6 +73,8 @@ pub struct Separating {
     pub after: Separation,
     /// Largest values of each moving joint.
     pub peaks: Vec<Peaks>,
+    /// Least distance of the feet, m, where they are kept apart.
+    pub feet_distance: Option<f64>,
     /// Starts that were finished.
     pub starts: usize,
     /// Evaluations of cost and gradient.
@@ -124,6 +126,7 @@ pub fn separate(
         before: found.before,
         after: found.after,
         peaks: found.peaks,
+        feet_distance: found.feet_distance,
         starts: found.starts,
         evaluations: found.evaluations,
         out_of_time: found.out_of_time,

@@ -115,6 +115,7 @@ fn with<T>(kinds: [&str; 2], beside_bodies: bool, work: impl FnOnce(&Machine<'_>
         moving: &[0],
         posture: &[0.0],
         limits: &limits,
+        clearance: None,
     };
     let effects = kinds.map(of);
     let pair = Pair {

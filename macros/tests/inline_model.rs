@@ -1,6 +1,7 @@
 //! A model without files.
 #![deny(warnings)]
 #![forbid(unsafe_code)]
+#![allow(missing_docs)]
 use bipedc_macros::Biped;
 use bipedc_runtime::nalgebra::SVector;
 
@@ -26,7 +27,8 @@ use bipedc_runtime::nalgebra::SVector;
 )]
 struct Pendulum;
 
-fn main() {
+#[test]
+fn a_pendulum_weighs_what_it_weighs() {
     let q = SVector::<f64, { pendulum::NQ }>::from_element(std::f64::consts::FRAC_PI_2);
     let gravity = pendulum::gravity(&q);
     assert!((gravity[0].abs() - 2.0 * 9.81 * 0.5).abs() < 1e-12, "{gravity}");
