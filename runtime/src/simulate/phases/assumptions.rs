@@ -1,6 +1,7 @@
 //! The assumptions under which phases in a fixed order hold, and the verdict when one does not.
 use super::integrate::Violation;
-use super::robot::{PhaseSpec, PhasedRobot, Work};
+use super::robot::{PhasedRobot, Work};
+use super::spec::PhaseSpec;
 use super::support::{Load, Row, RowKind, inside};
 use crate::compare::BaseKind;
 use crate::model::{Argument, State};

@@ -7,13 +7,16 @@ mod mirror;
 mod points;
 mod robot;
 mod run;
+mod spec;
 mod support;
+mod watch;
 
 pub use assumptions::Assumptions;
 pub use integrate::{
     Change, Effort, End, Phased, Precision, Start, Violation, Walk, Watcher, walk, walk_watched,
 };
 pub(crate) use mirror::Mirror;
-pub use robot::{Ending, Landing, PhaseSpec, PhasedRobot, Torque};
+pub use robot::{PhasedRobot, Torque};
 pub use run::{FootImpulse, PhaseChange, WalkSummary, Walking, columns};
+pub use spec::{Ending, Landing, PhaseSpec};
 pub use support::{Row, RowKind};

@@ -1,7 +1,8 @@
 //! A whole walk: controllers, phases, log.
 use super::integrate::{Change, Effort, End, Precision, Start, Violation, Watcher, walk_watched};
 use super::mirror::Mirror;
-use super::robot::{PhaseSpec, PhasedRobot};
+use super::robot::PhasedRobot;
+use super::spec::PhaseSpec;
 use crate::diagnostic::Diagnostic;
 use crate::model::Model;
 use crate::simulate::control::{Controller, cannot_drive};
