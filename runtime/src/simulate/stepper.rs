@@ -104,8 +104,6 @@ pub struct Stepper<'a> {
     before: Vec<f64>,
     /// Twice the mean of their velocities without and with impulses.
     mean: Vec<f64>,
-    /// Where the rows of `directions` are not zero.
-    stretches: Vec<Stretch>,
     bookkeeping: Option<Bookkeeping>,
 }
 
