@@ -181,11 +181,20 @@ fn a_sloping_ground_turns_the_robot_that_stands_on_it() {
     assert!(side.abs() < 0.02 * up && front.abs() < 0.02 * up && up > 150.0);
     // In the plane.
     let seven = robot("seven_link", None);
-    let text = format!("{STAND}[initial]\nbase_rotation = [-0.03]\n{}", effect("ground_slope", "roll = 0.0\npitch = -0.03"));
+    let text = format!(
+        "{STAND}[initial]\nbase_rotation = [-0.03]\n{}",
+        effect("ground_slope", "roll = 0.0\npitch = -0.03")
+    );
     let log = simulate(&seven, &text);
-    let (pitch, [front, up]) = (log.last("base/orientation/pitch"), ["x", "z"].map(|axis| {
-        ["left_foot", "right_foot"].map(|foot| log.last(&format!("{foot}/force/{axis}"))).iter().sum::<f64>()
-    }));
+    let (pitch, [front, up]) = (
+        log.last("base/orientation/pitch"),
+        ["x", "z"].map(|axis| {
+            ["left_foot", "right_foot"]
+                .map(|foot| log.last(&format!("{foot}/force/{axis}")))
+                .iter()
+                .sum::<f64>()
+        }),
+    );
     println!("in the plane: pitch {pitch:.4} rad, forces {front:.2}, {up:.2} N");
     assert!((pitch + 0.03).abs() < 0.01 && front.abs() < 0.03 * up && up > 150.0);
     let refused = plant(&seven.description, &seven.tree().unwrap()).unwrap();

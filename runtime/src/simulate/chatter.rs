@@ -41,8 +41,8 @@ impl Chatter {
             if self.since > SLOWEST || self.row == 0 {
                 (self.row, self.first, self.longest) = (0, size, 0);
             }
+            self.longest = if self.row == 0 { 0 } else { self.longest.max(self.since) };
             self.row += 1;
-            self.longest = self.longest.max(self.since);
             if self.row >= ROW && size >= 0.9 * self.first {
                 found = Some(if self.longest <= 1 { Swing::EveryStep } else { Swing::Slower });
             }

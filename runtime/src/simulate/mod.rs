@@ -8,7 +8,7 @@
 //! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end.
 mod actuator;
 mod chatter;
-mod control;
+
 mod dense;
 mod drives;
 mod ground;
@@ -30,10 +30,10 @@ mod sensing;
 mod servo;
 mod soles;
 mod stepper;
+mod told;
 mod turned;
 
 pub use actuator::Actuator;
-pub use control::EffortSensor;
 pub use drives::Coupled;
 pub use ground::{Compliance, Ground, JointLaw};
 pub use imu::Imu;
@@ -48,3 +48,4 @@ pub use scenario::{Initial, Scenario, Sensors, Servo};
 pub use sensing::Sample;
 pub use servo::DriveServo;
 pub use stepper::{Motion, Stepped, Stepper};
+pub use told::EffortSensor;

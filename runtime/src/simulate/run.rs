@@ -1,6 +1,5 @@
 //! A whole run: control, effects, steps, sensors, log.
 use super::chatter::Chatter;
-use super::control::Told;
 use super::drives::Drives;
 use super::ground::{Compliance, Ground};
 use super::imu::{self, Inertial};
@@ -10,6 +9,7 @@ use super::scenario::{Initial, Scenario};
 use super::sensing::{Sample, Sensing};
 use super::servo::DriveServo;
 use super::stepper::{Motion, Stepper};
+use super::told::Told;
 use super::turned::Turned;
 use crate::compare::BaseKind;
 use crate::diagnostic::Diagnostic;

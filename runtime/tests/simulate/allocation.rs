@@ -67,7 +67,14 @@ fn steps_do_not_allocate() {
     for k in 0..2000 {
         let wanted = [if k % 500 < 250 { 0.2 } else { -0.1 }, 0.0];
         let (stiffness, damping, limits) = (200.0, 4.0, [-9.0, 9.0]);
-        stepper.set_servos(std::iter::once(DriveServo { axis: 1, stiffness, damping, wanted, bias: 0.0, limits }));
+        stepper.set_servos(std::iter::once(DriveServo {
+            axis: 1,
+            stiffness,
+            damping,
+            wanted,
+            bias: 0.0,
+            limits,
+        }));
         stepper.step(&mut motion, &[0.0, 0.0], 1e-3).unwrap();
     }
     assert_eq!(count(), before);

@@ -6,11 +6,11 @@ mod motor;
 mod read;
 
 use super::actuator::Actuator;
-use super::control::EffortSensor;
 use super::ground::Ground;
 use super::imu::Imu;
 use super::proximal::Tolerance;
 use super::reference::Reference;
+use super::told::EffortSensor;
 use crate::effect::Effect;
 
 /// A scenario file, checked against its robot.
