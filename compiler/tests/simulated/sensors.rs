@@ -57,10 +57,10 @@ fn voltage_and_current_end_where_the_supply_ends() {
             let log = simulate(&five, &format!("{swing}{MOTOR}command = \"{command}\"\n{limits}"));
             let [current, speed] =
                 ["motor_current", "velocity"].map(|name| log.all(&format!("{JOINT}/{name}")));
-            let volts = |i: usize| 0.4 * current[i] - 2.0 * speed[i];
             let (mut most, mut amperes) = (0.0_f64, 0.0_f64);
-            for i in SETTLED..current.len() {
-                (most, amperes) = (most.max(volts(i).abs()), amperes.max(current[i].abs()));
+            for (current, speed) in current.iter().zip(&speed).skip(SETTLED) {
+                most = most.max((0.4 * current - 2.0 * speed).abs());
+                amperes = amperes.max(current.abs());
             }
             println!("{servo}, {command}: {most:.4} V, {amperes:.4} A");
             assert!(amperes < 5.5 * 1.01 && most < 3.0 * 1.03, "{most} V {amperes} A");

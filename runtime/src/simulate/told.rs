@@ -188,14 +188,8 @@ impl Simulation<'_> {
             let mut told = self.told[j];
             let speed = self.shaft(j)[1];
             let mean = 0.5 * (told.speed + speed);
-            if self.scenario.inside && self.inside.iter().any(|servo| servo.axis == axis) {
-                let reading = self.drives.reading(j, sensor);
-                told.truly = self.stepper.servo_torque(axis, h);
-                let asked = (self.stepper.servo_asked(axis, h) - reading.offset) / reading.gain;
-                let ([low, high], _) = self.drives.range(j, told.speed);
-                let most = self.scenario.servos[j].limit;
-                told.torque = asked.max(low.max(-most)).min(high.min(most));
-                told.clipped = (told.torque - asked).abs() > 1e-6 * asked.abs();
+            if self.inside.iter().any(|servo| servo.axis == axis) {
+                self.answer(j, axis, &mut told);
             }
             self.clipped[j] += usize::from(told.clipped);
             let reported = told.torque - told.damping * mean;
@@ -213,6 +207,18 @@ impl Simulation<'_> {
             let constant = self.drives.actuator(j).and_then(|actuator| actuator.torque_per_current());
             self.current[0][j] = constant.map_or(f64::NAN, |constant| reported / constant);
         }
+    }
+
+    /// What a servo inside the drive gave in the step, and what it reports.
+    fn answer(&self, j: usize, axis: usize, told: &mut Told) {
+        let (h, scenario) = (self.scenario.step, self.scenario);
+        let reading = self.drives.reading(j, scenario.sensors.torque == EffortSensor::Joint);
+        let asked = (self.stepper.servo_asked(axis, h) - reading.offset) / reading.gain;
+        let ([low, high], _) = self.drives.range(j, told.speed);
+        let most = scenario.servos[j].limit;
+        told.truly = self.stepper.servo_torque(axis, h);
+        told.torque = asked.max(low.max(-most)).min(high.min(most));
+        told.clipped = (told.torque - asked).abs() > 1e-6 * asked.abs();
     }
 
     /// Says which gain is too large, if it is.

@@ -1,7 +1,7 @@
 //! The body of the fuzz target `scenario`.
 use bipedc_runtime::compare::{BaseKind, Joint, Subject};
 use bipedc_runtime::diagnose::{Corner, Foot};
-use bipedc_runtime::simulate::{Plant, Scenario};
+use bipedc_runtime::simulate::{Actuator, Plant, Scenario};
 use std::path::Path;
 
 /// A small robot on this base.
@@ -20,7 +20,7 @@ fn plant(base: BaseKind) -> Plant {
         position_limits: vec![Some([-1.0, 1.0]), None],
         effort_limits: vec![Some(20.0), None],
         effects: Vec::new(),
-        drives: vec![None; 2],
+        drives: vec![Some(Actuator { turns: 100.0, described: true, ..Actuator::default() }), None],
         gravity: [0.0, 0.0, -9.81],
     }
 }
@@ -39,6 +39,9 @@ pub fn run(data: &[u8]) {
                 assert!(scenario.initial.q.iter().chain(&scenario.initial.v).all(|x| x.is_finite()));
                 assert!(scenario.duration > 0.0 && scenario.step > 0.0 && scenario.log_every > 0);
                 assert!(scenario.ground.check().is_ok());
+                for motor in scenario.actuators.iter().flatten() {
+                    assert!(motor.turns != 0.0 && motor.stiffness > 0.0 && motor.gap >= 0.0);
+                }
                 for servo in &scenario.servos {
                     for time in [-1.0, 0.0, 0.5, 1e9] {
                         assert!(!servo.reference.at(time)[0].is_nan());
