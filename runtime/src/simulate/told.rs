@@ -230,7 +230,7 @@ impl Simulation<'_> {
         let motion = &self.plant.subject.joints[j];
         let unit = if motion.prismatic { ["N s/m", "N/m", "kg"] } else { ["N m s/rad", "N m/rad", "kg m²"] };
         // Joints that swing together are unstable earlier than each alone.
-        let most = if swing == Swing::EveryStep { 0.8 } else { 1.5 };
+        let most = if swing == Swing::EveryStep { 0.8 } else { 2.0 };
         let (gain, help) = if fade >= most {
             let lower = servo.damping / fade;
             (format!("damping = {} {}", servo.damping, unit[0]), format!("lower the damping to {lower:.2}"))
