@@ -134,7 +134,8 @@ fn flat_footed() -> String {
     let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/seven_link");
     let text = std::fs::read_to_string(robots.join("biped.toml")).unwrap();
     let own = text.find("# 1: fully actuated").unwrap();
-    let phase = "[[phase]]\nname = \"step\"\ncontacts = [\"right_foot\"]\nimpact = [\"left_foot\"]\nrelabel = true\n";
+    let phase =
+        "[[phase]]\nname = \"step\"\ncontacts = [\"right_foot\"]\nimpact = [\"left_foot\"]\nrelabel = true\n";
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("flat_footed");
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("biped.toml"), format!("{}{phase}", &text[..own])).unwrap();

@@ -44,18 +44,24 @@ fn scenario(plant: &Plant, text: &str) -> Result<Scenario, String> {
 }
 
 fn simulate(robot: &Robot, text: &str) -> Log {
+    ran(robot, text).unwrap()
+}
+
+/// The log, or why there is none.
+fn ran(robot: &Robot, text: &str) -> Result<Log, String> {
     let plant = plant(&robot.description, &robot.tree().unwrap()).unwrap();
-    let scenario = scenario(&plant, text).unwrap();
+    let scenario = scenario(&plant, text)?;
     let model = true_model(robot, &scenario.effects).unwrap();
     let mechanics = Mechanics::new(&model, plant.subject.base).unwrap();
-    let simulation = Simulation::new(mechanics, &plant, &scenario).unwrap();
+    let simulation = Simulation::new(mechanics, &plant, &scenario).map_err(|error| error.to_string())?;
     let mut log = Log { names: simulation.columns(), rows: Vec::new() };
     let mut row = |values: &[f64]| {
         log.rows.push(values.to_vec());
         Ok(())
     };
-    simulation.run(&mut Run { row: &mut row, progress: &|_| (), stop: &|| false }).unwrap();
-    log
+    let run = simulation.run(&mut Run { row: &mut row, progress: &|_| (), stop: &|| false });
+    run.map_err(|error| error.to_string())?;
+    Ok(log)
 }
 
 const STEP: f64 = 5e-4;

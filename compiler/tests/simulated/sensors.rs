@@ -1,5 +1,5 @@
 //! Motors, torque sensors, currents and inertial measurement units.
-use super::{JOINT, JOINTS, Log, SETTLED, STEP, SWING, Torques, robot, simulate, tulip};
+use super::{JOINT, JOINTS, Log, SETTLED, STEP, SWING, Torques, ran, robot, simulate, tulip};
 
 #[test]
 fn a_torque_sensor_at_the_joint_knows_nothing_of_rotor_and_friction() {
@@ -57,10 +57,10 @@ fn voltage_and_current_end_where_the_supply_ends() {
             let log = simulate(&five, &format!("{swing}{MOTOR}command = \"{command}\"\n{limits}"));
             let [current, speed] =
                 ["motor_current", "velocity"].map(|name| log.all(&format!("{JOINT}/{name}")));
-            let volts = |i: usize| 0.4 * current[i] - 2.0 * speed[i];
             let (mut most, mut amperes) = (0.0_f64, 0.0_f64);
-            for i in SETTLED..current.len() {
-                (most, amperes) = (most.max(volts(i).abs()), amperes.max(current[i].abs()));
+            for (current, speed) in current.iter().zip(&speed).skip(SETTLED) {
+                most = most.max((0.4 * current - 2.0 * speed).abs());
+                amperes = amperes.max(current.abs());
             }
             println!("{servo}, {command}: {most:.4} V, {amperes:.4} A");
             assert!(amperes < 5.5 * 1.01 && most < 3.0 * 1.03, "{most} V {amperes} A");
@@ -146,4 +146,24 @@ fn imu_log(text: &str) -> Log {
     let scenario =
         format!("duration = 0.6\n{text}[control]\nstiffness = 600.0\ndamping = 8.0\nservo = \"drive\"\n");
     simulate(&robot("tulip", None), &scenario)
+}
+
+#[test]
+fn held_controllers_that_swing_are_refused() {
+    let tulip = robot("tulip", Some("fixed"));
+    let refused = |stiffness: f64, damping: f64| {
+        let text = format!(
+            "duration = 1.0\n[control]\nstiffness = {stiffness:.1}\ndamping = {damping:.2}\n[joint.left_knee_pitch]\nposition = 0.4\nsines = [[0.2, 0.5, 0.0]]\n"
+        );
+        ran(&tulip, &text).err().unwrap_or_default()
+    };
+    let damped = refused(300.0, 5.0);
+    println!("{damped}");
+    assert!(
+        damped.contains("ankle") && damped.contains("damping = 5 N m s/rad, held over a step of 0.001 s")
+    );
+    let sprung = refused(3000.0, 0.1);
+    println!("{sprung}");
+    assert!(sprung.contains("stiffness = 3000 N m/rad") && sprung.contains("raise the damping"));
+    assert_eq!(refused(300.0, 1.0), "");
 }

@@ -166,10 +166,11 @@ mod tests {
         assert_eq!(at(-60.0, 0.0), (-20.0, true));
         // 10 A need 5 V: 9.5 rad/s are left.
         assert_eq!(at(20.0, 9.4), (20.0, false));
-        assert!((at(20.0, 11.0).0 - 4.0 * (24.0 - 22.0) / 2.0).abs() < 1e-12);
-        assert!((at(20.0, 13.0).0 + 4.0).abs() < 1e-12, "the motor brakes beyond its idle speed");
+        // 2 V over 0.5 Ω are left at 11 rad/s.
+        assert!((at(20.0, 11.0).0 - 8.0).abs() < 1e-12);
+        assert!((at(20.0, 13.0).0 + 8.0).abs() < 1e-12, "the motor brakes beyond its idle speed");
         assert_eq!(MOTOR.range(0.0), ([-20.0, 20.0], 0.0));
-        assert!((MOTOR.range(11.0).0[1] - 4.0).abs() < 1e-12);
+        assert!((MOTOR.range(11.0).0[1] - 8.0).abs() < 1e-12);
     }
 
     #[test]

@@ -1,17 +1,17 @@
-//! A held controller that is too strong for its step swings: its torque turns round every few steps and never less.
+//! A held controller that is too strong for its step swings: its torque turns round again and again and never less.
 
 /// Turns in a row after which it is no coincidence.
-const ROW: usize = 40;
+const ROW: usize = 20;
 
 /// Most steps from turn to turn.
-const SLOWEST: usize = 10;
+const SLOWEST: usize = 50;
 
 /// How a torque swings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Swing {
     /// It turns round in every step.
     EveryStep,
-    /// Within a few steps.
+    /// Within some steps.
     Slower,
 }
 
@@ -41,8 +41,8 @@ impl Chatter {
             if self.since > SLOWEST || self.row == 0 {
                 (self.row, self.first, self.longest) = (0, size, 0);
             }
+            self.longest = if self.row == 0 { 0 } else { self.longest.max(self.since) };
             self.row += 1;
-            self.longest = self.longest.max(self.since);
             if self.row >= ROW && size >= 0.9 * self.first {
                 found = Some(if self.longest <= 1 { Swing::EveryStep } else { Swing::Slower });
             }
@@ -72,7 +72,7 @@ mod tests {
         assert_eq!(run(|i| 1.002_f64.powi(i) * (0.6 * f64::from(i)).sin()), Some(Swing::Slower));
         assert_eq!(run(|i| 0.99_f64.powi(i) * (0.6 * f64::from(i)).sin()), None);
         // A motion that the controller follows.
-        assert_eq!(run(|i| (0.1 * f64::from(i)).sin()), None);
+        assert_eq!(run(|i| (0.03 * f64::from(i)).sin()), None);
         assert_eq!(run(|_| 1.0), None);
     }
 }

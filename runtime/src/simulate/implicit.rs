@@ -98,7 +98,8 @@ mod tests {
         for k in -12..=14 {
             for d in -12..=14 {
                 let found = growth(10f64.powi(k), 10f64.powi(d), 1e-3);
-                assert!(found <= 1.0 + 1e-9, "1e{k} N m/rad, 1e{d} N m s/rad: {found}");
+                // A double eigenvalue is known to the root of the rounding only.
+                assert!(found <= 1.0 + 1e-7, "1e{k} N m/rad, 1e{d} N m s/rad: {found}");
             }
         }
         assert!(growth(1e12, 0.0, 1e-3) < 1e-2, "stiff springs do not ring");

@@ -36,7 +36,7 @@ mod sensing;
 mod servo;
 mod soles;
 mod stepper;
-mod torques;
+mod told;
 mod turned;
 
 pub use absolute::{FreeBodies, FreeLink, FreePoint, FreeStepper, Pin};
@@ -57,4 +57,4 @@ pub use scenario::{EventDriven, Initial, Scenario, Sensors, Servo, World};
 pub use sensing::Sample;
 pub use servo::DriveServo;
 pub use stepper::{Motion, Stepped, Stepper};
-pub use torques::EffortSensor;
+pub use told::EffortSensor;

@@ -11,7 +11,7 @@ use super::scenario::{Initial, Scenario};
 use super::sensing::{Sample, Sensing};
 use super::servo::DriveServo;
 use super::stepper::{Motion, Stepper};
-use super::torques::Told;
+use super::told::Told;
 use super::turned::Turned;
 use crate::compare::BaseKind;
 use crate::diagnostic::Diagnostic;

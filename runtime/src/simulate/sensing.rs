@@ -4,7 +4,7 @@ use super::mechanics::rotate;
 use super::plant::Plant;
 use super::random::Random;
 use super::scenario::{Scenario, Sensors};
-use super::torques::EffortSensor;
+use super::told::EffortSensor;
 use super::turned::Turned;
 use crate::compare::BaseKind;
 use crate::effect::Effect;

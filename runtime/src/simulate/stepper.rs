@@ -1,16 +1,18 @@
 //! Moreau's time stepping: impulses over a step, no matter whether something strikes, slides or lets go in it.
-use super::account::{Account, Done};
+mod books;
+mod extended;
+mod rows;
+
 use super::dense::{self, Stretch};
 use super::drives::Coupled;
-use super::ground::{Ground, JointLaw, within};
+use super::ground::{Ground, JointLaw};
 use super::mechanics::{Frame, Mechanics};
-use super::motors::{MotorLaw, Motors, embed};
+use super::motors::{Motors, embed};
 use super::problem::{Block, Law, Problem};
 use super::proximal::{Solved, Solver, Tolerance};
 use super::servo::DriveServo;
 use super::soles::Soles;
 use crate::diagnostic::Diagnostic;
-use std::ops::Range;
 
 /// Configuration and velocity at a time.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -104,19 +106,7 @@ pub struct Stepper<'a> {
     before: Vec<f64>,
     /// Twice the mean of their velocities without and with impulses.
     mean: Vec<f64>,
-    bookkeeping: Option<Bookkeeping>,
-}
-
-/// Work so far, with the room to sum it.
-#[derive(Debug, Clone, Default)]
-struct Bookkeeping {
-    account: Account,
-    /// γ⁺ of the closed rows.
-    after: Vec<f64>,
-    /// Height at the midpoint of every row that is the normal of a point.
-    heights: Vec<f64>,
-    /// By block: whether it is a servo's.
-    driven: Vec<bool>,
+    bookkeeping: Option<books::Bookkeeping>,
 }
 
 impl<'a> Stepper<'a> {
@@ -172,165 +162,6 @@ impl<'a> Stepper<'a> {
             bookkeeping: None,
         }
         .with_room())
-    }
-
-    /// The same with these motors, each at its joint's angle and speed in `motion`: springs without load, play in its middle.
-    ///
-    /// # Errors
-    /// Impossible numbers, joints that there are not, or two motors at one.
-    pub fn with_motors(mut self, laws: Vec<MotorLaw>, motion: &Motion) -> Result<Self, Diagnostic> {
-        laws.iter().try_for_each(MotorLaw::check)?;
-        let joints = self.joints.len();
-        let taken = |k: usize| laws[..k].iter().any(|other| other.joint == laws[k].joint);
-        if let Some(k) = (0..laws.len()).find(|&k| laws[k].joint >= joints || taken(k)) {
-            return Err(Diagnostic::error(format!("motor {k} does not stand at a joint of its own")));
-        }
-        let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
-        self.motors = Motors::new(laws);
-        for (k, law) in self.motors.laws.iter().enumerate() {
-            (self.motors.angle[k], self.motors.rate[k]) = (q[law.joint], v[law.joint]);
-        }
-        Ok(self.with_room())
-    }
-
-    /// The same with pairs of joints whose accelerations act on each other.
-    ///
-    /// # Errors
-    /// Joints that there are not.
-    pub fn with_coupled(mut self, coupled: Vec<Coupled>) -> Result<Self, Diagnostic> {
-        let joints = self.joints.len();
-        if coupled
-            .iter()
-            .any(|pair| pair.joints[0] == pair.joints[1] || pair.joints.iter().any(|j| *j >= joints))
-        {
-            return Err(Diagnostic::error("a coupling is not of two joints of the robot"));
-        }
-        self.coupled = coupled;
-        Ok(self)
-    }
-
-    /// The same with soles that turn on the spot where the moment about the vertical through their middle exceeds
-    /// `turning` (m) times the normal force: while three corners touch, their friction acts in the middle. `points` are the
-    /// contact points of each.
-    ///
-    /// # Errors
-    /// A robot in the plane, points that there are not, or an impossible number.
-    pub fn with_soles(mut self, points: Vec<Range<usize>>, turning: f64) -> Result<Self, Diagnostic> {
-        within("turning", turning, 0.0, f64::MAX, "m")?;
-        let known =
-            |points: &Range<usize>| points.start < points.end && points.end <= self.mechanics.points();
-        if self.mechanics.tangents() != 2 || !points.iter().all(known) {
-            return Err(Diagnostic::error("soles that turn are those of feet in space"));
-        }
-        self.soles = Soles { points, turning, places: vec![0.0; 2 * self.mechanics.points()] };
-        Ok(self.with_room())
-    }
-
-    /// Place for the largest problem, so that no step allocates.
-    fn with_room(mut self) -> Self {
-        let (n, points, tangents) = (self.size(), self.mechanics.points(), self.mechanics.tangents());
-        let axes = self.joints.len() + self.motors.laws.len();
-        let rows = points * (1 + tangents) + ROWS_OF_AXIS * axes + 3 * self.soles.points.len();
-        self.problem.reserve(rows);
-        self.solver = Solver::with_room(rows);
-        self.servos = Vec::with_capacity(axes);
-        self.sources = Vec::with_capacity(rows);
-        self.memory = vec![0.0; rows];
-        self.mass = vec![0.0; n * n];
-        self.speed = vec![0.0; n];
-        self.inertia = vec![0.0; axes];
-        self.stops = vec![0.0; self.motors.laws.len()];
-        self.asked = vec![0.0; axes];
-        self.middle = vec![0.0; n];
-        self.drive = vec![0.0; n];
-        self.directions = Vec::with_capacity(n * rows);
-        self.before = Vec::with_capacity(rows);
-        self.mean = Vec::with_capacity(rows);
-        self.stretches = Vec::with_capacity(n);
-        self
-    }
-
-    /// Number of coordinates: those of the model, then the motors. Forces are given for all of them.
-    pub fn size(&self) -> usize {
-        self.mechanics.nv() + self.motors.laws.len()
-    }
-
-    /// Angle of a motor of its own (rad) and its speed (rad/s), as seen at the joint.
-    pub fn motor(&self, index: usize) -> [f64; 2] {
-        [self.motors.angle[index], self.motors.rate[index]]
-    }
-
-    /// Torque of a motor's spring, or at the ends of its play, on the joint in the last step, N m.
-    pub fn spring_torque(&self, index: usize) -> f64 {
-        self.motors.torque[index]
-    }
-
-    /// Laws of the motors from now on, such as friction that depends on the load.
-    pub fn motors_mut(&mut self) -> &mut [MotorLaw] {
-        &mut self.motors.laws
-    }
-
-    /// The servos of the next steps: at most one per axis, others are passed over.
-    pub fn set_servos(&mut self, servos: impl Iterator<Item = DriveServo>) {
-        let axes = self.inertia.len();
-        self.servos.clear();
-        for servo in servos {
-            let free = self.servos.iter().all(|other| other.axis != servo.axis);
-            if servo.axis < axes && free {
-                self.servos.push(servo);
-            }
-        }
-    }
-
-    /// Torque of an axis' servo in the last step, N m.
-    pub fn servo_torque(&self, axis: usize, time: f64) -> f64 {
-        self.memory[self.slot_of_axis(axis) + 3] / time
-    }
-
-    /// The torque that an axis' servo would have given in the last step without limits, N m.
-    pub fn servo_asked(&self, axis: usize, time: f64) -> f64 {
-        self.asked[axis] / time
-    }
-
-    /// Impulse of dry friction on an axis in the last step, N m s.
-    pub fn dry_impulse(&self, axis: usize) -> f64 {
-        self.memory[self.slot_of_axis(axis)]
-    }
-
-    /// Velocity per impulse of an axis when nothing touches, 1/(kg m²): of the last step.
-    pub fn mobility(&self, axis: usize) -> f64 {
-        // With D = Lᵀ L: (D⁻¹)_aa = |L⁻ᵀ e_a|².
-        let n = self.size();
-        let mut column = vec![0.0; n];
-        column[self.coordinate(axis)] = 1.0;
-        dense::forward_one(&self.mass, n, &mut column);
-        column.iter().map(|x| x * x).sum()
-    }
-
-    /// The same, and the work of everything is summed from now on: [`Self::account`].
-    #[must_use]
-    pub fn accounted(mut self) -> Self {
-        let room = || Vec::with_capacity(self.before.capacity());
-        let driven = Vec::with_capacity(self.before.capacity());
-        self.bookkeeping =
-            Some(Bookkeeping { account: Account::default(), after: room(), heights: room(), driven });
-        self
-    }
-
-    /// What acts and is not part of [`Self::account`].
-    pub(super) fn beyond_books(&self) -> Option<&'static str> {
-        if !self.motors.laws.is_empty() {
-            return Some("motors behind springs or play");
-        }
-        if !self.coupled.is_empty() {
-            return Some("joints coupled by an inertia");
-        }
-        (!self.soles.points.is_empty()).then_some("soles that turn")
-    }
-
-    /// Work so far; `None` unless [`Self::accounted`].
-    pub fn account(&self) -> Option<&Account> {
-        self.bookkeeping.as_ref().map(|books| &books.account)
     }
 
     /// The model.
@@ -512,30 +343,6 @@ impl<'a> Stepper<'a> {
         self.problem.clear(rows);
     }
 
-    /// Lists the closed points: how many rows they have.
-    fn touch(&mut self) -> usize {
-        let size = 1 + self.mechanics.tangents();
-        let (mut rows, mut point) = (0, 0);
-        while point < self.gaps.len() {
-            if let Some(sole) = self.soles.flat(point, &self.gaps) {
-                let points = self.soles.points[sole].clone();
-                point = points.end;
-                let closed = points.filter(|point| self.gaps[*point] <= 0.0);
-                let before = self.sources.len();
-                self.sources.extend(closed.map(Source::Normal));
-                self.sources.push(Source::Sole(sole));
-                rows += self.sources.len() - before + 2;
-                continue;
-            }
-            if self.gaps[point] <= 0.0 {
-                self.sources.push(Source::Point(point));
-                rows += size;
-            }
-            point += 1;
-        }
-        rows
-    }
-
     /// Delassus' matrix, free velocities, laws and the guess.
     fn assemble(&mut self, motion: &Motion, time: f64) {
         let (n, rows) = (self.size(), self.problem.rows());
@@ -564,84 +371,6 @@ impl<'a> Stepper<'a> {
         self.soften(motion, time);
     }
 
-    fn law(&self, source: Source, time: f64) -> Law {
-        match source {
-            Source::Point(_) => Law::Contact {
-                friction: self.ground.friction,
-                tangents: self.mechanics.tangents(),
-                cone: self.ground.cone,
-            },
-            Source::Dry(axis) => {
-                let joints = self.joints.len();
-                let [positive, negative] =
-                    if axis < joints { self.joints[axis].dry } else { self.motors.laws[axis - joints].dry };
-                Law::Limited { low: -time * positive, high: time * negative }
-            }
-            Source::Normal(_) | Source::Lower(_) | Source::Upper(_) => Law::Unilateral,
-            Source::Sole(sole) => {
-                let points = self.soles.points[sole].clone();
-                Law::Sole {
-                    friction: self.ground.friction,
-                    turning: self.soles.turning,
-                    normals: self.gaps[points].iter().filter(|gap| **gap <= 0.0).count(),
-                    cone: self.ground.cone,
-                }
-            }
-            Source::Servo(index) => {
-                let [low, high] = self.servos[index].limits;
-                Law::Limited { low: time * low, high: time * high }
-            }
-        }
-    }
-
-    /// Writes the directions of a source into the columns from `row` on.
-    fn direct(&mut self, source: Source, row: usize) {
-        let (nv, rows, tangents) = (self.mechanics.nv(), self.problem.rows(), self.mechanics.tangents());
-        let (axis, sign) = match source {
-            Source::Point(point) => {
-                for i in 0..nv {
-                    let target = &mut self.directions[i * rows + row..i * rows + row + 1 + tangents];
-                    target[0] = self.normal[point * nv + i];
-                    for (k, target) in target[1..].iter_mut().enumerate() {
-                        *target = self.tangential[(point * tangents + k) * nv + i];
-                    }
-                }
-                return;
-            }
-            Source::Normal(point) => {
-                for i in 0..nv {
-                    self.directions[i * rows + row] = self.normal[point * nv + i];
-                }
-                return;
-            }
-            Source::Sole(sole) => {
-                for (point, parts) in self.soles.parts(sole) {
-                    for (k, part) in parts.iter().enumerate() {
-                        for i in 0..nv {
-                            let along = |axis: usize| self.tangential[(2 * point + axis) * nv + i];
-                            self.directions[i * rows + row + k] += part[0] * along(0) + part[1] * along(1);
-                        }
-                    }
-                }
-                return;
-            }
-            Source::Dry(axis) => (axis, 1.0),
-            Source::Servo(index) => (self.servos[index].axis, 1.0),
-            Source::Lower(axis) | Source::Upper(axis) => {
-                let sign = if matches!(source, Source::Upper(_)) { -1.0 } else { 1.0 };
-                // Play lies between a motor and its joint.
-                if let Some(k) = axis.checked_sub(self.joints.len()) {
-                    let joint = self.coordinate(self.motors.laws[k].joint);
-                    self.directions[joint * rows + row] = -sign;
-                }
-                (axis, sign)
-            }
-        };
-        let coordinate = self.coordinate(axis);
-        self.directions[coordinate * rows + row] = sign;
-    }
-
-    /// `c = γ_free + e γ⁻`; `directions` becomes `L⁻ᵀ W`.
     fn free_velocities(&mut self) {
         let (n, rows) = (self.size(), self.problem.rows());
         self.before.clear();
@@ -758,92 +487,6 @@ impl<'a> Stepper<'a> {
             }
         }
         work
-    }
-
-    /// Spreads the friction of flat soles over their corners, for those who ask for the forces on points.
-    fn share(&mut self) {
-        for &source in &self.sources {
-            let Source::Sole(sole) = source else { continue };
-            let slot = self.slot(source);
-            let friction = [self.memory[slot], self.memory[slot + 1]];
-            let points = self.soles.points[sole].clone();
-            let closed = self.gaps[points.clone()].iter().filter(|gap| **gap <= 0.0).count() as f64;
-            for point in points.filter(|point| self.gaps[*point] <= 0.0) {
-                self.memory[3 * point + 1] = friction[0] / closed;
-                self.memory[3 * point + 2] = friction[1] / closed;
-            }
-        }
-    }
-
-    /// γ⁺ of the closed rows, for the books; before `drive` leaves the coordinates `L⁻ᵀ`.
-    fn velocities_after(&mut self, rows: usize) {
-        let Some(books) = &mut self.bookkeeping else { return };
-        books.after.clear();
-        books.heights.clear();
-        if rows == 0 {
-            return;
-        }
-        books.after.extend_from_slice(&self.before);
-        for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
-            books.after.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
-        }
-        books.heights.resize(rows, 0.0);
-        books.driven.clear();
-        books.driven.extend(self.sources.iter().map(|source| matches!(source, Source::Servo(_))));
-        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
-            if let Source::Point(point) = *source {
-                books.heights[block.first] = self.gaps[point];
-            }
-        }
-    }
-
-    /// A row of a servo or of the play of a motor.
-    fn is_drive(&self, source: Source) -> bool {
-        match source {
-            Source::Servo(_) => true,
-            Source::Lower(axis) | Source::Upper(axis) => axis >= self.joints.len(),
-            Source::Point(_) | Source::Normal(_) | Source::Sole(_) | Source::Dry(_) => false,
-        }
-    }
-
-    /// Adds the step to the books; `drive` is the change of the velocities.
-    fn book(&mut self, motion: &Motion, force: &[f64], time: f64) {
-        let Some(books) = &mut self.bookkeeping else { return };
-        books.account.add(&Done {
-            time,
-            velocity: &motion.v,
-            change: &self.drive,
-            force,
-            joints: &self.joints,
-            blocks: &self.problem.blocks,
-            impulse: &self.problem.impulse,
-            before: &self.before,
-            after: &books.after,
-            heights: &books.heights,
-            driven: &books.driven,
-            soft: self.ground.compliance,
-        });
-    }
-
-    /// Where a source's impulses are remembered.
-    fn slot(&self, source: Source) -> usize {
-        match source {
-            Source::Point(point) | Source::Normal(point) => point * (1 + self.mechanics.tangents()),
-            Source::Sole(sole) => self.slot_of_axis(self.inertia.len()) + 3 * sole,
-            Source::Dry(axis) => self.slot_of_axis(axis),
-            Source::Lower(axis) => self.slot_of_axis(axis) + 1,
-            Source::Upper(axis) => self.slot_of_axis(axis) + 2,
-            Source::Servo(index) => self.slot_of_axis(self.servos[index].axis) + 3,
-        }
-    }
-
-    fn slot_of_axis(&self, axis: usize) -> usize {
-        self.mechanics.points() * (1 + self.mechanics.tangents()) + ROWS_OF_AXIS * axis
-    }
-
-    /// Motors follow the joints, which are the last coordinates of the model.
-    fn coordinate(&self, axis: usize) -> usize {
-        self.mechanics.nv() - self.joints.len() + axis
     }
 }
 

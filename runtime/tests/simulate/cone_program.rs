@@ -42,7 +42,7 @@ fn minimised(problem: &Problem, slip: &[f64]) -> Vec<f64> {
                 right.extend(vec![0.0; 1 + tangents]);
                 cones.push(SupportedConeT::SecondOrderConeT(1 + tangents));
             }
-            Law::Sole { .. } => panic!("soles that turn are not written as cones here"),
+            Law::Sole { .. } => unreachable!("the random problems have point contacts"),
         }
     }
     let upper: Vec<Vec<f64>> = (0..n)

@@ -6,7 +6,8 @@ use bipedc_runtime::simulate::{Cone, Ground, Motion};
 fn turned(friction: f64, turning: f64, speed: f64, rate: f64, time: f64, cone: Cone) -> (Motion, f64) {
     let brick = Body::brick(false, 0.0);
     let ground = Ground { friction, cone, ..Ground::default() };
-    let mut stepper = brick.stepper(ground).with_soles(vec![0..4], turning).unwrap();
+    let sole = 0..4;
+    let mut stepper = brick.stepper(ground).with_soles(vec![sole], turning).unwrap();
     let mut motion = brick.at(0.0);
     (motion.v[0], motion.v[5]) = (speed, rate);
     let mut worst = 0.0_f64;

@@ -1,7 +1,7 @@
 //! The body of the fuzz target `scenario`.
 use bipedc_runtime::compare::{BaseKind, Joint, Subject};
 use bipedc_runtime::diagnose::{Corner, Foot};
-use bipedc_runtime::simulate::{Plant, Scenario};
+use bipedc_runtime::simulate::{Actuator, Plant, Scenario};
 use std::path::Path;
 
 /// A small robot on this base.
@@ -22,7 +22,7 @@ fn plant(base: BaseKind) -> Plant {
         effects: Vec::new(),
         phases: vec!["stand".to_owned(), "swing".to_owned()],
         actuated: vec![0],
-        drives: vec![None; 2],
+        drives: vec![Some(Actuator { turns: 100.0, described: true, ..Actuator::default() }), None],
         gravity: [0.0, 0.0, -9.81],
     }
 }
@@ -41,6 +41,9 @@ pub fn run(data: &[u8]) {
                 assert!(scenario.initial.q.iter().chain(&scenario.initial.v).all(|x| x.is_finite()));
                 assert!(scenario.duration > 0.0 && scenario.step > 0.0 && scenario.log_every > 0);
                 assert!(scenario.ground.check().is_ok());
+                for motor in scenario.actuators.iter().flatten() {
+                    assert!(motor.turns != 0.0 && motor.stiffness > 0.0 && motor.gap >= 0.0);
+                }
                 for servo in &scenario.servos {
                     for time in [-1.0, 0.0, 0.5, 1e9] {
                         assert!(!servo.reference.at(time)[0].is_nan());

@@ -14,7 +14,7 @@ use super::imu::Imu;
 use super::phases::Assumptions;
 use super::proximal::Tolerance;
 use super::reference::Reference;
-use super::torques::EffortSensor;
+use super::told::EffortSensor;
 use crate::effect::Effect;
 
 /// A scenario file, checked against its robot.

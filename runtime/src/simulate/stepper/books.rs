@@ -1,0 +1,84 @@
+//! The work of everything in a step, for whoever asks for it.
+use super::{Motion, Source, Stepper};
+use crate::simulate::account::{Account, Done};
+
+/// Work so far, with the room to sum it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Bookkeeping {
+    account: Account,
+    /// γ⁺ of the closed rows.
+    after: Vec<f64>,
+    /// Height at the midpoint of every row that is the normal of a point.
+    heights: Vec<f64>,
+    /// By block: whether it is a servo's.
+    driven: Vec<bool>,
+}
+
+impl Stepper<'_> {
+    /// The same, and the work of everything is summed from now on: [`Self::account`].
+    #[must_use]
+    pub fn accounted(mut self) -> Self {
+        let room = || Vec::with_capacity(self.before.capacity());
+        let driven = Vec::with_capacity(self.before.capacity());
+        self.bookkeeping =
+            Some(Bookkeeping { account: Account::default(), after: room(), heights: room(), driven });
+        self
+    }
+
+    /// What acts and is not part of [`Self::account`].
+    pub(in crate::simulate) fn beyond_books(&self) -> Option<&'static str> {
+        if !self.motors.laws.is_empty() {
+            return Some("motors behind springs or play");
+        }
+        if !self.coupled.is_empty() {
+            return Some("joints coupled by an inertia");
+        }
+        (!self.soles.points.is_empty()).then_some("soles that turn")
+    }
+
+    /// Work so far; `None` unless [`Self::accounted`].
+    pub fn account(&self) -> Option<&Account> {
+        self.bookkeeping.as_ref().map(|books| &books.account)
+    }
+
+    /// γ⁺ of the closed rows, for the books; before `drive` leaves the coordinates `L⁻ᵀ`.
+    pub(super) fn velocities_after(&mut self, rows: usize) {
+        let Some(books) = &mut self.bookkeeping else { return };
+        books.after.clear();
+        books.heights.clear();
+        if rows == 0 {
+            return;
+        }
+        books.after.extend_from_slice(&self.before);
+        for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
+            books.after.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
+        }
+        books.heights.resize(rows, 0.0);
+        books.driven.clear();
+        books.driven.extend(self.sources.iter().map(|source| matches!(source, Source::Servo(_))));
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            if let Source::Point(point) = *source {
+                books.heights[block.first] = self.gaps[point];
+            }
+        }
+    }
+
+    /// Adds the step to the books; `drive` is the change of the velocities.
+    pub(super) fn book(&mut self, motion: &Motion, force: &[f64], time: f64) {
+        let Some(books) = &mut self.bookkeeping else { return };
+        books.account.add(&Done {
+            time,
+            velocity: &motion.v,
+            change: &self.drive,
+            force,
+            joints: &self.joints,
+            blocks: &self.problem.blocks,
+            impulse: &self.problem.impulse,
+            before: &self.before,
+            after: &books.after,
+            heights: &books.heights,
+            driven: &books.driven,
+            soft: self.ground.compliance,
+        });
+    }
+}

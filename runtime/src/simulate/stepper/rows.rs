@@ -1,0 +1,151 @@
+//! Rows of the contact problem: which there are, along which directions, under which laws.
+use super::{ROWS_OF_AXIS, Source, Stepper};
+use crate::simulate::problem::Law;
+
+impl Stepper<'_> {
+    /// Lists the closed points: how many rows they have.
+    pub(super) fn touch(&mut self) -> usize {
+        let size = 1 + self.mechanics.tangents();
+        let (mut rows, mut point) = (0, 0);
+        while point < self.gaps.len() {
+            if let Some(sole) = self.soles.flat(point, &self.gaps) {
+                let points = self.soles.points[sole].clone();
+                point = points.end;
+                let closed = points.filter(|point| self.gaps[*point] <= 0.0);
+                let before = self.sources.len();
+                self.sources.extend(closed.map(Source::Normal));
+                self.sources.push(Source::Sole(sole));
+                rows += self.sources.len() - before + 2;
+                continue;
+            }
+            if self.gaps[point] <= 0.0 {
+                self.sources.push(Source::Point(point));
+                rows += size;
+            }
+            point += 1;
+        }
+        rows
+    }
+
+    pub(super) fn law(&self, source: Source, time: f64) -> Law {
+        match source {
+            Source::Point(_) => Law::Contact {
+                friction: self.ground.friction,
+                tangents: self.mechanics.tangents(),
+                cone: self.ground.cone,
+            },
+            Source::Dry(axis) => {
+                let joints = self.joints.len();
+                let [positive, negative] =
+                    if axis < joints { self.joints[axis].dry } else { self.motors.laws[axis - joints].dry };
+                Law::Limited { low: -time * positive, high: time * negative }
+            }
+            Source::Normal(_) | Source::Lower(_) | Source::Upper(_) => Law::Unilateral,
+            Source::Sole(sole) => {
+                let points = self.soles.points[sole].clone();
+                Law::Sole {
+                    friction: self.ground.friction,
+                    turning: self.soles.turning,
+                    normals: self.gaps[points].iter().filter(|gap| **gap <= 0.0).count(),
+                    cone: self.ground.cone,
+                }
+            }
+            Source::Servo(index) => {
+                let [low, high] = self.servos[index].limits;
+                Law::Limited { low: time * low, high: time * high }
+            }
+        }
+    }
+
+    /// Writes the directions of a source into the columns from `row` on.
+    pub(super) fn direct(&mut self, source: Source, row: usize) {
+        let (nv, rows, tangents) = (self.mechanics.nv(), self.problem.rows(), self.mechanics.tangents());
+        let (axis, sign) = match source {
+            Source::Point(point) => {
+                for i in 0..nv {
+                    let target = &mut self.directions[i * rows + row..i * rows + row + 1 + tangents];
+                    target[0] = self.normal[point * nv + i];
+                    for (k, target) in target[1..].iter_mut().enumerate() {
+                        *target = self.tangential[(point * tangents + k) * nv + i];
+                    }
+                }
+                return;
+            }
+            Source::Normal(point) => {
+                for i in 0..nv {
+                    self.directions[i * rows + row] = self.normal[point * nv + i];
+                }
+                return;
+            }
+            Source::Sole(sole) => {
+                for (point, parts) in self.soles.parts(sole) {
+                    for (k, part) in parts.iter().enumerate() {
+                        for i in 0..nv {
+                            let along = |axis: usize| self.tangential[(2 * point + axis) * nv + i];
+                            self.directions[i * rows + row + k] += part[0] * along(0) + part[1] * along(1);
+                        }
+                    }
+                }
+                return;
+            }
+            Source::Dry(axis) => (axis, 1.0),
+            Source::Servo(index) => (self.servos[index].axis, 1.0),
+            Source::Lower(axis) | Source::Upper(axis) => {
+                let sign = if matches!(source, Source::Upper(_)) { -1.0 } else { 1.0 };
+                // Play lies between a motor and its joint.
+                if let Some(k) = axis.checked_sub(self.joints.len()) {
+                    let joint = self.coordinate(self.motors.laws[k].joint);
+                    self.directions[joint * rows + row] = -sign;
+                }
+                (axis, sign)
+            }
+        };
+        let coordinate = self.coordinate(axis);
+        self.directions[coordinate * rows + row] = sign;
+    }
+
+    /// Spreads the friction of flat soles over their corners, for those who ask for the forces on points.
+    pub(super) fn share(&mut self) {
+        for &source in &self.sources {
+            let Source::Sole(sole) = source else { continue };
+            let slot = self.slot(source);
+            let friction = [self.memory[slot], self.memory[slot + 1]];
+            let points = self.soles.points[sole].clone();
+            let closed = self.gaps[points.clone()].iter().filter(|gap| **gap <= 0.0).count() as f64;
+            for point in points.filter(|point| self.gaps[*point] <= 0.0) {
+                self.memory[3 * point + 1] = friction[0] / closed;
+                self.memory[3 * point + 2] = friction[1] / closed;
+            }
+        }
+    }
+
+    /// A row of a servo or of the play of a motor.
+    pub(super) fn is_drive(&self, source: Source) -> bool {
+        match source {
+            Source::Servo(_) => true,
+            Source::Lower(axis) | Source::Upper(axis) => axis >= self.joints.len(),
+            Source::Point(_) | Source::Normal(_) | Source::Sole(_) | Source::Dry(_) => false,
+        }
+    }
+
+    /// Where a source's impulses are remembered.
+    pub(super) fn slot(&self, source: Source) -> usize {
+        match source {
+            Source::Point(point) | Source::Normal(point) => point * (1 + self.mechanics.tangents()),
+            Source::Sole(sole) => self.slot_of_axis(self.inertia.len()) + 3 * sole,
+            Source::Dry(axis) => self.slot_of_axis(axis),
+            Source::Lower(axis) => self.slot_of_axis(axis) + 1,
+            Source::Upper(axis) => self.slot_of_axis(axis) + 2,
+            Source::Servo(index) => self.slot_of_axis(self.servos[index].axis) + 3,
+        }
+    }
+
+    pub(super) fn slot_of_axis(&self, axis: usize) -> usize {
+        self.mechanics.points() * (1 + self.mechanics.tangents()) + ROWS_OF_AXIS * axis
+    }
+
+    /// Motors follow the joints, which are the last coordinates of the model.
+    pub(super) fn coordinate(&self, axis: usize) -> usize {
+        self.mechanics.nv() - self.joints.len() + axis
+    }
+}
