@@ -1,5 +1,5 @@
 //! `bipedc simulate` from event to event: phases, their changes, the verdict.
-use super::{Log, Simulate, Truth, at_place};
+use super::{Log, Simulate, at_place};
 use crate::amendment::files::Replacement;
 use crate::failure::{Failure, Outcome};
 use crate::interruption;
@@ -45,7 +45,11 @@ impl Simulate {
             }
             false => None,
         };
-        let truth = self.truth(robot, scenario)?;
+        let hidden = || self.hidden(&robot.description.name, scenario);
+        let truth = match &self.truth {
+            Some(path) => Some(Replacement::prepare(path, &hidden()?)?),
+            None => None,
+        };
         let mut log = Log::begin(&self.out, &columns(plant, scenario))?;
         let start = Instant::now();
         let stop = interruption::flag()?;
@@ -72,21 +76,6 @@ impl Simulate {
             "interrupted" => ExitCode::from(super::INTERRUPTED),
             _ => ExitCode::SUCCESS,
         })
-    }
-
-    /// What is hidden, ready to be written.
-    fn truth(&self, robot: &Robot, scenario: &Scenario) -> Result<Option<Replacement>, Failure> {
-        let Some(path) = &self.truth else { return Ok(None) };
-        let text = std::fs::read_to_string(&self.scenario)?;
-        let truth = Truth {
-            robot: &robot.description.name,
-            scenario_hash: format!("{:016x}", fnv1a(&text)),
-            seed: scenario.seed,
-            step: scenario.step,
-            effects: &scenario.effects,
-        };
-        let text = serde_json::to_string_pretty(&truth).map_err(std::io::Error::from)? + "\n";
-        Ok(Some(Replacement::prepare(path, &text)?))
     }
 
     /// The film with words and provenance.
