@@ -77,11 +77,11 @@ fn outputs_obey_their_feedback() {
         "left_foot_point_foot_x - exp(0.3 * left_foot_point_foot_z)",
         "left_hip_pitch / (2 + base_pitch) + tanh(right_hip_pitch)",
     ];
-    assert!(largest_miss("robots/five_link", "single_support", &five) < 1e-5);
+    assert!(largest_miss("robots/five_link", "single_support", &five) < 1e-6);
     // Fewer outputs than actuators, in phases with three and with four rows.
     let seven = ["base_z", "base_pitch - right_foot_toe_x", "left_foot_heel_z * 2"];
-    assert!(largest_miss("robots/seven_link", "single_support", &seven) < 1e-5);
-    assert!(largest_miss("robots/seven_link", "touch_down", &["base_z", "base_pitch"]) < 1e-5);
+    assert!(largest_miss("robots/seven_link", "single_support", &seven) < 1e-6);
+    assert!(largest_miss("robots/seven_link", "touch_down", &["base_z", "base_pitch"]) < 1e-6);
     let space = [
         "base_roll + 0.3 * base_pitch * base_yaw",
         "base_pitch - 0.2 * base_x",
@@ -89,5 +89,5 @@ fn outputs_obey_their_feedback() {
         "left_foot_front_left_x * left_foot_front_left_y",
         "left_foot_rear_right_z + right_knee_pitch^2",
     ];
-    assert!(largest_miss("robots/biped_3d", "single_support", &space) < 1e-5);
+    assert!(largest_miss("robots/biped_3d", "single_support", &space) < 1e-6);
 }
