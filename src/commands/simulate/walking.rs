@@ -157,9 +157,19 @@ fn words(summary: &WalkSummary) -> String {
 /// The verdict as a sentence.
 fn verdict(violation: &Violation) -> String {
     let Violation { phase, time, quantity, value, limit, unit, meaning } = violation;
+    let (value, limit) = (figure(*value), figure(*limit));
     format!(
-        "in phase `{phase}` at {time:.6} s: {meaning}: {quantity} is {value:.6e} {unit}, the limit is {limit:.6e} {unit}"
+        "in phase `{phase}` at {time:.6} s: {meaning}: {quantity} is {value} {unit}, the limit is {limit} {unit}"
     )
+}
+
+/// Six decimals where they say something.
+fn figure(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".to_owned(),
+        1e-3..1e6 => format!("{x:.6}"),
+        _ => format!("{x:.3e}"),
+    }
 }
 
 fn table(summary: &WalkSummary) -> Table {
