@@ -152,7 +152,7 @@ fn mistakes_are_named_with_their_place() {
     fails("moving", &format!("{events}{moving}"), &["moving.toml:3", "begins with 1.0"]);
     // Formulas, with the place inside the text.
     let output = |formula: &str| format!("{events}[[control.output]]\nformula = \"{formula}\"\n");
-    fails("formula", &output("right_hip_pitch + * 2"), &["formula.toml:4:31"]);
+    fails("formula", &output("right_hip_pitch + * 2"), &["formula.toml:4:30"]);
     fails("name", &output("right_hip_pich"), &["name.toml:4", "did you mean `right_hip_pitch`?"]);
     fails("still", &output("0.5"), &["still.toml:4", "never moves"]);
     let circle = "[control.quantities]\na = \"b + right_hip_pitch\"\nb = \"2 * a\"\n";

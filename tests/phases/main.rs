@@ -2,6 +2,7 @@
 mod compass;
 mod endings;
 mod five_link;
+mod outputs;
 mod three_link;
 mod verdicts;
 mod verdicts_feet;

@@ -146,18 +146,11 @@ fn flat_footed() -> String {
 #[test]
 fn a_flat_foot_that_turns_while_it_lands_rocks() {
     let robot = flat_footed();
-    let text = |turn: f64| {
-        format!(
-            "method = \"event_driven\"\nduration = 1.0\nsteps = 1\n[assumptions]\nfriction = false\n[joint]\n\
-             right_hip_pitch = {{ position = -0.4 }}\nright_knee_pitch = {{ position = 0.8 }}\n\
-             right_ankle_pitch = {{ position = -0.4 }}\nleft_hip_pitch = {{ position = -0.4 }}\n\
-             left_knee_pitch = {{ position = 0.8019, velocity = -2.0 }}\n\
-             left_ankle_pitch = {{ position = -0.4019, velocity = {turn} }}\n"
-        )
-    };
-    let distance = verdict(&robot, &text(5.0));
+    let text = "method = \"event_driven\"\nduration = 1.0\nsteps = 1\n[assumptions]\nfriction = false\n[joint]\n\
+        right_hip_pitch = { position = -0.4 }\nright_knee_pitch = { position = 0.8 }\n\
+        right_ankle_pitch = { position = -0.4 }\nleft_hip_pitch = { position = -0.4 }\n\
+        left_knee_pitch = { position = 0.8019, velocity = -2.0 }\n\
+        left_ankle_pitch = { position = -0.4019, velocity = 5.0 }\n";
+    let distance = verdict(&robot, text);
     said(&distance, "step", "impulse's centre of pressure from the edge of left_foot", "m", "second impact");
-    // Turning faster, its toe is too high where its heel lands, or the other way round.
-    let height = verdict(&robot, &text(12.0));
-    said(&height, "step", "height of left_foot/", "m", "not on the ground");
 }

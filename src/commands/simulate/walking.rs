@@ -1,5 +1,5 @@
 //! `bipedc simulate` from event to event: phases, their changes, the verdict.
-use super::{Log, Simulate, Truth, at_place};
+use super::{Log, Simulate, at_place};
 use crate::amendment::files::Replacement;
 use crate::failure::{Failure, Outcome};
 use crate::interruption;
@@ -14,7 +14,6 @@ use bipedc_runtime::simulate::phases::{FootImpulse, Violation, WalkSummary, Walk
 use bipedc_runtime::simulate::{EventDriven, Mechanics, Plant, Run, Scenario};
 use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
@@ -46,7 +45,11 @@ impl Simulate {
             }
             false => None,
         };
-        let truth = self.truth(robot, scenario)?;
+        let hidden = || self.hidden(&robot.description.name, plant, scenario);
+        let truth = match &self.truth {
+            Some(path) => Some(Replacement::prepare(path, &hidden()?)?),
+            None => None,
+        };
         let mut log = Log::begin(&self.out, &columns(plant, scenario)?)?;
         let start = Instant::now();
         let stop = interruption::flag()?;
@@ -73,22 +76,6 @@ impl Simulate {
             "interrupted" => ExitCode::from(super::INTERRUPTED),
             _ => ExitCode::SUCCESS,
         })
-    }
-
-    /// What is hidden, ready to be written.
-    fn truth(&self, robot: &Robot, scenario: &Scenario) -> Result<Option<Replacement>, Failure> {
-        let Some(path) = &self.truth else { return Ok(None) };
-        let text = std::fs::read_to_string(&self.scenario)?;
-        let truth = Truth {
-            robot: &robot.description.name,
-            scenario_hash: format!("{:016x}", fnv1a(&text)),
-            seed: scenario.seed,
-            step: scenario.step,
-            effects: &scenario.effects,
-            motors: BTreeMap::new(),
-        };
-        let text = serde_json::to_string_pretty(&truth).map_err(std::io::Error::from)? + "\n";
-        Ok(Some(Replacement::prepare(path, &text)?))
     }
 
     /// The film with words and provenance.
@@ -170,9 +157,19 @@ fn words(summary: &WalkSummary) -> String {
 /// The verdict as a sentence.
 fn verdict(violation: &Violation) -> String {
     let Violation { phase, time, quantity, value, limit, unit, meaning } = violation;
+    let (value, limit) = (figure(*value), figure(*limit));
     format!(
-        "in phase `{phase}` at {time:.6} s: {meaning}: {quantity} is {value:.6e} {unit}, the limit is {limit:.6e} {unit}"
+        "in phase `{phase}` at {time:.6} s: {meaning}: {quantity} is {value} {unit}, the limit is {limit} {unit}"
     )
+}
+
+/// Six decimals where they say something.
+fn figure(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".to_owned(),
+        1e-3..1e6 => format!("{x:.6}"),
+        _ => format!("{x:.3e}"),
+    }
 }
 
 fn table(summary: &WalkSummary) -> Table {

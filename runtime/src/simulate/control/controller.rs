@@ -52,7 +52,7 @@ struct Room {
     /// Accelerations and forces without torques, then with one of each actuator.
     free: Vec<f64>,
     driven: Vec<f64>,
-    /// Accelerations per torque: one row of `nv` for each actuator.
+    /// What a torque adds to accelerations and forces: one row for each actuator.
     response: Vec<f64>,
     gradient: Vec<f64>,
     row: Vec<f64>,
@@ -92,7 +92,7 @@ impl<'a> Controller<'a> {
             tau: vec![0.0; nv],
             free: vec![0.0; size],
             driven: vec![0.0; size],
-            response: vec![0.0; drives * nv],
+            response: vec![0.0; drives * size],
             gradient: vec![0.0; outputs.signals.len()],
             row: vec![0.0; nv],
             matrix: Vec::with_capacity(drives * drives),
@@ -138,7 +138,7 @@ impl<'a> Controller<'a> {
         let room = &mut *self.room.borrow_mut();
         let drives = self.outputs.actuated.len();
         self.respond(phase, q, v, room);
-        self.demand(wanted, q, v, room);
+        self.demand(wanted, self.size(self.dynamics[phase]), (q, v), room);
         let count = wanted.program.outputs();
         let solved = if count == drives {
             solve(&mut room.matrix, &mut room.right)
@@ -155,8 +155,27 @@ impl<'a> Controller<'a> {
         }
     }
 
+    /// The same, and the accelerations and forces under them, as the constrained dynamics of the phase gives them: without
+    /// calling it once more, because they are affine in the torques.
+    pub fn dynamics(&self, phase: usize, q: &[f64], v: &[f64], tau: &mut [f64], out: &mut Vec<f64>) {
+        self.torque(phase, q, v, tau);
+        let room = &*self.room.borrow();
+        let size = self.size(self.dynamics[phase]);
+        out.clear();
+        out.extend_from_slice(&room.free[..size]);
+        let first = tau.len() - self.model.joints();
+        for (&joint, response) in self.outputs.actuated.iter().zip(room.response.chunks_exact(size)) {
+            let u = tau[first + joint];
+            out.iter_mut().zip(response).for_each(|(out, response)| *out += u * response);
+        }
+    }
+
+    fn size(&self, function: usize) -> usize {
+        self.model.signature(function).map_or(0, |s| s.rows * s.columns)
+    }
+
     fn call(&self, function: usize, q: &[f64], v: &[f64], tau: &[f64], out: &mut [f64]) {
-        let size = self.model.signature(function).map_or(0, |s| s.rows * s.columns);
+        let size = self.size(function);
         let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, tau);
         // Lengths come from the model itself; a refusal would be a fault of this crate, seen in the numbers.
         if self.model.evaluate(function, &state, &mut out[..size]).is_err() {
@@ -166,16 +185,16 @@ impl<'a> Controller<'a> {
 
     /// Accelerations without torques and what each torque adds: they are affine in the torques.
     fn respond(&self, phase: usize, q: &[f64], v: &[f64], room: &mut Room) {
-        let nv = self.model.nv();
-        let first = nv - self.model.joints();
+        let first = self.model.nv() - self.model.joints();
         let function = self.dynamics[phase];
+        let size = self.size(function);
         room.tau.fill(0.0);
         self.call(function, q, v, &room.tau, &mut room.free);
         for (k, &joint) in self.outputs.actuated.iter().enumerate() {
             room.tau[first + joint] = 1.0;
             self.call(function, q, v, &room.tau, &mut room.driven);
             room.tau[first + joint] = 0.0;
-            let response = &mut room.response[k * nv..(k + 1) * nv];
+            let response = &mut room.response[k * size..(k + 1) * size];
             for ((to, with), without) in response.iter_mut().zip(&room.driven).zip(&room.free) {
                 *to = with - without;
             }
@@ -183,7 +202,7 @@ impl<'a> Controller<'a> {
     }
 
     /// `L_g L_f h` (row after row) and `v − L_f² h`.
-    fn demand(&self, wanted: &PhaseOutputs, q: &[f64], v: &[f64], room: &mut Room) {
+    fn demand(&self, wanted: &PhaseOutputs, size: usize, (q, v): (&[f64], &[f64]), room: &mut Room) {
         let nv = self.model.nv();
         let jets = room.reader.read(self.model, q, v, &room.free[..nv]);
         wanted.program.run(jets, &mut room.work);
@@ -199,7 +218,8 @@ impl<'a> Controller<'a> {
             }
             let row = &room.row;
             let along = |response: &[f64]| row.iter().zip(response).map(|(a, b)| a * b).sum::<f64>();
-            room.matrix.extend(room.response.chunks_exact(nv).map(along));
+            let drives = self.outputs.actuated.len();
+            room.matrix.extend(room.response.chunks_exact(size).take(drives).map(along));
         }
     }
 }
@@ -230,8 +250,8 @@ fn solve(a: &mut [f64], b: &mut [f64]) -> bool {
         let Some(pivot) = (k..n).max_by(|&i, &j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs())) else {
             return false;
         };
-        // Written so that NaN fails too.
-        if !(a[pivot * n + k].abs() > SINGULAR * largest) {
+        let size = a[pivot * n + k].abs();
+        if size.is_nan() || size <= SINGULAR * largest {
             return false;
         }
         if pivot != k {

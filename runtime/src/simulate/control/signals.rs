@@ -69,7 +69,7 @@ pub(super) struct Reader {
     base: BaseKind,
     list: Vec<Signal>,
     points: Option<PointFunctions>,
-    /// Rates of the base's coordinates by rows of three, see [`Self::base`].
+    /// Rates of the base's coordinates by rows of three, see [`Self::refresh`].
     rows: Vec<f64>,
     out: Vec<Vec<f64>>,
     /// By signal: value, rate, acceleration at zero generalised acceleration.

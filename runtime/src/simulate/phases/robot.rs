@@ -8,6 +8,7 @@ use crate::compare::BaseKind;
 use crate::diagnose::Foot;
 use crate::diagnostic::Diagnostic;
 use crate::model::{Argument, Model, State};
+use crate::simulate::control::Controller;
 use crate::simulate::mechanics::rotate;
 use std::cell::RefCell;
 
@@ -28,6 +29,7 @@ pub struct PhasedRobot<'a> {
     pub(super) assumptions: Assumptions,
     pub(super) stops: Vec<Option<[f64; 2]>>,
     torque: Torque<'a>,
+    controller: Option<&'a Controller<'a>>,
     pub(super) work: RefCell<Work>,
     memory: RefCell<Memory>,
 }
@@ -109,6 +111,7 @@ impl<'a> PhasedRobot<'a> {
             assumptions,
             stops: Vec::new(),
             torque,
+            controller: None,
             work: RefCell::new(Work::default()),
             memory: RefCell::new(Memory::default()),
         })
@@ -118,6 +121,12 @@ impl<'a> PhasedRobot<'a> {
     #[must_use]
     pub fn with_stops(self, stops: Vec<Option<[f64; 2]>>) -> Self {
         Self { stops, ..self }
+    }
+
+    /// The same with a controller in the phases that it drives; `torque` is for the others.
+    #[must_use]
+    pub fn driven_by(self, controller: &'a Controller<'a>) -> Self {
+        Self { controller: Some(controller), ..self }
     }
 
     /// The phases.
@@ -151,9 +160,13 @@ impl<'a> PhasedRobot<'a> {
         let (q, v) = self.split(x);
         work.tau.clear();
         work.tau.resize(v.len(), 0.0);
-        (self.torque)(phase, time, q, v, &mut work.tau);
-        let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, &work.tau);
-        self.call(self.phases[phase].1.dynamics, &state, &mut work.out);
+        if let Some(controller) = self.controller.filter(|controller| controller.drives(phase)) {
+            controller.dynamics(phase, q, v, &mut work.tau, &mut work.out);
+        } else {
+            (self.torque)(phase, time, q, v, &mut work.tau);
+            let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, &work.tau);
+            self.call(self.phases[phase].1.dynamics, &state, &mut work.out);
+        }
         let entry = &mut memory.entries[memory.next];
         (entry.phase, entry.time) = (phase, time);
         entry.x.clear();

@@ -109,13 +109,15 @@ impl Walking<'_> {
         let drives = |phase: usize| controller.as_ref().filter(|controller| controller.drives(phase));
         let swapped = Cell::new(false);
         let servos = Servos::new(&scenario.servos, mirror.as_ref(), &swapped, model);
-        let torque = |phase: usize, time: f64, q: &[f64], v: &[f64], tau: &mut [f64]| match drives(phase) {
-            Some(controller) => controller.torque(phase, q, v, tau),
-            None => servos.torque(time, q, v, tau),
-        };
+        let torque =
+            |_: usize, time: f64, q: &[f64], v: &[f64], tau: &mut [f64]| servos.torque(time, q, v, tau);
         let stops = if scenario.joint_stops { plant.position_limits.clone() } else { Vec::new() };
-        let robot = PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, &torque)?
-            .with_stops(stops);
+        let mut robot =
+            PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, &torque)?
+                .with_stops(stops);
+        if let Some(controller) = &controller {
+            robot = robot.driven_by(controller);
+        }
         let x = robot.standing(plant, scenario)?;
         let effects: Vec<_> = plant.effects.iter().chain(&scenario.effects).collect();
         let (drives_of_log, turned) = (ideal(plant, scenario)?, Turned::new(plant, &effects));

@@ -104,19 +104,19 @@ impl Reading<'_> {
     fn scenario(&mut self, file: &File, plant: &Plant) -> Scenario {
         let duration = self.number("duration", Some(&file.duration), 1.0, POSITIVE, "s");
         let step = self.number("step", file.step.as_ref(), 1e-3, POSITIVE, "s");
-        if duration / step > MOST_STEPS {
-            let at = file.duration.span().start;
-            self.wrong::<()>(
-                at,
-                "more than a thousand million steps",
-                "shorten `duration` or lengthen `step`",
-            );
-        }
         let event_driven = self.is_event_driven(file, plant);
         let (step, log_every) = match event_driven {
             true => (self.number("log_step", file.log_step.as_ref(), 0.005, POSITIVE, "s"), 1),
             false => (step, self.log_every(file.log_step.as_ref(), step)),
         };
+        if duration / step > MOST_STEPS {
+            let at = file.duration.span().start;
+            self.wrong::<()>(
+                at,
+                "more than a thousand million steps",
+                "shorten `duration`, or lengthen `step` or `log_step`",
+            );
+        }
         let relative = self.number("residual", file.residual.as_ref(), 1e-8, (1e-14, 1e-2), "1");
         let none = Control::default();
         let control = file.control.as_ref().unwrap_or(&none);
