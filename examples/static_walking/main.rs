@@ -87,12 +87,17 @@ fn figure(name: &str, trial: &Trial, wished: &[Vec<f64>]) -> String {
     let titles = ["Hip yaw", "Hip roll", "Hip pitch", "Knee pitch", "Ankle pitch", "Ankle roll"];
     let curves = |joint: &str| {
         let position = |side: &str| trial.joint(&format!("{side}_{joint}"));
-        // Wished angles have rows of 0.1 s: held in between.
+        // Wished angles have rows of 0.1 s.
         let desired = |side: &str| -> Vec<f64> {
             let name = format!("{side}_{joint}");
             let of = |j: &usize| Model::<f64>::joint_name(&tulip::Tulip, *j) == Some(name.as_str());
             let column = (0..12).find(of).unwrap_or(0);
-            time.iter().map(|t| wished[((10.0 * t).round() as usize).min(wished.len() - 1)][column]).collect()
+            let at = |row: usize| wished[row.min(wished.len() - 1)][column];
+            let between = |t: &f64| {
+                let row = (10.0 * t).floor();
+                at(row as usize) + (10.0 * t - row) * (at(row as usize + 1) - at(row as usize))
+            };
+            time.iter().map(between).collect()
         };
         vec![
             ("right", position("right")),
