@@ -62,9 +62,9 @@ pub fn simulated(
             edit(s);
         })
     };
-    let trial = run(2.5)?;
+    let trial = run(3.0)?;
     let found = Released::of(&trial);
-    let first = *found.swings.first().ok_or("it does not rock")?;
+    let first = *found.swings.first().ok_or_else(|| format!("{name}: it does not rock: {found:?}"))?;
     let time = trial.time();
     let landing = trial.at(found.landing);
     let [roll, pitch, _] = trial.torso();

@@ -32,6 +32,8 @@ fn main() -> Result<(), Failure> {
             }
         },
     )?;
+    // Lines have no inner edge.
+    let points = Answer { pressure: None, ..points };
     let plane = simulated("decoupled planes: the frontal one alone", &frontal_plane(robot), STEP, |_| ())?;
     let mut answers = vec![full, points, plane];
     answers.extend(rockers()?);

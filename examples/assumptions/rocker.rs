@@ -17,8 +17,6 @@ pub struct Rocker {
     arm: Vector2<f64>,
     /// From one axis to the other there.
     other: Vector2<f64>,
-    /// Of the ankle's axis above the ground, m.
-    pub height: f64,
 }
 
 /// What happens at the landing.
@@ -68,7 +66,7 @@ impl Rocker {
         // The right foot stands still.
         v[6 + 5] = -1.0;
         let energy = named("kinetic_energy", v.as_slice())?[0];
-        Ok(Self { mass, inertia: 2.0 * energy, arm: center - axis, other: left - axis, height: axis.y })
+        Ok(Self { mass, inertia: 2.0 * energy, arm: center - axis, other: left - axis })
     }
 
     /// The same mass in one point.

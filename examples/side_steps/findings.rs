@@ -95,14 +95,15 @@ fn swings(time: &[f64], roll: &[f64], feet: &[Vec<f64>; 2], landing: usize) -> V
         |from: usize| (from..roll.len()).find(|&i| roll[i] * roll[from] < 0.0).unwrap_or(roll.len());
     let mut found = Vec::new();
     for &(peak, roll_there) in &extremes {
+        // What is left of the swing before the landing.
+        if peak == 0 {
+            continue;
+        }
         let end = crossing(landing + peak);
         let begin =
             (landing..=landing + peak).rev().find(|&i| roll[i] * roll_there <= 0.0).unwrap_or(landing);
         if roll_there.abs() < 2e-3 {
             break;
-        }
-        if begin == landing {
-            continue;
         }
         let foot = &feet[usize::from(roll_there < 0.0)];
         let strikes = (begin.max(1)..end).filter(|&i| foot[i] > 0.0 && foot[i - 1] <= 0.0).count();

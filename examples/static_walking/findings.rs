@@ -1,5 +1,6 @@
 //! What a walk shows: how well joints follow, how the torso moves, how often feet step.
 use super::trials::{Trial, mean, range};
+use bipedc_runtime::Model;
 
 /// Joints of a leg.
 pub const JOINTS: [&str; 6] = ["hip_yaw", "hip_roll", "hip_pitch", "knee_pitch", "ankle_pitch", "ankle_roll"];
@@ -8,7 +9,7 @@ pub const JOINTS: [&str; 6] = ["hip_yaw", "hip_roll", "hip_pitch", "knee_pitch",
 #[derive(Debug, Clone)]
 pub struct Followed {
     pub joint: String,
-    /// Of the reference, rad.
+    /// Of the wished angle, rad.
     pub range: f64,
     /// Root mean square and largest distance from it, rad.
     pub rms: f64,
@@ -33,14 +34,21 @@ pub struct Walked {
 }
 
 impl Walked {
-    pub fn of(trial: &Trial) -> Self {
+    /// Joints are compared with the wished angles, of rows of 0.1 s.
+    pub fn of(trial: &Trial, wished: &[Vec<f64>]) -> Self {
         let time = trial.time();
         let [roll, pitch, yaw] = trial.torso();
         let names =
             ["right", "left"].into_iter().flat_map(|side| JOINTS.map(|joint| format!("{side}_{joint}")));
+        let order: Vec<String> =
+            (0..12).filter_map(|j| Some(Model::<f64>::joint_name(&tulip::Tulip, j)?.to_owned())).collect();
+        let rows: Vec<usize> =
+            (0..wished.len()).map(|k| trial.at(0.1 * k as f64)).filter(|i| *i < time.len()).collect();
         let followed = |joint: String| {
-            let reference = trial.column(&format!("{joint}/reference"));
-            let missed: Vec<f64> = trial.joint(&joint).iter().zip(&reference).map(|(q, r)| q - r).collect();
+            let column = order.iter().position(|other| *other == joint).unwrap_or(0);
+            let reference: Vec<f64> = wished.iter().map(|row| row[column]).collect();
+            let here = trial.joint(&joint);
+            let missed: Vec<f64> = rows.iter().zip(&reference).map(|(&i, r)| here[i] - r).collect();
             let square = mean(&missed.iter().map(|x| x * x).collect::<Vec<_>>());
             let [low, high] = range(&reference);
             let largest = missed.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -58,16 +66,6 @@ impl Walked {
             moved: origin.map(|x| x[last] - x[0]),
             load: feet.iter().map(|f| range(f)[1]).fold(0.0, f64::max) / trial.weight,
         }
-    }
-
-    /// The joint with the largest root mean square error.
-    pub fn worst(&self) -> Option<&Followed> {
-        self.joints.iter().max_by(|a, b| a.rms.total_cmp(&b.rms))
-    }
-
-    /// The largest error of a kind of joint, rad.
-    pub fn rms(&self, kind: &str) -> f64 {
-        self.joints.iter().filter(|f| f.joint.ends_with(kind)).map(|f| f.rms).fold(0.0, f64::max)
     }
 }
 

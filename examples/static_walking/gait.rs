@@ -1,6 +1,6 @@
 //! Quasi-static gaits: the centre of mass goes over the foot that will stand, then the other foot steps.
 use super::trials::Failure;
-use super::trials::inverse::{Goal, mechanics, reach};
+use super::trials::inverse::{Goal, holding, mechanics, reach};
 use std::fmt::Write;
 
 /// Height of the ankles' axes above the ground, m.
@@ -18,6 +18,8 @@ pub const SHIFT: f64 = 1.5;
 pub const STEP: f64 = 1.5;
 /// Standing at the start and at the end, s.
 const STAND: f64 = 1.0;
+/// Of the controllers in the scenarios, N m/rad: references lie ahead of the wished angles by what holding the robot's weight takes.
+const STIFFNESS: f64 = 1500.0;
 /// Between rows of the trajectory, s.
 const ROW: f64 = 0.1;
 
@@ -86,6 +88,14 @@ impl Walk {
         }
     }
 
+    /// Part of the weight on the left foot: how far the centre of mass is on the way from sole to sole.
+    fn on_the_left(&self) -> f64 {
+        let (right, left) = (self.sole(0), self.sole(1));
+        let way = [left[0] - right[0], left[1] - right[1]];
+        let along: f64 = (0..2).map(|i| way[i] * (self.center[i] - right[i])).sum();
+        (along / (way[0] * way[0] + way[1] * way[1])).clamp(0.0, 1.0)
+    }
+
     /// Middle of a sole.
     fn sole(&self, foot: usize) -> [f64; 2] {
         let ([x, y], yaw) = self.feet[foot];
@@ -93,8 +103,16 @@ impl Walk {
     }
 }
 
-/// The trajectory of a gait as CSV, and the yaw of the torso at every row, rad.
-pub fn trajectory(steps: &[Step]) -> Result<(String, Vec<f64>), Failure> {
+/// A gait in rows of 0.1 s.
+pub struct Trajectory {
+    /// References of the controllers as CSV: wished angles and gravity compensation.
+    pub text: String,
+    /// Wished angles of all joints by row, rad.
+    pub wished: Vec<Vec<f64>>,
+}
+
+/// The trajectory of a gait.
+pub fn trajectory(steps: &[Step]) -> Result<Trajectory, Failure> {
     let start = [([0.0, -HALF], 0.0), ([0.0, HALF], 0.0)];
     let mut walk = Walk { feet: start, center: [MIDDLE, 0.0] };
     let mut table = Table::new()?;
@@ -122,13 +140,13 @@ pub fn trajectory(steps: &[Step]) -> Result<(String, Vec<f64>), Failure> {
         [0.0; 2]
     })?;
     table.hold(&walk, STAND)?;
-    Ok((table.text, table.yaw))
+    Ok(Trajectory { text: table.text, wished: table.wished })
 }
 
 /// Rows of the trajectory.
 struct Table {
     text: String,
-    yaw: Vec<f64>,
+    wished: Vec<Vec<f64>>,
     mechanics: bipedc_runtime::simulate::Mechanics<'static>,
     q: Vec<f64>,
     rows: usize,
@@ -151,12 +169,12 @@ impl Table {
             let _ = write!(text, ",{name}/position");
         }
         text.push('\n');
-        Ok(Self { text, yaw: Vec::new(), mechanics: mechanics()?, q, rows: 0 })
+        Ok(Self { text, wished: Vec::new(), mechanics: mechanics()?, q, rows: 0 })
     }
 
     fn hold(&mut self, walk: &Walk, time: f64) -> Result<(), Failure> {
         for _ in 0..(time / ROW).round() as usize {
-            self.row(&walk.goal([0.0; 2]))?;
+            self.row(walk, [0.0; 2])?;
         }
         Ok(())
     }
@@ -174,19 +192,22 @@ impl Table {
             // At rest at both ends, without acceleration.
             let s = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
             let lifted = change(walk, s);
-            self.row(&walk.goal(lifted))?;
+            self.row(walk, lifted)?;
         }
         Ok(())
     }
 
-    fn row(&mut self, goal: &Goal) -> Result<(), Failure> {
-        reach(&self.mechanics, &mut self.q, goal)?;
+    fn row(&mut self, walk: &Walk, lifted: [f64; 2]) -> Result<(), Failure> {
+        reach(&self.mechanics, &mut self.q, &walk.goal(lifted))?;
+        let held = [holding(&self.mechanics, &self.q, 0)?, holding(&self.mechanics, &self.q, 1)?];
+        let left = walk.on_the_left();
         let _ = write!(self.text, "{:.1}", self.rows as f64 * ROW);
-        for angle in &self.q[7..] {
-            let _ = write!(self.text, ",{:.6}", angle + 0.0);
+        for (j, angle) in self.q[7..].iter().enumerate() {
+            let torque = (1.0 - left) * held[0][j] + left * held[1][j];
+            let _ = write!(self.text, ",{:.6}", angle + torque / STIFFNESS + 0.0);
         }
         self.text.push('\n');
-        self.yaw.push(goal.yaw);
+        self.wished.push(self.q[7..].to_vec());
         self.rows += 1;
         Ok(())
     }

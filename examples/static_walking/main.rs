@@ -7,6 +7,7 @@ mod gait;
 #[path = "../trials/mod.rs"]
 mod trials;
 
+use bipedc_runtime::Model;
 use findings::{JOINTS, Walked};
 use gait::Step;
 use std::path::Path;
@@ -22,15 +23,19 @@ fn main() -> Result<(), Failure> {
         ("turning", gait::turning(6, angle), 3.0 * angle),
     ];
     for (name, steps, turned) in &gaits {
+        let trajectory = gait::trajectory(steps)?;
         let file = tulip_file(&format!("scenarios/{name}.csv"));
         if arguments.get(1).is_some_and(|word| word == "write") {
-            std::fs::write(file, gait::trajectory(steps)?.0)?;
+            std::fs::write(file, &trajectory.text)?;
         }
         let trial = Trial::of_tulip(name, |_| ())?;
-        page(name, &Walked::of(&trial), &trial, *turned);
+        page(name, &Walked::of(&trial, &trajectory.wished), &trial, *turned);
         if let Some(folder) = arguments.first() {
             std::fs::create_dir_all(folder)?;
-            std::fs::write(Path::new(folder).join(format!("{name}.svg")), figure(name, &trial))?;
+            std::fs::write(
+                Path::new(folder).join(format!("{name}.svg")),
+                figure(name, &trial, &trajectory.wished),
+            )?;
         }
     }
     Ok(())
@@ -39,9 +44,10 @@ fn main() -> Result<(), Failure> {
 fn page(name: &str, found: &Walked, trial: &Trial, turned: f64) {
     let mrad = |x: f64| 1e3 * x;
     println!(
-        "## {name}\n\n| joint | range of the reference, mrad | right: rms error, mrad | largest | left: rms error, mrad | largest |\n|---|---|---|---|---|---|"
+        "## {name}\n\n| joint | range of the wished angle, mrad | right: rms error, mrad | largest | left: rms error, mrad | largest |\n|---|---|---|---|---|---|"
     );
     for (k, joint) in JOINTS.iter().enumerate() {
+        debug_assert!(found.joints[k].joint.ends_with(joint));
         let (right, left) = (&found.joints[k], &found.joints[k + JOINTS.len()]);
         println!(
             "| {} | {:.0} | {:.1} | {:.1} | {:.1} | {:.1} |",
@@ -76,16 +82,28 @@ fn page(name: &str, found: &Walked, trial: &Trial, turned: f64) {
     );
 }
 
-fn figure(name: &str, trial: &Trial) -> String {
-    let [roll, pitch, yaw] = trial.torso();
+fn figure(name: &str, trial: &Trial, wished: &[Vec<f64>]) -> String {
+    let ([roll, pitch, yaw], time) = (trial.torso(), trial.time());
     let titles = ["Hip yaw", "Hip roll", "Hip pitch", "Knee pitch", "Ankle pitch", "Ankle roll"];
     let curves = |joint: &str| {
-        let of = |side: &str, what: &str| trial.column(&format!("{side}_{joint}/{what}"));
+        let position = |side: &str| trial.joint(&format!("{side}_{joint}"));
+        // Wished angles have rows of 0.1 s.
+        let desired = |side: &str| -> Vec<f64> {
+            let name = format!("{side}_{joint}");
+            let of = |j: &usize| Model::<f64>::joint_name(&tulip::Tulip, *j) == Some(name.as_str());
+            let column = (0..12).find(of).unwrap_or(0);
+            let at = |row: usize| wished[row.min(wished.len() - 1)][column];
+            let between = |t: &f64| {
+                let row = (10.0 * t).floor();
+                at(row as usize) + (10.0 * t - row) * (at(row as usize + 1) - at(row as usize))
+            };
+            time.iter().map(between).collect()
+        };
         vec![
-            ("right", of("right", "position")),
-            ("right, desired", of("right", "reference")),
-            ("left", of("left", "position")),
-            ("left, desired", of("left", "reference")),
+            ("right", position("right")),
+            ("right, desired", desired("right")),
+            ("left", position("left")),
+            ("left, desired", desired("left")),
         ]
     };
     let mut panels: Vec<Panel<'_>> = JOINTS

@@ -30,7 +30,7 @@ const SMALL: f64 = 1e-11;
 pub fn reach(mechanics: &Mechanics<'_>, q: &mut [f64], goal: &Goal) -> Result<(), Failure> {
     for _ in 0..STEPS {
         let (missed, slopes) = equations(mechanics, q, goal)?;
-        if missed.amax() < SMALL {
+        if missed.iter().all(|x| x.abs() < SMALL) {
             return Ok(());
         }
         let step = slopes.lu().solve(&missed).ok_or("a singular posture")?;
@@ -75,10 +75,27 @@ fn equations(
     Ok((missed, slopes))
 }
 
-/// Rotation vector, world axes, from an orientation to the upright one with this yaw.
+/// Sine of the angle times axis, world axes, of the rotation from an orientation to the upright one with this yaw.
 fn turn_to(turn: &Matrix3<f64>, yaw: f64) -> Vector3<f64> {
-    let wanted = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw);
-    (wanted * Rotation3::from_matrix_unchecked(*turn).inverse()).scaled_axis()
+    let r = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw).matrix() * turn.transpose();
+    0.5 * Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)])
+}
+
+/// Torques of the joints that hold the robot on its right (0) or left foot (1) alone, N m.
+///
+/// # Errors
+/// A model without gravity or Jacobians.
+pub fn holding(mechanics: &Mechanics<'_>, q: &[f64], foot: usize) -> Result<Vec<f64>, Failure> {
+    let nv = mechanics.nv();
+    let of =
+        |name: &str| mechanics.named(name, q, &vec![0.0; nv]).ok_or_else(|| format!("no function {name}"));
+    let gravity = DVector::from_vec(of("gravity")?);
+    let jacobian =
+        DMatrix::from_column_slice(6, nv, &of(["jacobian_of_right_foot", "jacobian_of_left_foot"][foot])?);
+    // The base is driven by the ground's wrench alone.
+    let base = jacobian.columns(0, 6).transpose();
+    let wrench = base.lu().solve(&gravity.rows(0, 6)).ok_or("a singular posture")?;
+    Ok((gravity - jacobian.tr_mul(&wrench)).as_slice()[6..].to_vec())
 }
 
 fn torso(q: &[f64]) -> Matrix3<f64> {

@@ -25,6 +25,8 @@ fn apart(folder: &str, ground: Ground, clearance: f64, steps: &[f64], time: f64)
     let mut start = vec![0.0; nq];
     start[2] = 0.04;
     (0..joints).for_each(|j| start[3 + j] = 0.1 * (1.3 * j as f64).sin());
+    // A planar base's velocities are derivatives of its coordinates.
+    let speed: Vec<f64> = (0..nq).map(|i| if i < 3 { 0.1 } else { (2.1 * i as f64).sin() }).collect();
     let mut gaps = vec![0.0; mechanics.points()];
     mechanics.distances(&start, &mut gaps);
     start[1] = clearance - gaps.iter().copied().fold(f64::INFINITY, f64::min);
@@ -34,10 +36,15 @@ fn apart(folder: &str, ground: Ground, clearance: f64, steps: &[f64], time: f64)
         .map(|&step| {
             let laws = vec![JointLaw::default(); joints];
             let mut stepper = Stepper::new(mechanics, ground, laws, Tolerance::default()).unwrap();
-            let mut motion = Motion { time: 0.0, q: start.clone(), v: vec![0.0; nq] };
+            let mut motion = Motion { time: 0.0, q: start.clone(), v: speed.clone() };
             let mut other = FreeStepper::new(&bodies, ground, Tolerance::default()).unwrap();
             let mut q = DVector::from_vec(free_coordinates(&tree, &start));
-            let mut v = DVector::zeros(q.len());
+            // Velocities of the free bodies, by central differences.
+            let moved = |way: f64| {
+                let there: Vec<f64> = start.iter().zip(&speed).map(|(q, v)| q + way * v).collect();
+                DVector::from_vec(free_coordinates(&tree, &there))
+            };
+            let mut v = (moved(1e-5) - moved(-1e-5)) / 2e-5;
             for _ in 0..(time / step).round() as usize {
                 let mut force = vec![0.0; nq];
                 (3..nq).for_each(|j| force[j] = STIFFNESS * (start[j] - motion.q[j]));

@@ -91,7 +91,11 @@ fn centre_of_mass_and_impulses_are_those_of_mujoco() {
         let [soft, stiff] = [0, 1].map(|k: usize| Run::new(case).apart(&case["runs"][k]["rows"], 1e-4));
         // Ours: points strike in the middle of a step and sink by up to half a step's way. MuJoCo's: contacts of 0.1 ms.
         let name = &case["name"];
-        assert!(stiff[0] < 2.5e-4 && stiff[1] < 0.2, "{name}: {stiff:?}");
-        println!("{name}: {soft:?} from softer contacts");
+        assert!(stiff[0] < 2e-4 && stiff[1] < 0.03, "{name}: {stiff:?}");
+        // And the stiffer MuJoCo's contacts are, the nearer it comes.
+        assert!(
+            stiff[0] < 1.1 * soft[0] + 5e-6 && stiff[1] < 1.2 * soft[1] + 1e-4,
+            "{name}: {soft:?} {stiff:?}"
+        );
     }
 }

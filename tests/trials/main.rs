@@ -2,9 +2,22 @@
 #[path = "../../examples/trials/mod.rs"]
 mod trials;
 
+mod assumptions;
 #[path = "../../examples/side_steps/findings.rs"]
 mod findings;
+#[path = "../../examples/static_walking/gait.rs"]
+mod gait;
+#[path = "../../examples/assumptions/levels.rs"]
+#[allow(dead_code)]
+mod levels;
+#[path = "../../examples/assumptions/rocker.rs"]
+#[allow(dead_code)]
+mod rocker;
 mod side_steps;
+#[path = "../../examples/static_walking/findings.rs"]
+#[allow(dead_code)]
+mod walked;
+mod walking;
 
 use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::simulation::filmed_model;
