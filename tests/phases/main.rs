@@ -2,6 +2,7 @@
 mod compass;
 mod endings;
 mod five_link;
+mod four_phases;
 mod outputs;
 mod three_link;
 mod verdicts;

@@ -8,22 +8,22 @@ const SEVEN: &str = "robots/seven_link";
 const SPACE: &str = "robots/biped_3d";
 
 /// Angles of hip, knee and ankle of a leg, and how far each rises from there within half a period of a sine, rad.
-struct Leg {
-    side: &'static str,
-    angles: [f64; 3],
-    moves: [f64; 3],
+pub struct Leg {
+    pub side: &'static str,
+    pub angles: [f64; 3],
+    pub moves: [f64; 3],
     /// Hz
-    frequency: f64,
+    pub frequency: f64,
 }
 
 impl Leg {
-    const fn still(side: &'static str, angles: [f64; 3]) -> Self {
+    pub const fn still(side: &'static str, angles: [f64; 3]) -> Self {
         Self { side, angles, moves: [0.0; 3], frequency: 1.0 }
     }
 }
 
 /// A scenario with stiff servos; `head` stands before [control].
-fn scenario(head: &str, legs: &[Leg], more: &str) -> String {
+pub fn scenario(head: &str, legs: &[Leg], more: &str) -> String {
     let mut text = format!(
         "method = \"event_driven\"\nduration = 1.0\n{head}\n[control]\nstiffness = 400.0\ndamping = 10.0\neffort_limits = false\njoint_stops = false\n[joint]\n"
     );
@@ -40,8 +40,8 @@ fn scenario(head: &str, legs: &[Leg], more: &str) -> String {
     text + more
 }
 
-const LIFTED: Leg = Leg::still("left", [-0.4, 0.8, -0.4]);
-const STRAIGHT: Leg = Leg::still("right", [0.0; 3]);
+pub const LIFTED: Leg = Leg::still("left", [-0.4, 0.8, -0.4]);
+pub const STRAIGHT: Leg = Leg::still("right", [0.0; 3]);
 const CROUCHED: Leg = Leg::still("right", [-0.4, 0.8, -0.4]);
 /// Heel down, ahead of the body.
 const AHEAD: Leg = Leg { side: "left", angles: [-0.6, 0.1, 0.1], moves: [0.15, 0.0, 0.0], frequency: 2.0 };
