@@ -247,6 +247,18 @@ fn unstable_gains_are_said() {
         .fails_with(&["stiffness = 3000 N m/rad", "raise the damping"]);
 }
 
+#[test]
+fn steps_that_take_feet_through_the_ground_are_said() {
+    let folder = scratch("simulate_sunk");
+    let long = "duration = 1.0\nstep = 0.2\n[initial]\nclearance = 0.3\n";
+    simulate("robots/tulip", &folder, "long", long, &[]).fails_with(&[
+        "_foot/",
+        "below hard ground",
+        "the step of 0.2 s is too long",
+    ]);
+    assert!(!folder.join("long.csv").exists());
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_its_log() {

@@ -8,7 +8,7 @@ use bipedc_compiler::derive::solve::Factor;
 use bipedc_compiler::derive::{InertiaMode, Motions, RobotModel, composite, momentum, newton_euler};
 use bipedc_compiler::description::SourceFiles;
 use bipedc_compiler::expression::{Expr, Graph, Sym};
-use bipedc_compiler::program::{Evaluator, Instruction, Operations, Order, Program, lower};
+use bipedc_compiler::program::{Instruction, Operand, Operations, Order, Program, lower};
 use bipedc_compiler::tree::Tree;
 use bipedc_runtime::Argument;
 
@@ -181,7 +181,7 @@ fn sine_and_cosine_squared_cost_nothing() {
 /// Zeros are found while deriving: legs do not couple, joints across the plane of motion do not see gravity.
 #[test]
 fn structural_zeros_are_constants() {
-    use bipedc_compiler::program::Operand::Constant;
+    use Operand::Constant;
     let zeros = |program: &Program| program.outputs.iter().filter(|&&o| o == Constant(0.0)).count();
     let mass = program(&lower12(), InertiaMode::Folded, mass_matrix, Order::Derivation);
     // Six joints of one leg by six of the other, both triangles, and the base's linear block.
@@ -199,7 +199,27 @@ fn divisions_are_few() {
     assert!(solved.divisions <= tree.nv, "{solved}: one reciprocal per pivot");
 }
 
-/// The evaluator's workspace is inputs, constants and the values that live at once.
+/// Most values that are still needed at one time, in the order in which they are emitted.
+fn alive(program: &Program) -> usize {
+    let mut last = vec![0; program.instructions.len()];
+    for (index, instruction) in program.instructions.iter().enumerate() {
+        for operand in instruction.operands() {
+            if let Operand::Value(value) = operand {
+                last[value as usize] = index;
+            }
+        }
+    }
+    let mut ends = vec![0; last.len() + 1];
+    let (mut now, mut most) = (0_usize, 0);
+    for (index, &end) in last.iter().enumerate() {
+        now += 1;
+        most = most.max(now);
+        ends[end.max(index)] += 1;
+        now -= ends[index];
+    }
+    most
+}
+
 #[test]
 fn the_order_of_long_eliminations_keeps_fewer_values_alive() {
     let tree = lower12();
@@ -210,7 +230,7 @@ fn the_order_of_long_eliminations_keeps_fewer_values_alive() {
     };
     let places = |order| {
         let program = program(&tree, InertiaMode::Folded, derive, order);
-        (total(&program), Evaluator::new(&program).workspace::<f64>().len())
+        (total(&program), alive(&program))
     };
     let [derivation, depth_first, balanced] =
         [Order::Derivation, Order::DepthFirst, Order::Balanced].map(places);

@@ -29,8 +29,8 @@ use std::time::Instant;
 
 const EXAMPLES: &str = "\
 Examples:
-  bipedc simulate robots/tulip --scenario stand.toml --out run.csv
-  bipedc simulate robots/tulip --scenario stand.toml --out run.csv --report run.html --svg pictures
+  bipedc simulate robots/tulip --scenario robots/tulip/scenarios/release.toml --out run.csv --report run.html
+  bipedc simulate robots/five_link --scenario robots/five_link/scenarios/gait.toml --out run.csv --svg pictures
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv --energy
   bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
   bipedc diagnose robots/tulip run.csv                       finds what the scenario hides
@@ -67,7 +67,7 @@ JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \
 \"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"};
 event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\",
 \"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}],
-\"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}.
+\"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"};
 with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\";
 losses \"viscous_friction\", \"dry_friction\", \"stops\", \"impacts\", \"sliding\", \"ground_dampers\", their sum \"lost\"; \"remainder\"}.";
 
@@ -106,6 +106,8 @@ impl Simulate {
         let plant = plant(&robot.description, &robot.tree()?)?;
         let scenario = Scenario::open(&self.scenario, &plant)?;
         let robot = in_world(robot, &scenario.world);
+        // Sensors feel the gravity that the scenario says.
+        let plant = Plant { gravity: robot.description.gravity, ..plant };
         if let Some(events) = &scenario.events {
             return self.walk(&robot, &plant, &scenario, events);
         }

@@ -169,6 +169,11 @@ impl<'a> Stepper<'a> {
         &self.mechanics
     }
 
+    /// The ground.
+    pub fn ground(&self) -> &Ground {
+        &self.ground
+    }
+
     /// The ground from now on.
     pub fn ground_mut(&mut self) -> &mut Ground {
         &mut self.ground
