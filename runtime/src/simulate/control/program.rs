@@ -42,13 +42,23 @@ pub(crate) enum Step {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Program {
     steps: Vec<Step>,
-    roots: Vec<usize>,
+    roots: Vec<Root>,
+}
+
+/// An output.
+#[derive(Debug, Clone, PartialEq)]
+struct Root {
+    step: usize,
+    /// Steps that it depends on, itself included, the last first.
+    behind: Vec<usize>,
 }
 
 /// Workspace of a [`Program`].
 #[derive(Debug, Clone, Default)]
 pub struct Work {
     jets: Vec<Jet>,
+    /// Derivatives of every step by its operands.
+    slopes: Vec<[f64; 2]>,
     adjoint: Vec<f64>,
 }
 
@@ -80,7 +90,14 @@ impl Program {
 
     /// Makes a step an output.
     pub(crate) fn output(&mut self, step: usize) {
-        self.roots.push(step);
+        let mut reached = vec![false; step + 1];
+        reached[step] = true;
+        for i in (0..=step).rev().filter(|i| self.steps[*i].is_operation()) {
+            if reached[i] {
+                self.steps[i].operands().for_each(|operand| reached[operand] = true);
+            }
+        }
+        self.roots.push(Root { step, behind: (0..=step).rev().filter(|i| reached[*i]).collect() });
     }
 
     /// Number of outputs.
@@ -90,107 +107,100 @@ impl Program {
 
     /// Whether an output depends on any signal.
     pub fn moves(&self, output: usize) -> bool {
-        let mut reached = vec![false; self.steps.len()];
-        reached[self.roots[output]] = true;
-        for (i, step) in self.steps.iter().enumerate().rev().filter(|(i, _)| *i <= self.roots[output]) {
-            if !reached[i] {
-                continue;
-            }
-            match *step {
-                Step::Number(_) => {}
-                Step::Signal(_) => return true,
-                Step::Negate(a) | Step::Power(a, _) | Step::Call(_, a) => reached[a] = true,
-                Step::Binary(_, a, b) => (reached[a], reached[b]) = (true, true),
-            }
-        }
-        false
+        self.roots[output].behind.iter().any(|&i| matches!(self.steps[i], Step::Signal(_)))
     }
 
     /// All outputs along a motion of the signals.
     pub fn run(&self, signals: &[Jet], work: &mut Work) {
         work.jets.clear();
+        work.slopes.clear();
         for step in &self.steps {
             let jets = &work.jets;
-            let jet = match *step {
-                Step::Number(x) => Jet::constant(x),
-                Step::Signal(index) => signals[index],
-                Step::Negate(a) => jets[a].through([-jets[a].value, -1.0, 0.0]),
+            let one = |a: usize, of: [f64; 3]| (jets[a].through(of), [of[1], 0.0]);
+            let (jet, slopes) = match *step {
+                Step::Number(x) => (Jet::constant(x), [0.0; 2]),
+                Step::Signal(index) => (signals[index], [0.0; 2]),
+                Step::Negate(a) => one(a, [-jets[a].value, -1.0, 0.0]),
                 Step::Binary(operation, a, b) => binary(operation, jets[a], jets[b]),
-                Step::Power(a, n) => jets[a].through(power(jets[a].value, n)),
-                Step::Call(function, a) => jets[a].through(call(function, jets[a].value)),
+                Step::Power(a, n) => one(a, power(jets[a].value, n)),
+                Step::Call(function, a) => one(a, call(function, jets[a].value)),
             };
             work.jets.push(jet);
+            work.slopes.push(slopes);
         }
     }
 
     /// An output after [`Self::run`].
     pub fn output_at(&self, output: usize, work: &Work) -> Jet {
-        work.jets[self.roots[output]]
+        work.jets[self.roots[output].step]
     }
 
     /// Derivatives of an output with respect to the signals, after [`Self::run`].
     pub fn gradient(&self, output: usize, work: &mut Work, gradient: &mut [f64]) {
-        let root = self.roots[output];
-        let Work { jets, adjoint } = work;
-        adjoint.clear();
-        adjoint.resize(root + 1, 0.0);
-        adjoint[root] = 1.0;
+        let Root { step: root, behind } = &self.roots[output];
+        let Work { slopes, adjoint, .. } = work;
+        adjoint.resize(self.steps.len(), 0.0);
+        behind.iter().for_each(|&i| adjoint[i] = 0.0);
+        adjoint[*root] = 1.0;
         gradient.fill(0.0);
-        for (i, step) in self.steps[..=root].iter().enumerate().rev() {
-            let d = adjoint[i];
-            if d == 0.0 {
-                continue;
-            }
-            match *step {
+        for &i in behind {
+            let (d, [da, db]) = (adjoint[i], slopes[i]);
+            match self.steps[i] {
                 Step::Number(_) => {}
                 Step::Signal(index) => gradient[index] += d,
-                Step::Negate(a) => adjoint[a] -= d,
-                Step::Binary(operation, a, b) => {
-                    let (x, y) = (jets[a].value, jets[b].value);
-                    let (da, db) = match operation {
-                        Binary::Add => (1.0, 1.0),
-                        Binary::Subtract => (1.0, -1.0),
-                        Binary::Multiply => (y, x),
-                        Binary::Divide => (1.0 / y, -x / (y * y)),
-                        Binary::Minimum => chosen(x <= y),
-                        Binary::Maximum => chosen(x >= y),
-                    };
+                Step::Negate(a) | Step::Power(a, _) | Step::Call(_, a) => adjoint[a] += d * da,
+                Step::Binary(_, a, b) => {
                     adjoint[a] += d * da;
                     adjoint[b] += d * db;
                 }
-                Step::Power(a, n) => adjoint[a] += d * power(jets[a].value, n)[1],
-                Step::Call(function, a) => adjoint[a] += d * call(function, jets[a].value)[1],
             }
         }
     }
 }
 
-fn chosen(first: bool) -> (f64, f64) {
-    if first { (1.0, 0.0) } else { (0.0, 1.0) }
+impl Step {
+    fn is_operation(&self) -> bool {
+        !matches!(self, Self::Number(_) | Self::Signal(_))
+    }
+
+    /// Places of its operands.
+    fn operands(&self) -> impl Iterator<Item = usize> {
+        let list = match *self {
+            Self::Number(_) | Self::Signal(_) => [None, None],
+            Self::Negate(a) | Self::Power(a, _) | Self::Call(_, a) => [Some(a), None],
+            Self::Binary(_, a, b) => [Some(a), Some(b)],
+        };
+        list.into_iter().flatten()
+    }
 }
 
-fn binary(operation: Binary, a: Jet, b: Jet) -> Jet {
+/// The result and its derivatives by both operands.
+fn binary(operation: Binary, a: Jet, b: Jet) -> (Jet, [f64; 2]) {
     let linear = |sign: f64| Jet {
         value: a.value + sign * b.value,
         rate: a.rate + sign * b.rate,
         acceleration: a.acceleration + sign * b.acceleration,
     };
+    let chosen = |first: bool| if first { (a, [1.0, 0.0]) } else { (b, [0.0, 1.0]) };
     match operation {
-        Binary::Add => linear(1.0),
-        Binary::Subtract => linear(-1.0),
-        Binary::Multiply => Jet {
-            value: a.value * b.value,
-            rate: a.rate * b.value + a.value * b.rate,
-            acceleration: a.acceleration * b.value + 2.0 * a.rate * b.rate + a.value * b.acceleration,
-        },
+        Binary::Add => (linear(1.0), [1.0, 1.0]),
+        Binary::Subtract => (linear(-1.0), [1.0, -1.0]),
+        Binary::Multiply => {
+            let jet = Jet {
+                value: a.value * b.value,
+                rate: a.rate * b.value + a.value * b.rate,
+                acceleration: a.acceleration * b.value + 2.0 * a.rate * b.rate + a.value * b.acceleration,
+            };
+            (jet, [b.value, a.value])
+        }
         Binary::Divide => {
             let value = a.value / b.value;
             let rate = (a.rate - value * b.rate) / b.value;
             let acceleration = (a.acceleration - 2.0 * rate * b.rate - value * b.acceleration) / b.value;
-            Jet { value, rate, acceleration }
+            (Jet { value, rate, acceleration }, [1.0 / b.value, -value / b.value])
         }
-        Binary::Minimum => [b, a][usize::from(a.value <= b.value)],
-        Binary::Maximum => [b, a][usize::from(a.value >= b.value)],
+        Binary::Minimum => chosen(a.value <= b.value),
+        Binary::Maximum => chosen(a.value >= b.value),
     }
 }
 
@@ -200,6 +210,10 @@ fn power(x: f64, n: i32) -> [f64; 3] {
     match n {
         0 => [1.0, 0.0, 0.0],
         1 => [x, 1.0, 0.0],
+        2.. => {
+            let low = x.powi(n - 2);
+            [low * x * x, f * low * x, f * (f - 1.0) * low]
+        }
         _ => [x.powi(n), f * x.powi(n - 1), f * (f - 1.0) * x.powi(n - 2)],
     }
 }
