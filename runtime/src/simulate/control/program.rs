@@ -38,6 +38,9 @@ pub(crate) enum Step {
     Call(Function, usize),
 }
 
+/// In place of an operand that there is not.
+const NONE: usize = usize::MAX;
+
 /// Several formulas over the same signals; what they have in common is computed once.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Program {
@@ -49,8 +52,11 @@ pub struct Program {
 #[derive(Debug, Clone, PartialEq)]
 struct Root {
     step: usize,
-    /// Steps that it depends on, itself included, the last first.
-    behind: Vec<usize>,
+    /// Operations that it depends on, the last first: their place and those of their operands, the second of which is beyond
+    /// all steps where there is none.
+    operations: Vec<[usize; 3]>,
+    /// Signals that it depends on: their place and their index.
+    signals: Vec<[usize; 2]>,
 }
 
 /// Workspace of a [`Program`].
@@ -92,12 +98,22 @@ impl Program {
     pub(crate) fn output(&mut self, step: usize) {
         let mut reached = vec![false; step + 1];
         reached[step] = true;
-        for i in (0..=step).rev().filter(|i| self.steps[*i].is_operation()) {
-            if reached[i] {
-                self.steps[i].operands().for_each(|operand| reached[operand] = true);
-            }
+        let (mut operations, mut signals) = (Vec::new(), Vec::new());
+        for i in (0..=step).rev() {
+            let [a, b] = match self.steps[i] {
+                _ if !reached[i] => continue,
+                Step::Number(_) => continue,
+                Step::Signal(index) => {
+                    signals.push([i, index]);
+                    continue;
+                }
+                Step::Negate(a) | Step::Power(a, _) | Step::Call(_, a) => [Some(a), None],
+                Step::Binary(_, a, b) => [Some(a), Some(b)],
+            };
+            [a, b].into_iter().flatten().for_each(|operand| reached[operand] = true);
+            operations.push([i, a.unwrap_or(NONE), b.unwrap_or(NONE)]);
         }
-        self.roots.push(Root { step, behind: (0..=step).rev().filter(|i| reached[*i]).collect() });
+        self.roots.push(Root { step, operations, signals });
     }
 
     /// Number of outputs.
@@ -107,7 +123,7 @@ impl Program {
 
     /// Whether an output depends on any signal.
     pub fn moves(&self, output: usize) -> bool {
-        self.roots[output].behind.iter().any(|&i| matches!(self.steps[i], Step::Signal(_)))
+        !self.roots[output].signals.is_empty()
     }
 
     /// All outputs along a motion of the signals.
@@ -137,40 +153,25 @@ impl Program {
 
     /// Derivatives of an output with respect to the signals, after [`Self::run`].
     pub fn gradient(&self, output: usize, work: &mut Work, gradient: &mut [f64]) {
-        let Root { step: root, behind } = &self.roots[output];
+        let Root { step: root, operations, signals } = &self.roots[output];
         let Work { slopes, adjoint, .. } = work;
-        adjoint.resize(self.steps.len(), 0.0);
-        behind.iter().for_each(|&i| adjoint[i] = 0.0);
+        let nowhere = self.steps.len();
+        adjoint.clear();
+        adjoint.resize(nowhere + 1, 0.0);
         adjoint[*root] = 1.0;
-        gradient.fill(0.0);
-        for &i in behind {
+        for &[i, a, b] in operations {
             let (d, [da, db]) = (adjoint[i], slopes[i]);
-            match self.steps[i] {
-                Step::Number(_) => {}
-                Step::Signal(index) => gradient[index] += d,
-                Step::Negate(a) | Step::Power(a, _) | Step::Call(_, a) => adjoint[a] += d * da,
-                Step::Binary(_, a, b) => {
-                    adjoint[a] += d * da;
-                    adjoint[b] += d * db;
-                }
+            // What is not chosen may have an infinite slope.
+            if d == 0.0 {
+                continue;
             }
+            adjoint[a.min(nowhere)] += d * da;
+            adjoint[b.min(nowhere)] += d * db;
         }
-    }
-}
-
-impl Step {
-    fn is_operation(&self) -> bool {
-        !matches!(self, Self::Number(_) | Self::Signal(_))
-    }
-
-    /// Places of its operands.
-    fn operands(&self) -> impl Iterator<Item = usize> {
-        let list = match *self {
-            Self::Number(_) | Self::Signal(_) => [None, None],
-            Self::Negate(a) | Self::Power(a, _) | Self::Call(_, a) => [Some(a), None],
-            Self::Binary(_, a, b) => [Some(a), Some(b)],
-        };
-        list.into_iter().flatten()
+        gradient.fill(0.0);
+        for &[place, index] in signals {
+            gradient[index] += adjoint[place];
+        }
     }
 }
 
