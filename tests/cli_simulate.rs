@@ -248,6 +248,18 @@ fn unstable_gains_are_said() {
 }
 
 #[test]
+fn trajectories_name_joints_of_the_robot() {
+    let folder = scratch("simulate_trajectory");
+    let scenario = "duration = 0.1\n[control]\ntrajectory = \"t.csv\"\n";
+    let said = |table: &str, words: &[&str]| {
+        std::fs::write(folder.join("t.csv"), table).unwrap();
+        simulate("robots/tulip", &folder, "t", scenario, &["--base", "fixed"]).fails_with(words);
+    };
+    said("time,left_knee/position\n0,0.1\n1,0.2\n", &["t.toml:3", "no joint `left_knee`", "left_knee_pitch"]);
+    said("time,left_knee_pitch/velocity\n0,0.1\n1,0.2\n", &["no column `<joint>/position`"]);
+}
+
+#[test]
 fn steps_that_take_feet_through_the_ground_are_said() {
     let folder = scratch("simulate_sunk");
     let long = "duration = 1.0\nstep = 0.2\n[initial]\nclearance = 0.3\n";

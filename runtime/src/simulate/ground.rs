@@ -45,6 +45,11 @@ impl Default for Ground {
 }
 
 impl Ground {
+    /// Whether impacts give something back.
+    pub fn restores(&self) -> bool {
+        self.normal_restitution != 0.0 || self.tangential_restitution != 0.0
+    }
+
     /// What makes a row soft whose point is `gap` above the ground at the middle of the step.
     pub(super) fn relaxed(&self, gap: f64, time: f64) -> Relaxed {
         match self.compliance {

@@ -319,7 +319,10 @@ impl<'a> Simulation<'a> {
         if deepest > DEEPEST && self.stepper.ground().compliance.is_none() {
             return Err(self.sunk(deepest, h));
         }
-        summary.energy_made = summary.energy_made.max(stepped.work);
+        // Without restitution impacts make none: what servos in the same step push against would look like it.
+        if self.stepper.ground().restores() {
+            summary.energy_made = summary.energy_made.max(stepped.work);
+        }
         Ok(())
     }
 }

@@ -130,7 +130,7 @@ impl Reading<'_> {
             }
         }
         let mut initial = self.initial(file, plant);
-        let trajectory = control.trajectory.as_ref().and_then(|name| self.trajectory(name));
+        let trajectory = control.trajectory.as_ref().and_then(|name| self.trajectory(name, plant));
         let servos = self.servos(file, control, trajectory.as_ref(), plant, &mut initial);
         let effects = file.effect.iter().filter_map(|table| effects::effect(self, plant, table));
         let effects: Vec<Effect> = effects.map(effects::with_settings).collect();
@@ -322,18 +322,24 @@ impl Reading<'_> {
     }
 
     /// The table of a trajectory, as `bipedc excite` writes it.
-    fn trajectory(&mut self, name: &Spanned<String>) -> Option<Table> {
+    fn trajectory(&mut self, name: &Spanned<String>, plant: &Plant) -> Option<Table> {
         let path = self.file.parent().unwrap_or(Path::new("")).join(name.get_ref());
         let read = || {
             let reader = Reader::open(&path, &Mapping::default())?;
             let names: Vec<String> = reader.columns().map(|column| column.name.to_owned()).collect();
-            Table::read(reader, &names)
+            Ok((Table::read(reader, &names)?, names))
         };
         let rises = |table: &Table| {
             table.column("time").is_some_and(|time| time.windows(2).all(|pair| pair[0] < pair[1]))
         };
         match read() {
-            Ok(table) if rises(&table) => Some(table),
+            Ok((table, names)) if rises(&table) => match useless_column(&names, plant) {
+                None => Some(table),
+                Some((why, help)) => {
+                    let message = format!("`trajectory`: {}: {why}", path.display());
+                    self.wrong(name.span().start, message, help)
+                }
+            },
             Ok(_) => {
                 let message = format!("`trajectory`: the times of {} do not increase", path.display());
                 self.wrong(name.span().start, message, "give a log with the column `time` in s")
@@ -421,6 +427,25 @@ impl Reading<'_> {
             },
         }
     }
+}
+
+/// What is wrong with the columns of a trajectory, and what to do.
+fn useless_column(names: &[String], plant: &Plant) -> Option<(String, String)> {
+    let mut followed = names.iter().filter_map(|name| name.strip_suffix("/position")).peekable();
+    if followed.peek().is_none() {
+        return Some((
+            "no column `<joint>/position`".to_owned(),
+            "give positions in rad over time".to_owned(),
+        ));
+    }
+    for joint in followed {
+        if plant.joint(joint).is_none() {
+            let help = closest(joint, plant.joint_names())
+                .map_or_else(|| "take the column out".to_owned(), |meant| format!("did you mean `{meant}`?"));
+            return Some((format!("the robot has no joint `{joint}`"), help));
+        }
+    }
+    None
 }
 
 /// A joint's motion in a trajectory table.
