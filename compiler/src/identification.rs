@@ -15,6 +15,7 @@ use bipedc_runtime::identify::BaseSet;
 /// # Errors
 /// As [`base_parameters`].
 pub fn observed_base(tree: &Tree, rows: &[usize]) -> Result<BaseParameters, Diagnostic> {
+    let tree = tree.structure();
     let graph = Graph::exact();
     let model = RobotModel::new(&graph, tree, InertiaMode::Symbolic);
     let forces = generalised_forces(&model, Motions::ALL, false);

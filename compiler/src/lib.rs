@@ -17,9 +17,11 @@ pub mod front;
 pub mod identification;
 pub mod program;
 pub mod robot;
+mod self_check;
 pub mod simulation;
 pub mod standing;
 pub mod states;
 pub mod tree;
 
 pub use robot::Robot;
+pub use self_check::self_check;

@@ -3,6 +3,7 @@ use crate::compile::{CompiledModel, Wish, compile, wishes};
 use crate::description::SourceFiles;
 use crate::description::model::{Base, RobotDescription};
 use crate::emit::{Origin, Package, package};
+use crate::self_check::self_check;
 use crate::tree::Tree;
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
 use std::path::Path;
@@ -71,16 +72,18 @@ impl Robot {
         Tree::new(&self.description, &self.description.base)
     }
 
-    /// Compiles everything that the description asks for.
+    /// Compiles everything that the description asks for, and tries it ([`self_check`]).
     ///
     /// # Errors
-    /// Functions or frames that do not exist.
+    /// Functions or frames that do not exist; a mistake of this compiler.
     pub fn compile(&self) -> Result<CompiledModel, Diagnostic> {
         let tree = self.tree()?;
-        compile(&self.description, &tree, &wishes(&self.description, &tree)?)
+        let compiled = compile(&self.description, &tree, &wishes(&self.description, &tree)?)?;
+        self_check(&self.description, &compiled)?;
+        Ok(compiled)
     }
 
-    /// Compiles the wished functions alone.
+    /// Compiles the wished functions alone; [`self_check`] is left to the caller.
     ///
     /// # Errors
     /// Functions or frames that do not exist.

@@ -69,7 +69,11 @@ impl Evaluate {
             Diagnostic::error(format!("cannot read the states: {error}")).in_file(&self.states)
         })?;
         let states = read_states(&text, &self.states, &robot.tree()?)?;
-        let compiled = output::progress("deriving", || robot.compile_only(std::slice::from_ref(&wish)))?;
+        let compiled = output::progress("deriving", || {
+            let compiled = robot.compile_only(std::slice::from_ref(&wish))?;
+            bipedc_compiler::self_check(&robot.description, &compiled)?;
+            Ok::<_, Diagnostic>(compiled)
+        })?;
         let function = &compiled.functions[0];
         if function.program.arguments().any(|argument| argument == Argument::Parameters) {
             return Err(Diagnostic::error(format!(

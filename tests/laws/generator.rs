@@ -42,13 +42,22 @@ pub enum Kind {
 
 pub const KINDS: [Kind; 4] = [Kind::Floating, Kind::Planar, Kind::Fixed, Kind::Pivot];
 
+/// How exactly right angles and coordinate axes are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Digits {
+    /// To the last digit.
+    All,
+    /// As exporters write them: 1.57079633, or an axis `0 1 -3.2e-12`.
+    Some,
+}
+
 /// The robot of this seed: 2 to 12 links in a tree of revolute, continuous, prismatic and fixed joints.
-pub fn robot(seed: u64, kind: Kind) -> Robot {
+pub fn robot(seed: u64, kind: Kind, digits: Digits) -> Robot {
     let mut random = Random(seed);
     let links = 2 + random.below(11);
     let sources = SourceFiles {
         urdf_path: format!("random_{seed}.urdf").into(),
-        urdf_text: urdf(&mut random, links, kind == Kind::Planar),
+        urdf_text: urdf(&mut random, links, kind == Kind::Planar, digits),
         toml_path: format!("random_{seed}.toml").into(),
         toml_text: description(&mut random, links, kind),
     };
@@ -61,13 +70,13 @@ fn text([x, y, z]: [f64; 3]) -> String {
     format!("{x} {y} {z}")
 }
 
-fn urdf(random: &mut Random, links: usize, planar: bool) -> String {
+fn urdf(random: &mut Random, links: usize, planar: bool, digits: Digits) -> String {
     let mut out = String::from("<robot name=\"random\">\n");
     for k in 0..links {
         out += &link(random, k);
     }
     for k in 1..links {
-        out += &joint(random, k, planar);
+        out += &joint(random, k, planar, digits);
     }
     out + "</robot>\n"
 }
@@ -86,7 +95,7 @@ fn link(random: &mut Random, k: usize) -> String {
     )
 }
 
-fn joint(random: &mut Random, k: usize, planar: bool) -> String {
+fn joint(random: &mut Random, k: usize, planar: bool, digits: Digits) -> String {
     // The first joint moves, so that no robot is one rigid body.
     let kind = match random.below(8) {
         0 if k > 1 => "fixed",
@@ -96,7 +105,12 @@ fn joint(random: &mut Random, k: usize, planar: bool) -> String {
     };
     // Near the end of the list more often than not: long legs, and branches.
     let parent = k - 1 - if random.below(3) == 0 { random.below(k) } else { 0 };
-    let (rpy, axis) = if planar { in_plane(random, kind) } else { in_space(random) };
+    let (mut rpy, mut axis) = if planar { in_plane(random, kind) } else { in_space(random) };
+    if digits == Digits::Some {
+        // A planar robot stays exactly in its plane.
+        rpy = [0, 1, 2].map(|k| if planar && k != 1 { rpy[k] } else { shortened(random, rpy[k]) });
+        axis = if planar { axis } else { axis.map(|x| if x == 0.0 { offset(random) } else { x }) };
+    }
     let xyz = if random.below(4) == 0 { [0.0; 3] } else { random.three(0.4) };
     format!(
         "<joint name=\"j{k}\" type=\"{kind}\"><parent link=\"l{parent}\"/><child link=\"l{k}\"/>\
@@ -135,6 +149,21 @@ fn in_space(random: &mut Random) -> ([f64; 3], [f64; 3]) {
         axis[random.below(3)] = sign(random);
     }
     (rpy, axis)
+}
+
+/// A multiple of π/2 with 6 to 15 decimals; 0 and other angles as they are, or off by as much.
+fn shortened(random: &mut Random, angle: f64) -> f64 {
+    if angle == 0.0 || random.below(3) == 0 {
+        return angle + offset(random);
+    }
+    let places = 6 + random.below(10);
+    format!("{angle:.places$}").parse().unwrap()
+}
+
+/// Zero or ±1e-15 … ±1e-7.
+fn offset(random: &mut Random) -> f64 {
+    let size = 10.0_f64.powi(-7 - random.below(9) as i32);
+    [0.0, size, -size][random.below(3)] * (1.5 + random.symmetric())
 }
 
 fn description(random: &mut Random, links: usize, kind: Kind) -> String {

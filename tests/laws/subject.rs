@@ -1,17 +1,17 @@
 //! A robot with some of its functions, in random states, on any scalar.
-use super::generator::{KINDS, Random, robot};
-use crate::support::dual::Dual;
+use super::generator::{Digits, KINDS, Random, robot};
 use crate::support::{ROBOTS, project};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{Scope, Wish, entry};
-use bipedc_compiler::program::ProgramModel;
+use bipedc_compiler::program::{Dual, ProgramModel};
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_runtime::{Argument, Model, Real, State};
 
 /// Where the random trees and states begin; change it to try others.
 pub const SEED: u64 = 20_261_121;
-/// Random trees on each kind of base.
-const ROUNDS: u64 = 5;
+/// Random trees on each kind of base: the first half with exact right angles, the others with some of their
+/// digits.
+const ROUNDS: u64 = 8;
 /// Random states of each robot.
 pub const STATES: usize = 3;
 
@@ -160,9 +160,11 @@ pub fn six_robots(families: &[&str]) -> Vec<Subject> {
 }
 
 pub fn random_trees(families: &[&str]) -> Vec<Subject> {
-    let all = (0..ROUNDS).flat_map(|round| KINDS.into_iter().map(move |kind| (SEED + round, kind)));
-    all.map(|(seed, kind)| {
-        Subject::new(format!("random tree, seed {seed}, {kind:?}"), robot(seed, kind), families)
+    let all = (0..ROUNDS).flat_map(|round| KINDS.into_iter().map(move |kind| (round, kind)));
+    all.map(|(round, kind)| {
+        let digits = if round < ROUNDS / 2 { Digits::All } else { Digits::Some };
+        let name = format!("random tree, seed {}, {kind:?}, digits: {digits:?}", SEED + round);
+        Subject::new(name, robot(SEED + round, kind, digits), families)
     })
     .collect()
 }

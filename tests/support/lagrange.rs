@@ -2,7 +2,7 @@
 //!
 //! L = K − P over plain forward kinematics; all derivatives by nested dual numbers:
 //! τᵢ = d/dt ∂L/∂q̇ᵢ − ∂L/∂qᵢ and Dᵢⱼ = ∂²K/∂q̇ᵢ∂q̇ⱼ.
-use super::dual::Dual;
+use bipedc_compiler::program::Dual;
 use bipedc_runtime::Real;
 use roxmltree::{Document, Node};
 

@@ -1,6 +1,5 @@
 //! Oracle numbers, in the order of a model's coordinates.
 #![allow(dead_code, missing_docs)]
-pub mod dual;
 pub mod lagrange;
 pub mod measured;
 pub mod oracle;

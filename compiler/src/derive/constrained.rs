@@ -3,11 +3,12 @@ use super::composite::mass_matrix;
 use super::constraint::Constraints;
 use super::effects::{Driven, JointLaws, Returned};
 use super::kinematics::Motions;
-use super::model::RobotModel;
+use super::model::{InertiaMode, RobotModel};
 use super::newton_euler::generalised_forces;
 use super::reduced::{self, flat_support};
 use super::solve::Factor;
-use crate::expression::Sym;
+use super::support::Support;
+use crate::expression::{Graph, Sym};
 use bipedc_runtime::Argument;
 
 /// Motion and contact forces of a phase.
@@ -91,10 +92,33 @@ pub(super) fn respond<'g>(
         d[k][k] = d[k][k] + rotor;
     }
     let factor = Factor::new(model, &d);
-    let held = Held::new(&factor, constraints.blocks.iter().flat_map(|block| block.jacobian.clone()));
+    let held = Held::new(&factor, rows(model, constraints), movable_rows(model, constraints, rows));
     let rates = constraints.blocks.iter().flat_map(|block| block.demanded(model, demand)).collect();
     let (x, forces) = held.solve(&factor, f, rates);
     (x, constraints.publish(&forces))
+}
+
+/// All rows in axes of the feet.
+fn rows<'g>(_: &RobotModel<'g, '_>, constraints: &Constraints<'g>) -> Vec<Vec<Sym<'g>>> {
+    constraints.blocks.iter().flat_map(|block| block.jacobian.clone()).collect()
+}
+
+/// Which of `rows` anything can move along, in [`crate::tree::Tree::structure`]: where digits of right angles are missing,
+/// a row that vanishes leaves 1e-11 behind, and dividing by its square would be meaningless.
+pub(super) fn movable_rows<'g>(
+    model: &RobotModel<'g, '_>,
+    constraints: &Constraints<'g>,
+    rows: impl for<'a> Fn(&RobotModel<'a, '_>, &Constraints<'a>) -> Vec<Vec<Sym<'a>>>,
+) -> Vec<bool> {
+    let moves = |row: &Vec<Sym<'_>>| row.iter().any(|x| !x.is_zero());
+    let tree = model.tree.structure();
+    if std::ptr::eq(tree, model.tree) {
+        return rows(model, constraints).iter().map(moves).collect();
+    }
+    let graph = Graph::new();
+    let straight = RobotModel::new(&graph, tree, InertiaMode::Plain);
+    let supports: Vec<Support> = constraints.supports.iter().map(Support::straightened).collect();
+    rows(&straight, &Constraints::of_supports(&straight, &supports)).iter().map(moves).collect()
 }
 
 /// The rows' half solves.
@@ -108,9 +132,7 @@ pub(super) struct Held<'g> {
 }
 
 impl<'g> Held<'g> {
-    pub fn new(factor: &Factor<'g>, rows: impl Iterator<Item = Vec<Sym<'g>>>) -> Self {
-        let rows: Vec<Vec<Sym<'g>>> = rows.collect();
-        let movable: Vec<bool> = rows.iter().map(|row| row.iter().any(|x| !x.is_zero())).collect();
+    pub fn new(factor: &Factor<'g>, rows: Vec<Vec<Sym<'g>>>, movable: Vec<bool>) -> Self {
         let live = rows.iter().zip(&movable).filter(|(_, movable)| **movable);
         let half: Vec<Vec<Sym<'g>>> = live.map(|(row, _)| factor.half_solve(row)).collect();
         let over =

@@ -62,6 +62,7 @@ pub fn is_planar(tree: &Tree) -> bool {
         BaseKind::Planar => true,
         BaseKind::Floating => false,
         BaseKind::Fixed | BaseKind::Pivot => {
+            let tree = tree.structure();
             let rotations = zero_rotations(tree);
             tree.bodies.iter().zip(&rotations).all(|(body, rotation)| match body.motion {
                 Motion::Revolute { axis, .. } => rotation[1][axis].abs() > 1.0 - 1e-12,

@@ -185,6 +185,13 @@ pub fn rotate<'g>(axis: usize, s: Sym<'g>, c: Sym<'g>, x: Vector3<'g>) -> Vector
     y
 }
 
+/// Whether a turn is by a multiple of π/2, so that it exchanges coordinates and costs nothing.
+///
+/// The sine alone does not tell: near π/2 it rounds to 1 over 1e-8 rad, where the cosine does not vanish.
+pub fn is_right_angle((_, s, c): (usize, Sym<'_>, Sym<'_>)) -> bool {
+    s.is_zero() || c.is_zero()
+}
+
 /// A constant rotation applied to a vector: elementary turns while there are few, else the matrix.
 pub fn rotate_constant<'g>(graph: &'g Graph, rotation: &Rotation, x: Vector3<'g>) -> Vector3<'g> {
     let elementary = |(axis, angle): (usize, f64)| {
@@ -195,7 +202,7 @@ pub fn rotate_constant<'g>(graph: &'g Graph, rotation: &Rotation, x: Vector3<'g>
         let (axis, s, c) = elementary(step);
         rotate(axis, s, c, x)
     };
-    let odd = rotation.0.iter().filter(|&&step| !elementary(step).1.is_right_angle()).count();
+    let odd = rotation.0.iter().filter(|&&step| !is_right_angle(elementary(step))).count();
     if odd <= 2 {
         return rotation.0.iter().rev().fold(x, turn);
     }

@@ -4,7 +4,7 @@
 //! columns are the identity: V̇ = −A q̈ − w eliminates the base, and what is left is the mass matrix of the
 //! robot rooted at that foot, with that tree's sparsity. The base rows then give the foot's wrench.
 use super::composite::mass_matrix;
-use super::constrained::{Demand, Held, dot};
+use super::constrained::{Demand, Held, dot, movable_rows};
 use super::constraint::Constraints;
 use super::kinematics::{Motions, forward};
 use super::model::RobotModel;
@@ -125,13 +125,14 @@ impl<'g> Reduced<'g> {
             })
             .collect();
         let mut reduced = d;
+        let above = ancestors(model);
         for k in 6..nv {
             for l in 6..nv {
-                // Above the leg's joint k, D_kl = A_k · D_bl: the terms of D cancel, in part or wholly.
+                // Where the leg's joint k carries l, D_kl = A_k · D_bl: the terms of D cancel. Elsewhere D_kl = 0.
                 reduced[k][l] = match (stance.twists[k], stance.twists[l]) {
                     (None, None) => reduced[k][l],
-                    (Some(a), None) if reduced[k][l].is_zero() => -dot(&a, &coupling[l]),
-                    (None, Some(a)) if reduced[k][l].is_zero() => -dot(&a, &coupling[k]),
+                    (Some(a), None) if !above[l].contains(&k) => -dot(&a, &coupling[l]),
+                    (None, Some(a)) if !above[k].contains(&l) => -dot(&a, &coupling[k]),
                     (Some(_), None) | (None, Some(_)) => model.constant(0.0),
                     (Some(a), Some(b)) => {
                         let k_is_nearer = depth(model, k) <= depth(model, l);
@@ -153,6 +154,16 @@ impl<'g> Reduced<'g> {
         };
         (0..f.len()).map(|k| if k < 6 { f[k].zero() } else { row(k) }).collect()
     }
+}
+
+/// By degree of freedom: those of the bodies above.
+fn ancestors(model: &RobotModel<'_, '_>) -> Vec<Vec<usize>> {
+    let bodies = &model.tree.bodies;
+    let mut out = vec![Vec::new(); model.tree.nv];
+    for (index, body) in bodies.iter().enumerate() {
+        out[body.v_index] = model.tree.path_to_root(index).skip(1).map(|k| bodies[k].v_index).collect();
+    }
+    out
 }
 
 /// Number of bodies above the one that this degree of freedom moves.
@@ -177,11 +188,11 @@ pub(super) fn respond<'g>(
     };
     let others: Vec<_> = constraints.blocks.iter().filter(|block| block.support != flat).collect();
     let rows: Vec<&Vec<Sym<'g>>> = others.iter().flat_map(|block| &block.jacobian).collect();
-    let on_joints = rows.iter().map(|row| {
-        let reduce = |k: usize| system.stance.twists[k].map_or(row[k], |a| row[k] - dot(&a, &row[..6]));
-        (0..row.len()).map(|k| if k < 6 { row[k].zero() } else { reduce(k) }).collect::<Vec<_>>()
+    let movable = movable_rows(model, constraints, |model, constraints| {
+        on_joints(&Stance::new(model, constraints.supports[flat].body), constraints, flat)
     });
-    let held = Held::new(&system.factor, on_joints);
+    let on_joints = on_joints(&system.stance, constraints, flat);
+    let held = Held::new(&system.factor, on_joints, movable);
     let rates = others.iter().flat_map(|block| block.demanded(model, demand));
     let rates = rates.zip(&rows).map(|(rate, row)| rate - dot(&row[..6], &w)).collect();
     let (mut motion, forces) = held.solve(&system.factor, &system.driving(f, &w), rates);
@@ -198,6 +209,17 @@ pub(super) fn respond<'g>(
     let wrench: Six<'g> = [0, 1, 2, 3, 4, 5].map(|i| wrench[i]);
     let standing = system.stance.at_point(model, support, wrench);
     (motion, published(constraints, flat, &standing, &forces))
+}
+
+/// The other feet's rows on the joints alone, the base following the flat foot.
+fn on_joints<'g>(stance: &Stance<'g>, constraints: &Constraints<'g>, flat: usize) -> Vec<Vec<Sym<'g>>> {
+    let others = constraints.blocks.iter().filter(|block| block.support != flat);
+    let reduce =
+        |row: &Vec<Sym<'g>>, k: usize| stance.twists[k].map_or(row[k], |a| row[k] - dot(&a, &row[..6]));
+    let row = |row: &Vec<Sym<'g>>| {
+        (0..row.len()).map(|k| if k < 6 { row[k].zero() } else { reduce(row, k) }).collect()
+    };
+    others.flat_map(|block| &block.jacobian).map(row).collect()
 }
 
 /// λ in the order of the rows: the flat foot's in between the others'.

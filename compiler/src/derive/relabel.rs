@@ -107,6 +107,7 @@ fn other_side<'a>(description: &'a RobotDescription, joint: &str) -> Option<(&'a
 
 /// A mirror keeps turns about y and slides in the x-z plane.
 fn middle_sign(tree: &Tree, joint: &str) -> Result<f64, Diagnostic> {
+    let tree = tree.structure();
     let rotations = zero_rotations(tree);
     let at = tree.bodies.iter().position(|body| body.joint == joint);
     let sideways = |axis: usize| at.map_or(0.0, |k| rotations[k][1][axis].abs());

@@ -47,11 +47,33 @@ pub enum SupportKind {
     Pivot,
 }
 
+impl Support {
+    /// The same in [`Tree::structure`]: directions within 1e-4 of a coordinate axis or plane lie in it.
+    pub(super) fn straightened(&self) -> Self {
+        let straight = |d: &[f64; 3]| unit(d.map(|x| if x.abs() < 1e-4 { 0.0 } else { x }));
+        let all = |list: &[[f64; 3]]| list.iter().map(straight).collect::<Vec<_>>();
+        let kind = match &self.kind {
+            SupportKind::Point { linear } => SupportKind::Point { linear: all(linear) },
+            SupportKind::Edge { across, normal } => {
+                SupportKind::Edge { across: straight(across), normal: straight(normal) }
+            }
+            SupportKind::Flat { linear, angular } => {
+                SupportKind::Flat { linear: all(linear), angular: all(angular) }
+            }
+            SupportKind::Pivot => SupportKind::Pivot,
+        };
+        let point = self.point.map(|x| if x.abs() < TOLERANCE { 0.0 } else { x });
+        Self { foot: self.foot.clone(), body: self.body, point, kind }
+    }
+}
+
 /// The contacts' points of one foot, in body axes.
 struct Standing<'a> {
     foot: &'a Foot,
     body: Option<usize>,
     points: Vec<[f64; 3]>,
+    /// The same in [`Tree::structure`].
+    structure: Vec<[f64; 3]>,
     /// Some contact names the whole foot.
     whole: bool,
 }
@@ -76,20 +98,28 @@ pub fn supports(tree: &Tree, feet: &[Foot], contacts: &[Contact]) -> Result<Vec<
                 .help(format!("feet are: {}", known.join(", ")))
         })?;
         for name in point_names(foot, &contact.part)? {
-            let frame =
-                tree.points.iter().find(|p| is_point(&p.name, &foot.name, name)).ok_or_else(|| {
+            let at =
+                tree.points.iter().position(|p| is_point(&p.name, &foot.name, name)).ok_or_else(|| {
                     Diagnostic::error(format!("contact `{}/{name}`: there is no such point", foot.name))
                 })?;
+            let (frame, straight) = (&tree.points[at], &tree.structure().points[at]);
             let entry = match standing.iter().position(|s| s.foot.name == foot.name) {
                 Some(at) => &mut standing[at],
                 None => {
-                    standing.push(Standing { foot, body: frame.body, points: Vec::new(), whole: false });
+                    standing.push(Standing {
+                        foot,
+                        body: frame.body,
+                        points: Vec::new(),
+                        structure: Vec::new(),
+                        whole: false,
+                    });
                     let last = standing.len() - 1;
                     &mut standing[last]
                 }
             };
             entry.whole |= contact.part == ContactPart::Flat;
             entry.points.push(frame.placement.translation);
+            entry.structure.push(straight.placement.translation);
         }
     }
     Ok(standing.iter().filter_map(|s| support(tree, s)).collect())
@@ -121,23 +151,26 @@ fn support(tree: &Tree, standing: &Standing<'_>) -> Option<Support> {
         let Motion::Revolute { axis, .. } = tree.bodies[0].motion else { return None };
         let off_axis = |p: &[f64; 3]| p[(axis + 1) % 3].hypot(p[(axis + 2) % 3]) > TOLERANCE;
         return standing
-            .points
+            .structure
             .iter()
             .any(off_axis)
             .then_some(())
             .and_then(|()| make([0.0; 3], SupportKind::Pivot));
     }
-    let world = zero_rotations(tree)[body].map(|row| row.map(tidy));
+    let upright = |tree: &Tree| zero_rotations(tree)[body].map(|row| row.map(tidy));
+    let world = upright(tree);
     let planar = is_planar(tree).then_some(world[1]);
+    let straight = planar.map(|_| upright(tree.structure())[1]);
     let linear = planar.map_or_else(axes, |normal| in_plane(normal).to_vec());
-    let extent = match extent(&standing.points, planar) {
-        Extent::Line(_) if standing.whole => Extent::Area,
+    let extent = match extent(&standing.structure, straight) {
+        Extent::Line if standing.whole => Extent::Area,
         extent => extent,
     };
     let middle = mean(&standing.points);
     match extent {
         Extent::Point => make(middle, SupportKind::Point { linear }),
-        Extent::Line(direction) => {
+        Extent::Line => {
+            let direction = unit(farthest(&offsets(&standing.points, None))?);
             let across = unit(cross(direction, level(world[2], direction)));
             make(middle, SupportKind::Edge { across, normal: unit(cross(across, direction)) })
         }
@@ -157,20 +190,27 @@ fn sole_points(tree: &Tree, foot: &Foot) -> Vec<[f64; 3]> {
 /// How far a set of points reaches.
 enum Extent {
     Point,
-    Line([f64; 3]),
+    Line,
     Area,
 }
 
-/// In the plane, points beside each other are one point and any two others fix the foot.
-fn extent(points: &[[f64; 3]], planar: Option<[f64; 3]>) -> Extent {
+/// From the first point to each, in the plane with this normal if there is one.
+fn offsets(points: &[[f64; 3]], planar: Option<[f64; 3]>) -> Vec<[f64; 3]> {
     let from_first = |p: &[f64; 3]| {
         let d = [0, 1, 2].map(|i| p[i] - points[0][i]);
         planar.map_or(d, |n| [0, 1, 2].map(|i| d[i] - dot(d, n) * n[i]))
     };
-    let offsets: Vec<[f64; 3]> = points.iter().map(from_first).collect();
-    let Some(farthest) = offsets.iter().copied().max_by(|a, b| length(*a).total_cmp(&length(*b))) else {
-        return Extent::Point;
-    };
+    points.iter().map(from_first).collect()
+}
+
+fn farthest(offsets: &[[f64; 3]]) -> Option<[f64; 3]> {
+    offsets.iter().copied().max_by(|a, b| length(*a).total_cmp(&length(*b)))
+}
+
+/// In the plane, points beside each other are one point and any two others fix the foot.
+fn extent(points: &[[f64; 3]], planar: Option<[f64; 3]>) -> Extent {
+    let offsets = offsets(points, planar);
+    let Some(farthest) = farthest(&offsets) else { return Extent::Point };
     if length(farthest) < TOLERANCE {
         return Extent::Point;
     }
@@ -178,7 +218,7 @@ fn extent(points: &[[f64; 3]], planar: Option<[f64; 3]>) -> Extent {
     if planar.is_some() || offsets.iter().any(|d| length(cross(*d, direction)) > TOLERANCE) {
         return Extent::Area;
     }
-    Extent::Line(direction)
+    Extent::Line
 }
 
 /// `up`, unless it runs along the edge: then any other direction does.

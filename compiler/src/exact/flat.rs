@@ -84,7 +84,7 @@ fn turn<A: Arithmetic>(a: &A, axis: usize, (s, c): Angle<A::Value>, x: V3<A>) ->
     y
 }
 
-/// Constant rotations applied to a vector; near-right angles as in an exact graph.
+/// Constant rotations applied to a vector.
 fn turn_constant<A: Arithmetic>(a: &A, rotations: &[Rotation], x: V3<A>, back: bool) -> Option<V3<A>> {
     let mut elementary: Vec<(usize, f64)> = rotations.iter().flat_map(|r| r.0.iter().copied()).collect();
     if !back {

@@ -8,8 +8,8 @@
 //! remainders) and certified with one more prime and fresh states.
 //!
 //! What is exact, and of what: numbers of the description are read as the short decimals they were written
-//! as, angles within 1e-4 rad of right angles as right angles, tan(θ/2) of other constant angles as a
-//! fraction within rounding. For that robot rank and certified coefficients are right up to a chance of the
+//! as, tan(θ/2) of constant angles as a fraction within rounding, and what is analysed is the robot of
+//! [`crate::tree::Tree::structure`]: angles within 1e-4 rad of right angles are right there. For that robot rank and certified coefficients are right up to a chance of the
 //! order of 2⁻⁴⁰ per analysis. Lengths that the tree has moved into frames turned by odd angles carry the
 //! rounding of that step (1e-17 m): it can leave coefficients of 1e-16, which are kept and not printed.
 mod arithmetic;
@@ -46,8 +46,8 @@ const SEED: u64 = 0x5eed;
 
 /// The base parameters of `rows` over the states of `space`.
 ///
-/// `graph` must be exact, and the inertial parameters in it symbolic
-/// ([`crate::derive::InertiaMode::Symbolic`]).
+/// `graph` must be exact, the inertial parameters in it symbolic
+/// ([`crate::derive::InertiaMode::Symbolic`]), and the tree a [`crate::tree::Tree::structure`].
 ///
 /// # Errors
 /// A graph that is not exact, rows that are not linear in the parameters or have no exact value, states that

@@ -66,8 +66,9 @@ impl Question {
     /// Names that do not exist, feet that cannot be kept flat.
     pub fn answer(&self, description: &RobotDescription) -> Result<BaseParameters, Diagnostic> {
         let (base, pinned) = self.base(description);
-        let tree = Tree::new(description, &base)?;
-        let mut space = if pinned { StateSpace::pinned(&tree) } else { StateSpace::free(&tree) };
+        let written = Tree::new(description, &base)?;
+        let tree = written.structure();
+        let mut space = if pinned { StateSpace::pinned(tree) } else { StateSpace::free(tree) };
         if self.feet_flat {
             if description.feet.is_empty() {
                 return Err(Diagnostic::error("no feet to keep flat: the description names none")
@@ -77,8 +78,8 @@ impl Question {
             space = space.with_flat(feet);
         }
         let graph = Graph::exact();
-        let model = RobotModel::new(&graph, &tree, InertiaMode::Symbolic);
-        let rows = self.select(all_rows(&model, self.of), &tree, pinned)?;
+        let model = RobotModel::new(&graph, tree, InertiaMode::Symbolic);
+        let rows = self.select(all_rows(&model, self.of), tree, pinned)?;
         let default = if self.of == Model::CenterOfMass {
             ParameterList::FirstMoments
         } else {

@@ -171,7 +171,8 @@ impl std::fmt::Display for BaseParameters {
             writeln!(f, "without influence: {}", self.unidentifiable.join(", "))?;
         }
         for (place, angle) in &self.assumed_right_angles {
-            writeln!(f, "{place}: angle {angle} rad taken as a multiple of pi/2")?;
+            let what = if place.starts_with("axis") { "a coordinate axis" } else { "a multiple of pi/2" };
+            writeln!(f, "{place}: angle {angle} rad taken as {what}")?;
         }
         Ok(())
     }

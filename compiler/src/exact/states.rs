@@ -4,7 +4,7 @@ use super::evaluate::Assignment;
 use super::flat::{Turning, level};
 use super::random::Random;
 use crate::expression::Input;
-use crate::tree::{BaseKind, Frame, Motion, NEARLY_RIGHT, Tree, exact_sin_cos, snap};
+use crate::tree::{BaseKind, Frame, Motion, Tree, exact_sin_cos};
 use bipedc_runtime::{Argument, diagnostic::Diagnostic};
 
 /// The states in which a model is observed.
@@ -18,15 +18,14 @@ pub struct StateSpace<'t> {
     pub flat: Vec<String>,
 }
 
-/// Sine and cosine of a constant angle, right angles taken as in an exact graph.
+/// Sine and cosine of a constant angle, exact on multiples of π/2 as in an exact graph.
 pub fn constant_angle<A: Arithmetic>(a: &A, angle: f64) -> Option<Angle<A::Value>> {
     let unit = |x: f64| match x {
         1.0 => a.one(),
         -1.0 => a.neg(a.one()),
         _ => a.zero(),
     };
-    let snapped = snap(angle, NEARLY_RIGHT);
-    let (s, c) = exact_sin_cos(snapped);
+    let (s, c) = exact_sin_cos(angle);
     if s == 0.0 || c == 0.0 { Some((unit(s), unit(c))) } else { a.constant_angle(angle) }
 }
 

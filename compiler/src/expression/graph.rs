@@ -1,5 +1,5 @@
 //! Nodes, edges that carry a sign, and the identities applied while the graph is built.
-use crate::tree::{NEARLY_RIGHT, exact_sin_cos, snap};
+use crate::tree::exact_sin_cos;
 use bipedc_runtime::Argument;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -212,7 +212,7 @@ impl Graph {
     /// A graph for exact analysis: nothing in it is rounded (but the square root of a number, once).
     ///
     /// Numbers fold only where the result is certainly exact, and sine and cosine of a constant stay nodes
-    /// unless the angle is within 1e-4 rad of a multiple of π/2: then it is taken to be on it.
+    /// unless the angle is a multiple of π/2. What is nearly one is for [`crate::tree::Tree::structure`] to decide.
     pub fn exact() -> Self {
         Self::with_exactness(true)
     }
@@ -405,7 +405,6 @@ impl Graph {
     /// Sine and cosine of a constant, if they may be folded; exact on multiples of π/2.
     fn fold_sin_cos(&self, angle: Expr) -> Option<(f64, f64)> {
         let value = self.constant_value(angle)?;
-        let value = if self.exact { snap(value, NEARLY_RIGHT) } else { value };
         let (s, c) = exact_sin_cos(value);
         (!self.exact || s == 0.0 || c == 0.0).then_some((s, c))
     }

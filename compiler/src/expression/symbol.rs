@@ -30,10 +30,6 @@ impl<'g> Sym<'g> {
     pub fn constant_value(self) -> Option<f64> {
         self.graph.constant_value(self.expr)
     }
-    /// Whether it is a constant 0, 1 or -1: the sine of a right angle costs nothing.
-    pub fn is_right_angle(self) -> bool {
-        self.constant_value().is_some_and(|x| x == 0.0 || x.abs() == 1.0)
-    }
     /// A constant of the same graph.
     pub fn constant(self, value: f64) -> Self {
         Self::new(self.graph, self.graph.constant(value))

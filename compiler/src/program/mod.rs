@@ -1,5 +1,6 @@
 //! Straight-line programs: what is emitted as Rust and what runs in process.
 mod count;
+mod dual;
 mod evaluate;
 mod lower;
 mod model;
@@ -8,6 +9,7 @@ mod schedule;
 mod torques;
 
 pub use count::Operations;
+pub use dual::Dual;
 pub use evaluate::Evaluator;
 pub use lower::{Order, lower};
 pub use model::ProgramModel;

@@ -45,6 +45,11 @@ impl Tree {
     /// A base that names no link, contact point or edge of the robot.
     pub fn new(description: &RobotDescription, base: &Base) -> Result<Self> {
         let description = &super::effects::truly_built(description);
+        Self::as_written(description, base)?.with_structure(description, base)
+    }
+
+    /// The tree of the description's digits.
+    pub(super) fn as_written(description: &RobotDescription, base: &Base) -> Result<Self> {
         let root = find_root(description, base)?;
         let movable: Vec<&Joint> =
             description.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).collect();
@@ -280,22 +285,9 @@ impl<'a> Builder<'a> {
             gravity: description.gravity,
             nq,
             nv,
-            nearly_right_angles: nearly_right_angles(description),
+            nearly_right_angles: Vec::new(),
+            right_angled: None,
             bodies: self.bodies,
         }
     }
-}
-
-fn nearly_right_angles(description: &RobotDescription) -> Vec<(String, f64)> {
-    let mut out = Vec::new();
-    for joint in &description.joints {
-        for angle in joint.origin.rpy {
-            let snapped = super::snap(angle, super::NEARLY_RIGHT);
-            let near = super::snap(angle, 2e-11);
-            if near == angle && snapped != angle {
-                out.push((format!("joint `{}`", joint.name), angle));
-            }
-        }
-    }
-    out
 }

@@ -5,10 +5,11 @@ mod build;
 mod effects;
 mod inertia;
 mod placement;
+mod right_angles;
 
 pub use anatomy::anatomy;
 pub use inertia::Inertia;
-pub use placement::{NEARLY_RIGHT, Placement, Rotation, exact_sin_cos, matrix_vector, snap};
+pub use placement::{Placement, Rotation, exact_sin_cos, matrix_vector};
 
 /// How a body moves relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -128,9 +129,11 @@ pub struct Tree {
     pub nq: usize,
     /// Length of `v`.
     pub nv: usize,
-    /// Angles of the description within 1e-4 rad of a multiple of π/2 but not on it, for the exact analysis:
-    /// (where, angle).
+    /// Angles of the description within 1e-4 rad of a multiple of π/2 but not on it (axes: of a coordinate axis), which
+    /// [`Tree::structure`] takes as right: (where, rad).
     pub nearly_right_angles: Vec<(String, f64)>,
+    /// The same robot with right angles, where that is another one.
+    right_angled: Option<Box<Tree>>,
 }
 
 impl Tree {

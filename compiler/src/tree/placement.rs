@@ -9,29 +9,29 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rotation(pub Vec<(usize, f64)>);
 
-/// Angles this close (rad) to a multiple of π/2 are meant to be on it: URDFs write 1.5707963267949. Coarser
-/// ones are taken as written, so that torques stay those of other tools to the last digits.
-const SNAP: f64 = 2e-13;
+/// Angles this close (rad) to a multiple of π/2 are on it: URDFs write 1.5707963267949. Coarser ones are taken
+/// as written, so that torques stay those of other tools to the last digits.
+pub(super) const SNAP: f64 = 2e-13;
 
-/// Angles this close (rad) to a multiple of π/2 count as right in the exact analysis, and are listed in
+/// Angles this close (rad) to a multiple of π/2 are right in [`crate::tree::Tree::structure`], and listed in
 /// [`crate::tree::Tree::nearly_right_angles`].
-pub const NEARLY_RIGHT: f64 = 1e-4;
+pub(super) const NEARLY_RIGHT: f64 = 1e-4;
 
 impl Rotation {
     /// From URDF roll, pitch, yaw about fixed axes.
     pub fn from_rpy(rpy: [f64; 3]) -> Self {
-        Self(vec![(2, rpy[2]), (1, rpy[1]), (0, rpy[0])]).simplified()
+        Self(vec![(2, rpy[2]), (1, rpy[1]), (0, rpy[0])]).simplified(SNAP)
     }
 
     /// The rotation that turns the z axis onto the unit vector `axis`.
     pub fn z_onto(axis: [f64; 3]) -> Self {
         let horizontal = axis[0].hypot(axis[1]);
-        Self(vec![(2, axis[1].atan2(axis[0])), (1, horizontal.atan2(axis[2]))]).simplified()
+        Self(vec![(2, axis[1].atan2(axis[0])), (1, horizontal.atan2(axis[2]))]).simplified(SNAP)
     }
 
     /// `self · other`
     pub fn then(&self, other: &Self) -> Self {
-        Self(self.0.iter().chain(&other.0).copied().collect()).simplified()
+        Self(self.0.iter().chain(&other.0).copied().collect()).simplified(SNAP)
     }
 
     /// The inverse.
@@ -44,15 +44,15 @@ impl Rotation {
         self.0.is_empty()
     }
 
-    /// Merges neighbours about the same axis, snaps right angles and drops zeros.
-    fn simplified(self) -> Self {
+    /// Merges neighbours about the same axis, snaps angles within `tolerance` (rad) of right ones and drops zeros.
+    pub(super) fn simplified(self, tolerance: f64) -> Self {
         let mut out: Vec<(usize, f64)> = Vec::new();
         for (axis, angle) in self.0 {
             let mut total = angle;
             if out.last().is_some_and(|last| last.0 == axis) {
                 total += out.pop().map_or(0.0, |last| last.1);
             }
-            let total = snap(total, SNAP);
+            let total = snap(total, tolerance);
             if total != 0.0 {
                 out.push((axis, total));
             }
@@ -92,7 +92,7 @@ impl Rotation {
 }
 
 /// `angle` moved onto the multiple of π/2 that is within `tolerance`, modulo full turns; else unchanged.
-pub fn snap(angle: f64, tolerance: f64) -> f64 {
+pub(super) fn snap(angle: f64, tolerance: f64) -> f64 {
     let quarter = (angle / FRAC_PI_2).round();
     if (angle - quarter * FRAC_PI_2).abs() > tolerance {
         return angle;

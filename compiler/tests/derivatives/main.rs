@@ -1,7 +1,6 @@
 //! Derivatives, Coriolis matrix and the ways of forward dynamics on random trees, against dual numbers of the
 //! plain functions.
 #![allow(missing_docs)]
-mod dual;
 mod random_tree;
 
 use bipedc_compiler::derive::{
@@ -9,10 +8,9 @@ use bipedc_compiler::derive::{
 };
 use bipedc_compiler::description::model::Base;
 use bipedc_compiler::expression::{Expr, Graph, Sym};
-use bipedc_compiler::program::{Evaluator, Order, lower};
+use bipedc_compiler::program::{Dual, Evaluator, Order, lower};
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_runtime::{Argument, Real, State};
-use dual::Dual;
 use random_tree::{Random, robot};
 
 const SEED: u64 = 20_261_121;

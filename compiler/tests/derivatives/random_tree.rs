@@ -54,6 +54,12 @@ fn joint(random: &mut Random, index: usize, parent_axis: [f64; 3]) -> Joint {
     let rpy = match random.below(4) {
         0 => random.three(3.0),
         1 => [0, 1, 2].map(|_| [0.0, FRAC_PI_2, PI][random.below(3)]),
+        // As exporters write right angles: with 6 to 15 decimals, or a little off.
+        2 => [0, 1, 2].map(|_| {
+            let angle = [0.0, FRAC_PI_2, -FRAC_PI_2, PI][random.below(4)];
+            let (places, off) = (6 + random.below(10), 10.0_f64.powi(-7 - random.below(9) as i32));
+            format!("{angle:.places$}").parse::<f64>().unwrap() + [0.0, off, -off][random.below(3)]
+        }),
         _ => [0.0; 3],
     };
     let kind = match random.below(8) {

@@ -73,6 +73,7 @@ pub fn ground_wrench<'g>(c: &Context<'g, '_>) -> Result<Quantity<'g>, Diagnostic
 
 /// The exact analysis of the equations of motion on the tree's base.
 pub fn analysis(tree: &Tree) -> Result<BaseParameters, Diagnostic> {
+    let tree = tree.structure();
     let graph = Graph::exact();
     let model = RobotModel::new(&graph, tree, InertiaMode::Symbolic);
     let rows: Vec<Expr> = generalised_forces(&model, Motions::ALL, false).iter().map(|x| x.expr).collect();

@@ -1,6 +1,6 @@
 //! Second moments, symmetric and not, together with what they do as inertias.
 use super::axes::Turn;
-use crate::derive::model::rotate;
+use crate::derive::model::{is_right_angle, rotate};
 use crate::expression::{Matrix3, Sym, Vector3};
 
 /// A matrix M = Σ m a bᵀ and the diagonal of `tr(M) 1 − M`.
@@ -28,8 +28,9 @@ pub(super) fn turn_matrix<'g>(turn: Turn<'g>, m: &Matrix3<'g>) -> Matrix3<'g> {
 
 /// `R M Rᵀ` by the double angle on the plane that turns, where the diagonal differs by `difference`; and what
 /// goes from one of its diagonal elements to the other.
-fn turn_with<'g>((axis, s, c): Turn<'g>, m: &Matrix3<'g>, difference: Sym<'g>) -> (Matrix3<'g>, Sym<'g>) {
-    if s.is_right_angle() {
+fn turn_with<'g>(turn: Turn<'g>, m: &Matrix3<'g>, difference: Sym<'g>) -> (Matrix3<'g>, Sym<'g>) {
+    let (axis, s, c) = turn;
+    if is_right_angle(turn) {
         let columns = [0, 1, 2].map(|k| rotate(axis, s, c, m.column(k)));
         let rows = Matrix3::from_columns(columns).0.map(|row| rotate(axis, s, c, Vector3(row)).0);
         return (Matrix3(rows), s.zero());
@@ -77,11 +78,11 @@ impl<'g> Second<'g> {
 
     /// `R M Rᵀ`
     pub fn turned(&self, turn: Turn<'g>) -> Self {
-        let (axis, s, c) = turn;
+        let (axis, _, c) = turn;
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let (m, along) = turn_with(turn, &self.m, self.polar[v] - self.polar[u]);
         let mut polar = self.polar;
-        if !s.is_right_angle() {
+        if !is_right_angle(turn) {
             polar[u] = polar[u] + along;
             polar[v] = polar[v] - along;
         } else if c.is_zero() {

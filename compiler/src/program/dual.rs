@@ -1,10 +1,11 @@
-//! Numbers that carry their exact derivative; nested, they carry second and third ones.
+//! Numbers that carry their exact derivative; nested, they carry second and third ones. Programs run on them as on
+//! any scalar: what the symbolic derivatives are checked with.
 use bipedc_runtime::Real;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Value and derivative along one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Dual<T>(pub T, pub T);
+pub struct Dual<T = f64>(pub T, pub T);
 
 impl<T: Real> Add for Dual<T> {
     type Output = Self;
