@@ -1,4 +1,5 @@
 //! From a description to a tree rooted where the base says.
+use super::placement::NEARLY_RIGHT;
 use super::{BaseKind, Body, Frame, Inertia, Motion, Placement, Rotation, Tree, TreeJoint};
 use crate::description::model::{Base, Foot, Joint, JointKind, Pose, RobotDescription};
 use bipedc_runtime::diagnostic::Diagnostic;
@@ -16,6 +17,11 @@ fn aligned(axis: [f64; 3]) -> (Rotation, usize, bool) {
         let others = axis[(k + 1) % 3].hypot(axis[(k + 2) % 3]);
         if others < 1e-12 {
             return (Rotation::default(), k, axis[k] < 0.0);
+        }
+        // The same coordinate axis as in the structure, so that frames differ by as little as the digits do.
+        if others < NEARLY_RIGHT {
+            let against = axis[k] < 0.0;
+            return (Rotation::near(k, axis.map(|x| if against { -x } else { x })), k, against);
         }
     }
     (Rotation::z_onto(axis), 2, false)

@@ -29,6 +29,13 @@ impl Rotation {
         Self(vec![(2, axis[1].atan2(axis[0])), (1, horizontal.atan2(axis[2]))]).simplified(SNAP)
     }
 
+    /// The small rotation that turns coordinate axis `k` onto the unit vector `axis` beside it.
+    pub(super) fn near(k: usize, axis: [f64; 3]) -> Self {
+        let (u, v) = ((k + 1) % 3, (k + 2) % 3);
+        let first = (-axis[v]).atan2(axis[k]);
+        Self(vec![(u, first), (v, axis[u].atan2(axis[v].hypot(axis[k])))]).simplified(SNAP)
+    }
+
     /// `self · other`
     pub fn then(&self, other: &Self) -> Self {
         Self(self.0.iter().chain(&other.0).copied().collect()).simplified(SNAP)
@@ -183,6 +190,16 @@ mod tests {
         for axis in [[0.6, 0.0, 0.8], [0.0, -1.0, 0.0], [0.48, 0.64, -0.6], [0.0, 0.0, -1.0]] {
             let z = matrix_vector(&Rotation::z_onto(axis).matrix(), [0.0, 0.0, 1.0]);
             assert!((0..3).all(|i| (z[i] - axis[i]).abs() < 1e-15), "{z:?} {axis:?}");
+        }
+    }
+
+    #[test]
+    fn near_reaches_the_axis() {
+        for k in 0..3 {
+            let mut axis = [3e-5, -2e-6, 4e-7];
+            axis[k] = (0..3).filter(|i| *i != k).fold(1.0, |rest: f64, i| rest - axis[i] * axis[i]).sqrt();
+            let m = Rotation::near(k, axis).matrix();
+            assert!((0..3).all(|i| (m[i][k] - axis[i]).abs() < 1e-15), "{m:?} {axis:?}");
         }
     }
 

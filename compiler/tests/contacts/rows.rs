@@ -77,8 +77,27 @@ fn unknown_parts_are_named() {
 #[test]
 fn rows_that_the_joints_satisfy_anyway_carry_no_force() {
     // In space the planar robot's second foot cannot leave the first one's plane.
-    let description = robot("seven_link");
-    let tree = tree(&description, "floating");
+    second_foot_stands(&robot("seven_link"), (1e-12, 1e-9));
+}
+
+/// A joint's axes are missed by 1e-11 and 1e-9 rad: rows that vanish for the robot that was meant leave as much behind, and
+/// a force that divides by it would be 1e9 N.
+#[test]
+fn rows_that_the_joints_nearly_satisfy_carry_no_force() {
+    for off in [4.9e-12, 3.2e-9] {
+        let mut description = robot("seven_link");
+        for joint in &mut description.joints {
+            joint.origin.rpy[0] += off;
+            joint.axis[2] += off;
+        }
+        let forces = second_foot_stands(&description, (1e3 * off, 1e5 * off));
+        assert!(forces.iter().all(|x| x.abs() < 1e4), "{off}: {forces:?}");
+    }
+}
+
+/// λ of both flat feet, after checks of the rows: at the velocity after an impact, and at the acceleration.
+fn second_foot_stands(description: &RobotDescription, tolerances: (f64, f64)) -> Vec<f64> {
+    let tree = tree(description, "floating");
     let contacts = ["right_foot", "left_foot"].map(|text| contact(&description.feet, text));
     let function = Function::derive(&tree, |model| {
         let c = Constraints::new(model, &description.feet, &contacts).unwrap();
@@ -92,8 +111,10 @@ fn rows_that_the_joints_satisfy_anyway_carry_no_force() {
     v = function.call(&[(Q, &q), (V, &v), (Tau, &tau)])[4].clone();
     let out = function.call(&[(Q, &q), (V, &v), (Tau, &tau)]);
     let j = rows(&out[2], tree.nv);
-    assert!(error(&times(&j, &v), &[0.0; 12]) < 1e-12);
+    let missed = times(&j, &v);
+    assert!(error(&missed, &[0.0; 12]) < tolerances.0, "{missed:?}");
     let residual: Vec<f64> = times(&j, &out[0]).iter().zip(&out[3]).map(|(a, w)| a + w).collect();
-    assert!(error(&residual, &[0.0; 12]) < 1e-9, "{residual:?}");
+    assert!(error(&residual, &[0.0; 12]) < tolerances.1, "{residual:?}");
     assert!(out[1].iter().all(|x| x.is_finite()));
+    out[1].clone()
 }
