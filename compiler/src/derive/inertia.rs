@@ -136,10 +136,12 @@ fn parametric<'g>(graph: &'g Graph, tree: &Tree, parameter: impl Fn(usize) -> Ex
 /// was there.
 pub fn regroup(tree: &Tree) -> Vec<Inertia> {
     let mut inertias: Vec<Inertia> = tree.bodies.iter().map(|body| body.inertia).collect();
+    let mut before = inertias.clone();
     for index in (0..tree.bodies.len()).rev() {
         let body = &tree.bodies[index];
-        let Some(parent) = body.parent else { continue };
         let own = inertias[index];
+        before[index] = own;
+        let Some(parent) = body.parent else { continue };
         let moved = movable_part(body.motion, &own);
         let kept = Inertia {
             mass: own.mass - moved.mass,
@@ -150,7 +152,7 @@ pub fn regroup(tree: &Tree) -> Vec<Inertia> {
         inertias[index] = kept;
         inertias[parent] = inertias[parent].plus(&moved.transformed(&body.placement));
     }
-    inertias.iter().map(clean).collect()
+    inertias.iter().zip(&before).map(|(kept, before)| clean(kept, before)).collect()
 }
 
 fn movable_part(motion: Motion, own: &Inertia) -> Inertia {
@@ -170,13 +172,13 @@ fn movable_part(motion: Motion, own: &Inertia) -> Inertia {
     moved
 }
 
-/// Sums that should cancel leave 1e-17 behind, which would cost operations.
-fn clean(inertia: &Inertia) -> Inertia {
+/// Sums that should cancel leave 1e-17 of what was there `before` behind, which would cost operations.
+fn clean(inertia: &Inertia, before: &Inertia) -> Inertia {
     let small = |x: f64, scale: f64| if x.abs() <= 1e-14 * scale { 0.0 } else { x };
     let l = inertia.first_moment;
     let i = inertia.second_moment;
     let first = l.iter().fold(inertia.mass, |m, x| m.max(x.abs()));
-    let second = i.iter().flatten().fold(first.min(1.0), |m, x| m.max(x.abs()));
+    let second = before.second_moment.iter().flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
     Inertia {
         mass: inertia.mass,
         first_moment: l.map(|x| small(x, first)),
