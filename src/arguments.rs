@@ -1,10 +1,12 @@
 //! Arguments that several commands share.
+use crate::amendment::history::History;
 use crate::failure::Failure;
 use crate::output;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{Entry, Scope, Wish, entry};
 use bipedc_compiler::description::model::Base;
 use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::files::Ledger;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -46,6 +48,14 @@ impl RobotArguments {
         // Whether the root exists shows only when the tree is built.
         robot.tree()?;
         Ok(robot)
+    }
+
+    /// What the robot was read from; outputs must not overwrite it.
+    pub fn ledger(&self, robot: &Robot) -> Ledger {
+        let mut ledger = Ledger::default();
+        robot.note(&mut ledger);
+        ledger.reads("the description's history", &History::path(&robot.sources.toml_path));
+        ledger
     }
 
     /// The overrides as they were typed, for commands to repeat.

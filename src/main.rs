@@ -33,6 +33,7 @@ Examples:
   bipedc history robots/tulip                        what was added to the description, and how the error fell
 
 A ROBOT is a folder with `robot.urdf` and `biped.toml`, or one of these files. Units are SI.
+Results never overwrite what they were made from; files appear whole or not at all.
 Exit codes: 0 done, 1 an error in the input (said on the error stream), 2 wrong usage.";
 
 /// The model compiler for walking robots: a URDF in, specialised allocation-free Rust out
@@ -44,7 +45,8 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
-    match Cli::parse().command.run() {
+    let cli = Cli::parse();
+    match interruption::watch().map_err(failure::Failure::from).and_then(|()| cli.command.run()) {
         Ok(code) => code,
         Err(failure) => {
             output::diagnostics(&failure.0);

@@ -1,5 +1,6 @@
 //! Printing: results to the output stream, messages and progress to the error stream.
 use bipedc_runtime::diagnostic::{Diagnostic, Severity};
+use bipedc_runtime::files::to_standard_output;
 use comfy_table::{CellAlignment, Table};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -11,7 +12,7 @@ use std::time::Duration;
 /// # Errors
 /// Any other refusal of the system, such as a full disk.
 pub fn print(text: &str) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = stream();
     forgive(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
@@ -20,7 +21,7 @@ pub fn print(text: &str) -> io::Result<()> {
 /// # Errors
 /// As [`print()`].
 pub fn print_json(value: &impl Serialize) -> io::Result<()> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = io::BufWriter::new(stream());
     let written = serde_json::to_writer_pretty(&mut out, value).map_err(io::Error::from);
     forgive(written.and_then(|()| writeln!(out)).and_then(|()| out.flush()))?;
     // What is still buffered after a broken pipe is nobody's: dropping the buffer must not try again.
@@ -28,10 +29,18 @@ pub fn print_json(value: &impl Serialize) -> io::Result<()> {
     Ok(())
 }
 
+/// The output stream, unless a result was sent there (`--out /dev/stdout`): then words go to the error stream.
+fn stream() -> Box<dyn Write> {
+    if to_standard_output() { Box::new(io::stderr().lock()) } else { Box::new(io::stdout().lock()) }
+}
+
 fn forgive(result: io::Result<()>) -> io::Result<()> {
     match result {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-        other => other,
+        Err(error) => {
+            Err(io::Error::new(error.kind(), format!("cannot write to the output stream: {error}")))
+        }
+        Ok(()) => Ok(()),
     }
 }
 

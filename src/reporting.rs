@@ -7,6 +7,7 @@ use bipedc_compiler::Robot;
 use bipedc_compiler::drawing::drawing;
 use bipedc_runtime::diagnose::{Diagnosis, Experiment, Fall};
 use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::files::Ledger;
 use bipedc_runtime::identify::Identification;
 use bipedc_runtime::identify::elastic::DriveSummary;
 use bipedc_runtime::report::{
@@ -35,6 +36,17 @@ impl Outputs {
     /// Whether anything is to be written.
     pub fn wanted(&self) -> bool {
         self.report.is_some() || self.svg.is_some()
+    }
+
+    /// Notes page and pictures among what is written.
+    ///
+    /// # Errors
+    /// They would overwrite an input or another output.
+    pub fn note(&self, ledger: &mut Ledger) -> Result<(), Diagnostic> {
+        if let Some(page) = &self.report {
+            ledger.writes("--report", page)?;
+        }
+        self.svg.as_ref().map_or(Ok(()), |folder| ledger.fills("--svg", folder, "svg"))
     }
 
     /// Writes page and pictures; says so on the error stream.

@@ -147,7 +147,9 @@ fn an_interruption_is_seen_and_put_right() {
     let before = read(&folder, "biped.toml");
     friction(&folder, "0.43", &[]).ok();
     std::fs::write(folder.join("biped.toml"), &before).unwrap();
-    std::fs::write(folder.join("biped.toml.amend.tmp"), "half of a").unwrap();
+    for left in [".biped.toml.1-0.bipedc-tmp", ".history.json.4194304-1.bipedc-tmp"] {
+        std::fs::write(folder.join(left), "half of a").unwrap();
+    }
     let history = bipedc(&["history", text(&folder)]).ok();
     assert!(history.out.contains("step 1 is not in the description"), "{}", history.out);
     assert_eq!(bipedc(&["history", text(&folder), "--json"]).ok().json()["state"], "last_step_missing");

@@ -44,6 +44,51 @@ fn the_table_says_what_was_done() {
     }
 }
 
+/// A log of one joint of the three-link walker, 100 rows; times are multiplied, and one effort is replaced.
+fn three_link_log(name: &str, per_second: f64, effort: &str) -> std::path::PathBuf {
+    let file = scratch(name).join("log.csv");
+    let joints = ["left_hip_pitch", "right_hip_pitch"];
+    let head = joints.map(|joint| format!(",{joint}/position,{joint}/effort")).concat();
+    let row = |i: i32| {
+        let (time, angle) = (0.02 * f64::from(i) * per_second, (0.3 * f64::from(i)).sin());
+        let effort = if i == 50 { effort } else { "0.1" };
+        format!("{time},{angle},{effort},{angle},0.2\n")
+    };
+    std::fs::write(&file, format!("time{head}\n{}", (0..100).map(row).collect::<String>())).unwrap();
+    file
+}
+
+#[test]
+fn enormous_values_are_named_and_printed_sanely() {
+    let compare =
+        |log: &std::path::Path| bipedc(&["compare", "robots/three_link", "--base", "fixed", text(log)]);
+    compare(&three_link_log("compare_huge", 1.0, "-1e150")).fails_with(&[
+        "log.csv:52:",
+        "`left_hip_pitch/effort`: the value is infinite or too large (at most 1e30)",
+        "`-1e150`",
+    ]);
+    let run = compare(&three_link_log("compare_large", 1.0, "1e30")).ok();
+    assert!(run.out.contains("1.00e30 N m") && !run.out.contains("inf"), "{}", run.out);
+}
+
+#[test]
+fn times_that_are_no_seconds_are_told_by_their_unit() {
+    let refused = [("nanoseconds", 1e9), ("microseconds", 1e6), ("milliseconds", 1e3)];
+    for (unit, per_second) in refused {
+        let log = three_link_log(&format!("compare_{unit}"), per_second, "0.1");
+        let compare = ["compare", "robots/three_link", "--base", "fixed", text(&log)];
+        let scale = format!("scale = {:e}", 1.0 / per_second);
+        bipedc(&compare).fails_with(&["log.csv:2", &format!("seems to be in {unit}"), "time = {", &scale]);
+        // What the message says helps, and who means it may say so.
+        let mapping = log.with_file_name("columns.toml");
+        std::fs::write(&mapping, format!("time = {{ {scale} }}\n")).unwrap();
+        let mapped = [&compare[..], &["--mapping", text(&mapping)]].concat();
+        assert!(bipedc(&mapped).ok().out.contains("at 50.000000 Hz"));
+        std::fs::write(&mapping, "time = { scale = 1 }\n").unwrap();
+        bipedc(&mapped).fails_with(&["half the sampling rate"]);
+    }
+}
+
 #[test]
 fn bad_logs_are_refused() {
     let compare = |log: &str| bipedc(&["compare", "robots/tulip", log]);

@@ -139,6 +139,21 @@ fn bad_states_name_their_line() {
     bad("syntax", "{\"base\": \n", &["EOF", "states.json:"]);
     bad("twice", "{\"position\": {}, \"position\": {}}", &["stands twice"]);
     bad(
+        "joint_twice",
+        "{\"velocity\": {\"left_hip_pitch\": 1,\n \"left_hip_pitch\": 2}}",
+        &["joint `left_hip_pitch` stands twice", "remove one", "states.json:2:"],
+    );
+    bad(
+        "base_twice",
+        "{\"base\": {\"force\": [0,0,0],\n \"force\": [1,0,0]}}",
+        &["`force` of the base stands twice", "states.json:2:"],
+    );
+    bad(
+        "point_twice",
+        "{\"forces\": {\"right_foot/point_foot\": [0,0,1], \"right_foot/point_foot\": [0,0,2]}}",
+        &["contact point `right_foot/point_foot` stands twice", "states.json:1:"],
+    );
+    bad(
         "point",
         "{\"forces\": {\"right_foot/heel\": [0,0,1]}}",
         &["unknown contact point", "right_foot/point_foot"],

@@ -2,6 +2,9 @@
 #[path = "support/cli.rs"]
 #[allow(dead_code)]
 mod cli;
+#[cfg(unix)]
+#[path = "cli_simulate/outputs.rs"]
+mod outputs;
 
 use cli::{Run, bipedc, command, scratch, text};
 use std::path::Path;
@@ -194,7 +197,7 @@ fn mistakes_are_named_with_their_place() {
     let fails = |name: &str, scenario: &str, words: &[&str]| {
         simulate("robots/tulip", &folder, name, scenario, &[]).fails_with(words);
         assert!(!folder.join(format!("{name}.csv")).exists(), "{name} left a log");
-        assert!(!folder.join(format!("{name}.csv.partial")).exists(), "{name} left a partial log");
+        assert!(temporary(&folder).is_none(), "{name} left a partial log");
     };
     fails("key", "duration = 1.0\nstepp = 0.1\n", &["key.toml:2", "stepp"]);
     fails("type", "duration = \"long\"\n", &["type.toml:1"]);
@@ -204,6 +207,8 @@ fn mistakes_are_named_with_their_place() {
         "duration = 1.0\n[joint.left_kne_pitch]\nposition = 0.1\n",
         &["joint.toml:2", "left_knee_pitch"],
     );
+    let twice = "duration = 1.0\n[joint]\nleft_knee_pitch = { position = 0.1 }\nleft_knee_pitch = { position = 0.2 }\n";
+    fails("twice", twice, &["twice.toml:4", "duplicate key"]);
     let limits = "duration = 1.0\n[joint.left_knee_pitch]\nposition = 9.0\n";
     fails("limits", limits, &["limits.toml:3:12", "beyond its limits"]);
     let sunk = "duration = 1.0\n\n[initial]\nbase_position = [0.0, 0.0, 0.5]\n";
@@ -271,6 +276,21 @@ fn steps_that_take_feet_through_the_ground_are_said() {
     assert!(!folder.join("long.csv").exists());
 }
 
+/// The file of a log that is being written.
+fn temporary(folder: &Path) -> Option<std::fs::DirEntry> {
+    let entries = std::fs::read_dir(folder).unwrap().flatten();
+    entries.into_iter().find(|entry| entry.file_name().to_string_lossy().ends_with("-tmp"))
+}
+
+/// Waits until rows of a log have reached the disk.
+#[cfg(unix)]
+fn grows(folder: &Path) -> bool {
+    (0..600).any(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        temporary(folder).and_then(|file| file.metadata().ok()).is_some_and(|file| file.len() > 20_000)
+    })
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_its_log() {
@@ -280,18 +300,11 @@ fn an_interrupted_run_keeps_its_log() {
     let mut run = command(&["simulate", "robots/seven_link", "--scenario", text(&file), "--out", text(&log)]);
     let mut child =
         run.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
-    let partial = folder.join("long.csv.partial");
-    // Until rows have reached the disk.
-    for _ in 0..600 {
-        if std::fs::metadata(&partial).is_ok_and(|file| file.len() > 20_000) {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(100));
-    }
+    assert!(grows(&folder), "no temporary file");
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert!(!partial.exists());
+    assert!(temporary(&folder).is_none());
     let written = std::fs::read_to_string(&log).unwrap();
     let columns = written.lines().next().unwrap().split(',').count();
     assert!(written.ends_with('\n') && written.lines().count() > 10);

@@ -1,9 +1,10 @@
 //! For build scripts: a robot's code in Cargo's output folder.
 use crate::compile::identifier;
 use crate::description::SourceFiles;
-use crate::emit::{ident, type_name, write_whole};
+use crate::emit::{ident, type_name};
 use crate::front::{Request, items_for, module};
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_runtime::diagnostic::Diagnostics;
+use bipedc_runtime::files::write_with_folders;
 use proc_macro2::TokenStream;
 use quote::quote;
 use std::path::{Path, PathBuf};
@@ -71,7 +72,7 @@ pub fn write(path: &Path, request: &Request, folder: &Path) -> Result<Written, D
     let (name, tokens) = code(files, request)?;
     let text = prettyplease::unparse(&syn::parse2(tokens).expect("emitted tokens are Rust"));
     let file = folder.join(format!("{name}.rs"));
-    write_whole(&file, &text).map_err(|error| Diagnostics(vec![Diagnostic::error(error.to_string())]))?;
+    write_with_folders(&file, &text).map_err(|error| Diagnostics(vec![error]))?;
     Ok(Written { file, sources })
 }
 

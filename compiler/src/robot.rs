@@ -4,8 +4,10 @@ use crate::description::SourceFiles;
 use crate::description::model::{Base, RobotDescription};
 use crate::emit::{Origin, Package, package};
 use crate::self_check::self_check;
+use crate::film::meshes::mesh_file;
 use crate::tree::Tree;
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_runtime::files::Ledger;
 use std::path::Path;
 
 /// Version of the emitted code's form; part of the hash, so that old output counts as stale.
@@ -31,6 +33,20 @@ impl Robot {
         let sources = SourceFiles::load(path)?;
         let (description, warnings) = sources.parse()?;
         Ok(Self { description, warnings, sources })
+    }
+
+    /// Notes the files that describe it: URDF, description, meshes and their textures.
+    pub fn note(&self, ledger: &mut Ledger) {
+        let SourceFiles { urdf_path, urdf_text, toml_path, .. } = &self.sources;
+        ledger.reads("the robot's URDF", urdf_path);
+        ledger.reads("the robot's description", toml_path);
+        let folder = urdf_path.parent().unwrap_or(Path::new(""));
+        let Ok(document) = roxmltree::Document::parse(urdf_text) else { return };
+        for name in document.descendants().filter_map(|node| node.attribute("filename")) {
+            if let Some(path) = mesh_file(folder, name) {
+                ledger.reads("a mesh of the robot", &path);
+            }
+        }
     }
 
     /// The same robot on another base.

@@ -40,6 +40,10 @@ impl Diagnostic {
         self.file = Some(file.to_path_buf());
         self
     }
+    /// In this file unless it names another already.
+    pub fn or_in_file(self, file: &Path) -> Self {
+        if self.file.is_some() { self } else { self.in_file(file) }
+    }
     /// At this line and column, from 1.
     pub fn at(mut self, line: usize, column: usize) -> Self {
         self.position = Some((line, column));

@@ -17,6 +17,8 @@ pub mod diagnostic;
 #[cfg(feature = "std")]
 pub mod effect;
 #[cfg(feature = "std")]
+pub mod files;
+#[cfg(feature = "std")]
 pub mod identify;
 #[cfg(feature = "std")]
 pub mod log;

@@ -1,5 +1,5 @@
 //! Writing a proposal into a description.
-use super::files::{Lock, Replacement, read_text};
+use super::files::{Lock, prepared, read_text};
 use super::history::{Action, Change, History, Standing, Step, Version, pack};
 use super::text::{self, Written};
 use super::{Proposal, Proposed, Wish, description_path, is_same, now, words};
@@ -7,6 +7,7 @@ use bipedc_compiler::description::SourceFiles;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_runtime::effect::Effect;
+use bipedc_runtime::files::Batch;
 use std::path::{Path, PathBuf};
 
 /// What was done.
@@ -33,7 +34,7 @@ pub struct Amended {
 /// nothing was changed.
 pub fn amend(path: &Path, proposal: &Proposal, dry_run: bool) -> Result<Amended, Diagnostics> {
     let description = description_path(path).map_err(one)?;
-    let _lock = Lock::of_folder(&description).map_err(one)?;
+    let _lock = Lock::of_folder(&description, &[&description, &History::path(&description)]).map_err(one)?;
     let sources = SourceFiles::load(&description)?;
     let (robot, old_warnings) = sources.parse()?;
     let mut history = History::open(&description).map_err(one)?;
@@ -194,8 +195,9 @@ fn holds(read: &Effect, written: &Effect) -> bool {
 /// History first: see [`super::history`].
 fn write(description: &Path, before: &str, after: &str, history: &History) -> Result<(), Diagnostic> {
     let history_path = History::path(description);
-    let history = Replacement::prepare(&history_path, &history.to_text()?)?;
-    let amended = Replacement::prepare(description, after)?;
+    let mut both = Batch::default();
+    both.add(prepared(&history_path, &history.to_text()?)?);
+    both.add(prepared(description, after)?);
     if read_text(description)?.as_deref() != Some(before) {
         return Err(Diagnostic::error(
             "the description changed while it was being amended: nothing was written",
@@ -203,10 +205,9 @@ fn write(description: &Path, before: &str, after: &str, history: &History) -> Re
         .in_file(description)
         .help("save or close it in your editor, then amend again"));
     }
-    history.commit()?;
-    amended.commit().map_err(|error| {
-        let help =
-            "the history notes a step that the description does not have; the next amend puts that right";
-        error.help(help)
+    both.commit().map_err(|error| {
+        error.help(
+            "if the history notes a step that the description does not have, the next amend puts that right",
+        )
     })
 }

@@ -1,8 +1,9 @@
 //! Taking the last step back.
-use super::files::{Lock, Replacement};
+use super::files::{Lock, prepared};
 use super::history::{History, Standing, Step};
 use super::{now, open};
 use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::files::Batch;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -31,7 +32,7 @@ pub struct Undone {
 /// Nothing to take back; a description that was edited since, unless `force`; files that cannot be written.
 pub fn undo(path: &Path, force: bool) -> Result<Undone, Diagnostic> {
     let description = super::description_path(path)?;
-    let _lock = Lock::of_folder(&description)?;
+    let _lock = Lock::of_folder(&description, &[&description, &History::path(&description)])?;
     let (description, text, mut history) = open(&description)?;
     let Some(step) = history.last().cloned() else { return Err(nothing(&description, &history)) };
     let standing = history.standing(&text);
@@ -41,19 +42,19 @@ pub fn undo(path: &Path, force: bool) -> Result<Undone, Diagnostic> {
         return Err(edited(&description, &step, &lost));
     }
     history.take_back(&now());
-    let noted = Replacement::prepare(&History::path(&description), &history.to_text()?)?;
+    let mut all = Batch::default();
     let mut kept = None;
     if standing != Standing::LastStepMissing {
-        let restored = Replacement::prepare(&description, &before)?;
         if standing == Standing::Edited {
             let copy = free_name(&description);
-            Replacement::prepare(&copy, &text)?.commit()?;
+            all.add(prepared(&copy, &text)?);
             kept = Some(copy);
         }
         // The description first: see the module on histories.
-        restored.commit()?;
+        all.add(prepared(&description, &before)?);
     }
-    noted.commit()?;
+    all.add(prepared(&History::path(&description), &history.to_text()?)?);
+    all.commit()?;
     let restored = standing != Standing::LastStepMissing;
     Ok(Undone { step, description, restored, edited: kept, lost })
 }
@@ -105,5 +106,8 @@ fn free_name(description: &Path) -> PathBuf {
     let stem = description.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let first = description.with_file_name(format!("{stem}.edited.toml"));
     let numbered = |n: usize| description.with_file_name(format!("{stem}.edited.{n}.toml"));
-    std::iter::once(first).chain((2..).map(numbered)).find(|path| !path.exists()).unwrap_or_default()
+    std::iter::once(first)
+        .chain((2..).map(numbered))
+        .find(|path| path.symlink_metadata().is_err())
+        .unwrap_or_default()
 }

@@ -121,7 +121,9 @@ impl Compare {
 
     /// Reads, compares, prints.
     pub fn run(self) -> Outcome {
-        let prepared = currents::prepare(&self.robot.read()?, &[&self.log], &self.mapping()?)?;
+        let described = self.robot.read()?;
+        self.check_files(&described)?;
+        let prepared = currents::prepare(&described, &[&self.log], &self.mapping()?)?;
         let Prepared { robot, mapping, assumptions, warnings, .. } = prepared;
         let content = content(&subject(&robot.tree()?)?, &self.log, &mapping)?;
         if self.free_run.is_some() {
@@ -191,6 +193,14 @@ impl Compare {
             self.outputs.write(&Report { history: reporting::steps_of(&self.robot.path), ..report })?;
         }
         Ok((comparison, self.places.then(|| breakdowns(&*loaded.experiment))))
+    }
+
+    /// Before anything is computed: outputs must not be inputs.
+    fn check_files(&self, robot: &Robot) -> Result<(), Failure> {
+        let mut ledger = self.robot.ledger(robot);
+        ledger.reads("the log", &self.log);
+        self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
+        Ok(self.outputs.note(&mut ledger)?)
     }
 
     fn mapping(&self) -> Result<Mapping, Failure> {

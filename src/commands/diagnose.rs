@@ -104,6 +104,7 @@ pub struct Diagnose {
 impl Diagnose {
     /// Reads, searches, prints.
     pub fn run(self) -> Outcome {
+        self.check_files()?;
         if self.until_explained {
             return until_explained(&self.robot, &self.request()?);
         }
@@ -123,6 +124,15 @@ impl Diagnose {
             output::print(&text(&answer))?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Before anything is computed: outputs must not be inputs.
+    fn check_files(&self) -> Result<(), Failure> {
+        let mut ledger = self.robot.ledger(&self.robot.read_quietly()?);
+        ledger.reads("the log", &self.log);
+        self.validate.iter().for_each(|log| ledger.reads("the log of --validate", log));
+        self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
+        Ok(self.outputs.note(&mut ledger)?)
     }
 
     fn request(&self) -> Result<Request, Failure> {

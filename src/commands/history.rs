@@ -1,10 +1,12 @@
 //! `bipedc history`: what was done to a description, and how the error fell.
 use crate::amendment::history::{Action, Stair, Standing, Step};
-use crate::amendment::{open, picture, svg, words};
+use crate::amendment::{self, open, picture, svg, words};
 use crate::failure::Outcome;
 use crate::output;
 use crate::reporting;
-use bipedc_compiler::emit::write_whole;
+use bipedc_compiler::Robot;
+use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::files::{Ledger, write_with_folders};
 use bipedc_runtime::report::{Report, write};
 use clap::Args;
 use serde::Serialize;
@@ -52,10 +54,11 @@ impl History {
     /// Reads and prints.
     pub fn run(self) -> Outcome {
         let (description, text, history) = open(&self.path)?;
+        self.check_files(&description)?;
         let standing = history.standing(&text);
         let stairs = history.stairs();
         if let Some(file) = &self.svg {
-            write_whole(file, &svg::staircase(&stairs))?;
+            write_with_folders(file, &svg::staircase(&stairs))?;
         }
         if let Some(file) = &self.report {
             let robot = description.parent().and_then(Path::file_name).unwrap_or_default();
@@ -92,6 +95,18 @@ impl History {
         }
         output::print(&out)?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// Pictures and pages must not replace what belongs to the robot.
+    fn check_files(&self, description: &Path) -> Result<(), Diagnostic> {
+        let mut ledger = Ledger::default();
+        ledger.reads("the robot's description", description);
+        ledger.reads("the description's history", &amendment::history::History::path(description));
+        if let Ok(robot) = Robot::read(description) {
+            robot.note(&mut ledger);
+        }
+        self.svg.as_ref().map_or(Ok(()), |file| ledger.writes("--svg", file))?;
+        self.report.as_ref().map_or(Ok(()), |file| ledger.writes("--report", file))
     }
 }
 

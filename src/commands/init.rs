@@ -2,8 +2,8 @@
 use crate::failure::Outcome;
 use crate::output;
 use bipedc_compiler::description::{DESCRIPTION_FILE, init};
-use bipedc_compiler::emit::write_whole;
 use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::files::{Ledger, write};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -37,7 +37,10 @@ impl Init {
                 .help("--force replaces it")
                 .into());
         }
-        write_whole(&path, &text)?;
+        let mut ledger = Ledger::default();
+        ledger.reads("the URDF", &self.urdf);
+        ledger.writes("the description", &path)?;
+        write(&path, &text)?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| ".".to_owned(), |folder| folder.display().to_string());
         output::print(&format!(

@@ -1,18 +1,19 @@
 //! `bipedc simulate`: a robot in motion, and the log that its sensors would write.
 mod walking;
 
-use crate::amendment::files::Replacement;
 use crate::arguments::RobotArguments;
 use crate::energies;
 use crate::failure::{Failure, Outcome};
 use crate::interruption;
 use crate::output;
 use crate::reporting::Outputs;
+use bipedc_compiler::Robot;
 use bipedc_compiler::film::Recorder;
 use bipedc_compiler::robot::fnv1a;
 use bipedc_compiler::simulation::{driven_model, filmed_model, in_world, plant, true_model};
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::effect::Effect;
+use bipedc_runtime::files::{Batch, Output};
 use bipedc_runtime::report::{Fact, Film};
 use bipedc_runtime::simulate::control::Driven;
 use bipedc_runtime::simulate::{Actuator, Mechanics, Plant, Run, Scenario, Simulation, Summary, csv_line};
@@ -20,8 +21,7 @@ use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -83,7 +83,7 @@ pub struct Simulate {
     /// What happens: duration, initial state, controllers, ground, hidden effects, sensors
     #[arg(long, value_name = "FILE.toml")]
     scenario: PathBuf,
-    /// Where the log goes
+    /// Where the log goes: a file, which appears whole, or a pipe such as /dev/stdout
     #[arg(long, value_name = "RUN.csv")]
     out: PathBuf,
     /// Also write down what was hidden, as JSON
@@ -105,6 +105,7 @@ impl Simulate {
         let robot = self.robot.read()?;
         let plant = plant(&robot.description, &robot.tree()?)?;
         let scenario = Scenario::open(&self.scenario, &plant)?;
+        self.check_files(&robot, &scenario)?;
         let robot = in_world(robot, &scenario.world);
         // Sensors feel the gravity that the scenario says.
         let plant = Plant { gravity: robot.description.gravity, ..plant };
@@ -119,7 +120,7 @@ impl Simulate {
             let derive = if filmed { filmed_model } else { true_model };
             Ok((derive(&robot, &scenario.effects)?, Vec::new()))
         })?;
-        let in_file = |error: Diagnostic| Failure(vec![error.in_file(&self.scenario)]);
+        let in_file = |error: Diagnostic| Failure(vec![error.or_in_file(&self.scenario)]);
         let mechanics = Mechanics::new(&model, plant.subject.base)?;
         let mut recorder = match self.outputs.wanted() {
             true => Some(Recorder::new(&robot, mechanics, scenario.duration, rows(&scenario))?),
@@ -135,28 +136,42 @@ impl Simulate {
         if self.energy {
             simulation = simulation.with_energy()?;
         }
-        let truth = match &self.truth {
-            Some(path) => {
-                Some(Replacement::prepare(path, &self.hidden(&robot.description.name, &plant, &scenario)?)?)
-            }
-            None => None,
-        };
+        let truth = self.truth(&robot.description.name, &plant, &scenario)?;
         let mut log = Log::begin(&self.out, &simulation.columns())?;
         let start = Instant::now();
-        let stop = interruption::flag()?;
+        let stop = interruption::flag();
         let summary = output::bar("simulating", |progress| {
             let mut row = |values: &[f64]| log.row(values);
             let stop = || stop.load(Ordering::Relaxed);
             simulation.run(&mut Run { row: &mut row, progress, stop: &stop })
         });
         let summary = summary.map_err(in_file)?;
-        log.commit()?;
-        truth.map_or(Ok(()), Replacement::commit)?;
+        log.commit_with(truth)?;
         if let Some(recorder) = recorder {
             self.outputs.write_film(&self.film(recorder.finish(), &scenario, &summary)?)?;
         }
         self.say(&summary, start.elapsed().as_secs_f64())?;
         Ok(if summary.interrupted { ExitCode::from(INTERRUPTED) } else { ExitCode::SUCCESS })
+    }
+
+    /// Before anything is computed.
+    fn check_files(&self, robot: &Robot, scenario: &Scenario) -> Result<(), Diagnostic> {
+        let mut ledger = self.robot.ledger(robot);
+        ledger.reads("the scenario", &self.scenario);
+        if let Some(table) = &scenario.trajectory {
+            ledger.reads("the scenario's trajectory", table);
+        }
+        ledger.writes("--out", &self.out)?;
+        self.truth.as_ref().map_or(Ok(()), |path| ledger.writes("--truth", path))?;
+        self.outputs.note(&mut ledger)
+    }
+
+    /// The file of what is hidden, if it is wanted, waiting to take its place.
+    fn truth(&self, robot: &str, plant: &Plant, scenario: &Scenario) -> Result<Option<Output>, Failure> {
+        let Some(path) = &self.truth else { return Ok(None) };
+        let mut file = Output::create(path)?;
+        file.put(&self.hidden(robot, plant, scenario)?)?;
+        Ok(Some(file))
     }
 
     /// What the robot has that its description does not say.
@@ -336,61 +351,28 @@ struct Answer<'a> {
     log: String,
 }
 
-/// A log that grows beside its place and goes there whole; dropped before that, it leaves no trace.
+/// The log row by row.
 struct Log {
-    file: BufWriter<File>,
-    temporary: PathBuf,
-    path: PathBuf,
+    file: Output,
     line: String,
-    committed: bool,
 }
 
 impl Log {
     fn begin(path: &Path, columns: &[String]) -> Result<Self, Diagnostic> {
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(".partial");
-        let temporary = path.with_file_name(name);
-        let file = File::create(&temporary).map_err(|error| cannot_write(path, &error))?;
-        let mut log = Self {
-            file: BufWriter::new(file),
-            temporary,
-            path: path.to_path_buf(),
-            line: String::new(),
-            committed: false,
-        };
-        log.line = columns.join(",") + "\n";
-        log.write()?;
-        Ok(log)
+        let mut file = Output::create(path)?;
+        file.put(&(columns.join(",") + "\n"))?;
+        Ok(Self { file, line: String::new() })
     }
 
     fn row(&mut self, values: &[f64]) -> Result<(), Diagnostic> {
         csv_line(values, &mut self.line);
-        self.write()
+        self.file.put(&self.line)
     }
 
-    fn write(&mut self) -> Result<(), Diagnostic> {
-        self.file.write_all(self.line.as_bytes()).map_err(|error| cannot_write(&self.path, &error))
+    fn commit_with(self, truth: Option<Output>) -> Result<(), Diagnostic> {
+        let mut files = Batch::default();
+        files.add(self.file);
+        truth.into_iter().for_each(|truth| files.add(truth));
+        files.commit()
     }
-
-    fn commit(mut self) -> Result<(), Diagnostic> {
-        let done = self.file.flush().and_then(|()| std::fs::rename(&self.temporary, &self.path));
-        done.map_err(|error| cannot_write(&self.path, &error))?;
-        self.committed = true;
-        Ok(())
-    }
-}
-
-impl Drop for Log {
-    fn drop(&mut self) {
-        if !self.committed {
-            // Nothing to be done if even that fails: the file's name says what it is.
-            let _ = std::fs::remove_file(&self.temporary);
-        }
-    }
-}
-
-fn cannot_write(path: &Path, error: &io::Error) -> Diagnostic {
-    Diagnostic::error(format!("cannot write the log: {error}"))
-        .in_file(path)
-        .help("choose another file with --out, or make room on the disk")
 }

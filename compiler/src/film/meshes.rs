@@ -12,7 +12,7 @@ const STEPS: i32 = 2;
 
 /// The hull of a mesh named in a URDF in this folder; `None`: it is not found, cannot be read or is flat.
 pub(super) fn mesh(folder: &Path, name: &str, scale: [f64; 3]) -> Option<Form> {
-    let path = places(folder, name).into_iter().find(|path| path.is_file())?;
+    let path = mesh_file(folder, name)?;
     if path.metadata().ok()?.len() > LARGEST {
         return None;
     }
@@ -46,6 +46,11 @@ fn farthest(points: impl Iterator<Item = [f64; 3]>) -> Vec<[f64; 3]> {
         }
     }
     found
+}
+
+/// The file of a mesh named in a URDF in this folder, if there is one.
+pub(crate) fn mesh_file(folder: &Path, name: &str) -> Option<PathBuf> {
+    places(folder, name).into_iter().find(|path| path.is_file())
 }
 
 /// Where a mesh may be: as ROS finds packages, and beside the URDF.

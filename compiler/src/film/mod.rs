@@ -1,6 +1,6 @@
 //! Films of simulations: shapes from the URDF, poses of all bodies, what acts on them, energies.
 mod hull;
-mod meshes;
+pub(crate) mod meshes;
 mod parts;
 mod poses;
 mod record;

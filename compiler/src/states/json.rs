@@ -62,6 +62,10 @@ fn unknown<'c, E: Error>(what: &str, name: &str, known: impl IntoIterator<Item =
     E::custom(format!("unknown {what} `{name}`{HELP}{}", suggest(name, known, "known are")))
 }
 
+fn twice<E: Error>(what: &str) -> E {
+    E::custom(format!("{what} stands twice in one state{HELP}remove one of them"))
+}
+
 struct States<'t>(&'t Tree);
 
 impl<'de> DeserializeSeed<'de> for States<'_> {
@@ -108,7 +112,7 @@ impl<'de> Visitor<'de> for StateVisitor<'_> {
         let mut values: BTreeMap<String, Vec<f64>> = BTreeMap::new();
         while let Some(key) = map.next_key::<String>()? {
             if values.contains_key(&key) || (key == "base" && base.is_some()) {
-                return Err(A::Error::custom(format!("`{key}` stands twice in one state")));
+                return Err(twice(&format!("`{key}`")));
             }
             match key.as_str() {
                 "base" => base = Some(map.next_value_seed(BaseVisitor(tree))?),
@@ -170,7 +174,12 @@ impl<'de> Visitor<'de> for BaseVisitor<'_> {
     }
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let mut base = BaseState::default();
+        let mut seen: Vec<String> = Vec::new();
         while let Some(key) = map.next_key::<String>()? {
+            if seen.contains(&key) {
+                return Err(twice(&format!("`{key}` of the base")));
+            }
+            seen.push(key.clone());
             match key.as_str() {
                 "orientation" => base.orientation = map.next_value()?,
                 "position" => base.position = map.next_value()?,
@@ -209,14 +218,17 @@ impl<'de> Visitor<'de> for JointValues<'_> {
         let pivot = self.pivot.then_some("base/pivot");
         let names: Vec<&str> =
             pivot.into_iter().chain(self.tree.joints.iter().map(|joint| joint.name.as_str())).collect();
-        let mut values = vec![0.0; names.len()];
+        let mut values = vec![None; names.len()];
         while let Some(key) = map.next_key::<String>()? {
             let Some(index) = names.iter().position(|name| *name == key) else {
                 return Err(unknown("joint", &key, names.iter().copied()));
             };
-            values[index] = map.next_value()?;
+            if values[index].is_some() {
+                return Err(twice(&format!("joint `{key}`")));
+            }
+            values[index] = Some(map.next_value()?);
         }
-        Ok(values)
+        Ok(values.into_iter().map(Option::unwrap_or_default).collect())
     }
 }
 
@@ -237,13 +249,16 @@ impl<'de> Visitor<'de> for PointForces<'_> {
     }
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let points = &self.0.points;
-        let mut values = vec![0.0; 3 * points.len()];
+        let mut values = vec![None; points.len()];
         while let Some(key) = map.next_key::<String>()? {
             let Some(index) = points.iter().position(|point| point.name == key) else {
                 return Err(unknown("contact point", &key, points.iter().map(|point| point.name.as_str())));
             };
-            values[3 * index..3 * index + 3].copy_from_slice(&map.next_value::<[f64; 3]>()?);
+            if values[index].is_some() {
+                return Err(twice(&format!("contact point `{key}`")));
+            }
+            values[index] = Some(map.next_value::<[f64; 3]>()?);
         }
-        Ok(values)
+        Ok(values.into_iter().flat_map(Option::unwrap_or_default).collect())
     }
 }

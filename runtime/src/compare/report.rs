@@ -169,7 +169,7 @@ impl Comparison {
     }
 }
 
-/// Four decimals as long as they show something.
+/// Four decimals as long as they show something and are no crowd.
 fn number(x: f64) -> String {
-    if x != 0.0 && x.abs() < 0.01 { format!("{x:.2e}") } else { format!("{x:.4}") }
+    if x == 0.0 || (0.01..1e7).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
 }

@@ -17,6 +17,9 @@ use std::path::{Path, PathBuf};
 /// Samples that the spline needs beyond the filter's overlap: 0.43⁴⁰ is 2e-15.
 const SPLINE_OVERLAP: usize = 40;
 
+/// Sums of squares of anything smaller are finite, N m.
+const LARGEST_EFFORT: f64 = 1e140;
+
 /// One cut-off on trial.
 struct Candidate {
     cutoff_hz: f64,
@@ -175,9 +178,11 @@ fn candidates(
             Err(error) => {
                 refused.push(format!("{cutoff_hz} Hz"));
                 reason = match error {
-                    FilterError::OutOfRange => format!("not below half the sampling rate of {rate:.6} Hz"),
+                    FilterError::OutOfRange => {
+                        format!("not below half the sampling rate of {} Hz", hertz(rate))
+                    }
                     FilterError::TooLow => {
-                        format!("less than a ten-thousandth of the sampling rate of {rate:.6} Hz")
+                        format!("less than a ten-thousandth of the sampling rate of {} Hz", hertz(rate))
                     }
                 };
             }
@@ -191,6 +196,11 @@ fn candidates(
         plan.assumptions.push(format!("cut-offs not tried because {reason}: {}", refused.join(", ")));
     }
     Ok(candidates)
+}
+
+/// With digits that say something, however slow.
+fn hertz(rate: f64) -> String {
+    if rate < 1e-3 { format!("{rate:.3e}") } else { format!("{rate:.6}") }
 }
 
 impl Run<'_> {
@@ -236,10 +246,11 @@ impl Run<'_> {
             let logged = &block.columns[effort][first..];
             let row = self.subject.base.nv() + joint;
             for (i, tau) in tau.chunks_exact(nv).enumerate() {
-                if !tau[row].is_finite() {
+                // Its square must be a number too.
+                if tau[row].abs().partial_cmp(&LARGEST_EFFORT) != Some(std::cmp::Ordering::Less) {
                     let name = &self.subject.joints[joint].name;
                     let time = block.time[first + i];
-                    let message = format!("the model's effort of `{name}` at {time} s is {}", tau[row]);
+                    let message = format!("the model's effort of `{name}` at {time} s is {:e}", tau[row]);
                     let help = "check the masses of the description and the positions at that time";
                     return Err(one(Diagnostic::error(message).in_file(&self.file).help(help)));
                 }

@@ -12,6 +12,8 @@ const PROBE: usize = 4096;
 const GAP_STEPS: f64 = 3.5;
 /// Steps may differ by so much and still count as equal: times are logged with few digits.
 const UNIFORM: f64 = 0.01;
+/// Steps that are longer are no seconds, s.
+const SLOWEST: f64 = 0.999;
 /// A block has at least so many samples, so that short logs are one block.
 const BLOCK: usize = 1 << 14;
 /// Most gaps that get a warning of their own.
@@ -28,7 +30,7 @@ impl Sampling {
     /// Reads the first rows (columns as selected in the reader) and takes the median step.
     ///
     /// # Errors
-    /// As [`Reader::next_row`]; no row or only one.
+    /// As [`Reader::next_row`]; no row or only one; times that are no seconds, unless the mapping says so.
     pub fn probe(mut reader: Reader) -> Result<Self, Diagnostics> {
         let mut first = VecDeque::new();
         let mut values = Vec::new();
@@ -50,13 +52,34 @@ impl Sampling {
         }
         let middle = steps.len() / 2;
         let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        Ok(Self { reader, first, step })
+        match first.front().and_then(|(row, _)| other_unit(&reader, *row, step)) {
+            Some(error) => Err(Diagnostics(vec![error])),
+            None => Ok(Self { reader, first, step }),
+        }
     }
 
     /// The median step, s.
     pub fn step(&self) -> f64 {
         self.step
     }
+}
+
+/// Robots are sampled between 10 Hz and 10 kHz: steps beyond that tell the unit of the time column.
+fn other_unit(reader: &Reader, row: Row, step: f64) -> Option<Diagnostic> {
+    if step < SLOWEST || reader.leading_is_mapped() {
+        return None;
+    }
+    let (unit, scale) = match step {
+        1e5.. => ("nanoseconds", "1e-9"),
+        100.0.. => ("microseconds", "1e-6"),
+        _ => ("milliseconds", "1e-3"),
+    };
+    let message =
+        format!("the samples are {step} s apart: the column `time` seems to be in {unit}, expected seconds");
+    let help = format!(
+        "say so in a mapping file (--mapping): time = {{ scale = {scale} }}; if it really is in seconds: time = {{ scale = 1 }}"
+    );
+    Some(Diagnostic::error(message).in_file(reader.file()).at(row.line, 0).help(help))
 }
 
 /// What was seen of the sampling while the log was read.

@@ -50,6 +50,8 @@ pub(super) struct Header {
     pub fields: usize,
     /// In the order of the file, mapped ones last.
     pub columns: Vec<Column>,
+    /// Whether the mapping says what the leading column is, and so in which unit.
+    pub mapped: bool,
 }
 
 /// Understands the header line.
@@ -82,7 +84,10 @@ pub(super) fn parse(
     let kind =
         Kind::ALL.into_iter().find(|k| columns.iter().any(|c| c.name == k.column() && is_first(c, mapping)));
     match kind {
-        Some(kind) if errors.is_empty() => Ok(Header { kind, fields: names.len(), columns }),
+        Some(kind) if errors.is_empty() => {
+            let mapped = mapping.columns.contains_key(kind.column());
+            Ok(Header { kind, fields: names.len(), columns, mapped })
+        }
         Some(_) => Err(Diagnostics(errors)),
         None => {
             errors.push(at(no_kind(&names), 0));

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 
 /// After so many errors in rows, reading stops: the rest would be more of the same.
 pub const MOST_ERRORS: usize = 10;
+/// Nothing that robots have is larger in SI units, and products of several such numbers are still finite.
+const LARGEST: f64 = 1e30;
 /// After the first error the reader looks for others in so many lines more.
 const LINES_AFTER_ERROR: usize = 10_000;
 
@@ -103,6 +105,10 @@ impl Reader {
     /// All columns under our names, the selected and the ignored ones.
     pub fn columns(&self) -> impl Iterator<Item = &Column> {
         self.header.columns.iter()
+    }
+    /// Whether the mapping names the leading column, and so says its unit.
+    pub fn leading_is_mapped(&self) -> bool {
+        self.header.mapped
     }
     /// Whether there is such a column.
     pub fn has(&self, name: &str) -> bool {
@@ -264,11 +270,12 @@ fn parse(text: &str, column: &Column) -> Result<f64, Diagnostic> {
             .help("numbers are written like 12, -0.5 or 1.2e-3, without a unit"));
     };
     let value = column.factor * raw + column.offset;
-    if value.is_finite() || raw.is_nan() && may_be_absent(&column.name) {
+    if value.abs() <= LARGEST || raw.is_nan() && may_be_absent(&column.name) {
         return Ok(value);
     }
     let what = if raw.is_nan() { "NaN (not a number)" } else { "infinite or too large" };
-    Err(Diagnostic::error(format!("`{name}`: the value is {what}: `{}`", shorten(text)))
+    let more = if value.is_finite() { format!(" (at most {LARGEST:e})") } else { String::new() };
+    Err(Diagnostic::error(format!("`{name}`: the value is {what}{more}: `{}`", shorten(text)))
         .help("remove the row or repair the recording"))
 }
 

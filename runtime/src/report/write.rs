@@ -3,6 +3,7 @@ use super::data::Report;
 use super::page::render;
 use super::svg;
 use crate::diagnostic::Diagnostic;
+use crate::files::{Batch, Output, write_with_folders};
 use maud::Markup;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// What the file system refuses.
 pub fn write(report: &Report, path: &Path) -> Result<(), Diagnostic> {
-    whole(path, &render(report))
+    write_with_folders(path, &render(report))
 }
 
 /// Writes the pictures into a folder: `robot.svg`, `causes.svg`, `staircase.svg`, and per row
@@ -20,12 +21,9 @@ pub fn write(report: &Report, path: &Path) -> Result<(), Diagnostic> {
 /// # Errors
 /// What the file system refuses.
 pub fn write_svg(report: &Report, folder: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
-    let mut written = Vec::new();
+    let mut pictures = Pictures::into(folder);
     let mut put = |name: String, title: &str, (content, size): (Markup, (f64, f64))| {
-        let path = folder.join(format!("{name}.svg"));
-        whole(&path, &svg::standalone(title, size, &content))?;
-        written.push(path);
-        Ok::<(), Diagnostic>(())
+        pictures.put(&name, &svg::standalone(title, size, &content))
     };
     let mut names = Names::default();
     if let Some(picture) = svg::named_robot(report) {
@@ -44,7 +42,36 @@ pub fn write_svg(report: &Report, folder: &Path) -> Result<Vec<PathBuf>, Diagnos
             put(name, &row.name, svg::against(row, signal))?;
         }
     }
-    Ok(written)
+    pictures.commit()
+}
+
+/// Pictures that go into a folder together.
+pub(super) struct Pictures<'a> {
+    folder: &'a Path,
+    files: Batch,
+    paths: Vec<PathBuf>,
+}
+
+impl<'a> Pictures<'a> {
+    pub fn into(folder: &'a Path) -> Self {
+        Self { folder, files: Batch::default(), paths: Vec::new() }
+    }
+
+    /// One more, under this name without an ending.
+    pub fn put(&mut self, name: &str, picture: &str) -> Result<(), Diagnostic> {
+        let path = self.folder.join(format!("{name}.svg"));
+        let mut file = Output::create_with_folders(&path)?;
+        file.put(picture)?;
+        self.files.add(file);
+        self.paths.push(path);
+        Ok(())
+    }
+
+    /// Says which files they are.
+    pub fn commit(self) -> Result<Vec<PathBuf>, Diagnostic> {
+        self.files.commit()?;
+        Ok(self.paths)
+    }
 }
 
 /// File names that no other picture has.
@@ -65,31 +92,6 @@ impl Names {
         }
         candidate
     }
-}
-
-/// Writes beside the file, then renames.
-pub(super) fn whole(path: &Path, content: &str) -> Result<(), Diagnostic> {
-    let refused = |error: std::io::Error| {
-        Diagnostic::error(format!("cannot be written: {error}"))
-            .in_file(path)
-            .help("choose a file in a folder that you may write to")
-    };
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(refused)?;
-    }
-    let Some(name) = path.file_name() else {
-        return Err(Diagnostic::error("is no name of a file")
-            .in_file(path)
-            .help("give a file name, such as out.html"));
-    };
-    let mut temporary = name.to_os_string();
-    temporary.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(temporary);
-    std::fs::write(&temporary, content).and_then(|()| std::fs::rename(&temporary, path)).map_err(|error| {
-        // The error that matters is the first one.
-        let _ = std::fs::remove_file(&temporary);
-        refused(error)
-    })
 }
 
 #[cfg(test)]

@@ -5,12 +5,12 @@ mod say;
 mod separate;
 mod subject;
 
-use crate::amendment::files::Replacement;
 use crate::arguments::RobotArguments;
 use crate::failure::Outcome;
 use crate::interruption;
 use crate::output;
 use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::files::Output;
 use bipedc_runtime::identify::excite::{Basis, Criterion, Family, Machine, Request, Scaling, design};
 use clap::{Args, ValueEnum};
 use postures::{PostureArguments, Shared};
@@ -129,6 +129,9 @@ impl Excite {
     pub fn run(self) -> Outcome {
         let request = self.request()?;
         let robot = self.robot.read()?;
+        let mut ledger = self.robot.ledger(&robot);
+        ledger.writes("--out", &self.out)?;
+        self.postures.note(&mut ledger)?;
         if let Some(postures) = self.postures.postures {
             let shared = Shared {
                 robot: &robot,
@@ -153,13 +156,13 @@ impl Excite {
         let assumptions = excited.assumptions.clone();
         let machine = excited.machine();
         // Whether the file can be written shows before the search, not after it.
-        drop(Replacement::prepare(&self.out, "")?);
-        let interrupted = interruption::flag().map_err(|e| Diagnostic::error(e.to_string()))?;
+        let mut file = Output::create(&self.out)?;
+        let interrupted = interruption::flag();
         let stop = || interrupted.load(Ordering::Relaxed);
         let found = output::bar("searching", |progress| design(&machine, &request, progress, &stop))?;
         let count = (self.duration * self.rate).round() as usize + 1;
-        Replacement::prepare(&self.out, &csv(&machine, &found.basis, &found.coefficients, count))?
-            .commit()?;
+        file.put(&csv(&machine, &found.basis, &found.coefficients, count))?;
+        file.commit()?;
         let answer = say::Answer::new(&robot.description.name, &machine, &request, &found, &assumptions)
             .with_file(&self.out, count);
         if self.json {

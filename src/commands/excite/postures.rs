@@ -1,6 +1,5 @@
 //! `bipedc excite ROBOT --postures N`: static postures on two feet from which first moments can be told.
 use super::plot;
-use crate::amendment::files::Replacement;
 use crate::failure::Outcome;
 use crate::interruption;
 use crate::output::{self, table};
@@ -10,6 +9,7 @@ use bipedc_compiler::exact::Model;
 use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::standing::{Root, Standing as Rooted};
 use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::files::{Batch, Ledger, Output};
 use bipedc_runtime::identify::excite::postures::{
     DesignedPostures, PostureRequest, Run, Standing, Tolerance, design_postures,
 };
@@ -102,6 +102,14 @@ struct Joint {
 }
 
 impl PostureArguments {
+    /// Notes the drawing among what is written.
+    ///
+    /// # Errors
+    /// It would overwrite an input or another output.
+    pub fn note(&self, ledger: &mut Ledger) -> Result<(), Diagnostic> {
+        self.plot.as_ref().map_or(Ok(()), |plot| ledger.writes("--plot", plot))
+    }
+
     /// Designs, writes, prints.
     pub fn run(&self, postures: usize, shared: &Shared<'_>) -> Outcome {
         let request = self.request(postures, shared)?;
@@ -115,18 +123,20 @@ impl PostureArguments {
         let mut assumptions = Vec::new();
         let standing = Standing::new(rooted.parts(&model, &base, &mut assumptions)?)?;
         // Whether the files can be written shows before the search, not after it.
-        drop(Replacement::prepare(shared.out, "")?);
-        if let Some(plot) = &self.plot {
-            drop(Replacement::prepare(plot, "")?);
-        }
-        let interrupted = interruption::flag().map_err(|e| Diagnostic::error(e.to_string()))?;
+        let mut table = Output::create(shared.out)?;
+        let drawing = self.plot.as_deref().map(Output::create).transpose()?;
+        let interrupted = interruption::flag();
         let stop = || interrupted.load(Ordering::Relaxed);
         let found =
             output::bar("searching", |progress| design_postures(&standing, &request, progress, &stop))?;
-        Replacement::prepare(shared.out, &csv(&standing, &found))?.commit()?;
-        if let Some(path) = &self.plot {
-            Replacement::prepare(path, &plot::from_above(&standing, &found))?.commit()?;
+        let mut files = Batch::default();
+        table.put(&csv(&standing, &found))?;
+        files.add(table);
+        if let Some(mut drawing) = drawing {
+            drawing.put(&plot::from_above(&standing, &found))?;
+            files.add(drawing);
         }
+        files.commit()?;
         let answer = Answer {
             robot: shared.robot.description.name.clone(),
             stance: rooted.stance.clone(),

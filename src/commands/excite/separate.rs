@@ -2,7 +2,6 @@
 use super::csv;
 use super::say::{Held, Joint, family, family_words, last_words};
 use super::subject::Excited;
-use crate::amendment::files::Replacement;
 use crate::commands::amend::demand_kind;
 use crate::failure::{Failure, Outcome};
 use crate::interruption;
@@ -17,6 +16,7 @@ use bipedc_runtime::compare::Subject;
 use bipedc_runtime::diagnose::Anatomy;
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::effect::{Effect, Kind, Location, Place};
+use bipedc_runtime::files::Output;
 use bipedc_runtime::identify::excite::Request;
 use bipedc_runtime::identify::excite::separate::{Candidate, Pair, Separating, Separation, separate};
 use bipedc_runtime::identify::joint;
@@ -113,12 +113,13 @@ impl SeparateArguments {
             beside_bodies: self.beside_bodies,
             noise: self.noise,
         };
-        drop(Replacement::prepare(out, "")?);
-        let interrupted = interruption::flag().map_err(|e| Diagnostic::error(e.to_string()))?;
+        // Whether the file can be written shows before the search, not after it.
+        let mut file = Output::create(out)?;
+        let interrupted = interruption::flag();
         let stop = || interrupted.load(Ordering::Relaxed);
         let found = output::bar("searching", |progress| separate(&machine, &pair, request, progress, &stop))?;
-        let text = csv(&machine, &found.basis, &found.coefficients, rows);
-        Replacement::prepare(out, &text)?.commit()?;
+        file.put(&csv(&machine, &found.basis, &found.coefficients, rows))?;
+        file.commit()?;
         let (trajectory, order) = family(request.family);
         let judged = |separation: Separation| Judged::new(separation, &pair, rows);
         let mut answer = Answer {

@@ -6,7 +6,6 @@ mod parse;
 mod say;
 mod zmp;
 
-use crate::amendment::files::Replacement;
 use crate::arguments::RobotArguments;
 use crate::failure::{Failure, Outcome};
 use crate::identifying::{Identified, content, inspected, loaded, table_survey};
@@ -19,6 +18,7 @@ use bipedc_compiler::description::with_inertials;
 use bipedc_runtime::compare;
 use bipedc_runtime::diagnose::Experiment;
 use bipedc_runtime::diagnostic::{Diagnostic, Severity};
+use bipedc_runtime::files::write;
 use bipedc_runtime::identify::physical::Inertia;
 use bipedc_runtime::identify::{Answer, Feed, Judge, Log, Method, Options, Survey, identify, survey};
 use bipedc_runtime::log::Mapping;
@@ -166,6 +166,7 @@ impl Identify {
     pub fn run(self) -> Outcome {
         self.check()?;
         let robot = self.robot.read()?;
+        self.check_files(&robot)?;
         let mapping = self.mapping.as_deref().map(Mapping::open).transpose()?.unwrap_or_default();
         let reading = zmp::reading(&self);
         // The judge is another recording: its clock has nothing to do with --from and --to.
@@ -267,6 +268,16 @@ impl Identify {
         Ok(output::bar("identifying", work)?)
     }
 
+    /// Before anything is computed: outputs must not be inputs.
+    fn check_files(&self, robot: &Robot) -> Result<(), Diagnostic> {
+        let mut ledger = self.robot.ledger(robot);
+        self.logs.iter().for_each(|log| ledger.reads("a log", log));
+        self.validate.iter().for_each(|log| ledger.reads("the log of --validate", log));
+        self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
+        self.write_urdf.as_ref().map_or(Ok(()), |file| ledger.writes("--write-urdf", file))?;
+        self.outputs.note(&mut ledger)
+    }
+
     /// Numbers that have no meaning.
     fn check(&self) -> Result<(), Diagnostic> {
         let refuse = |what: &str, value: f64, help: &str| {
@@ -355,5 +366,5 @@ fn write_urdf(robot: &Robot, links: &[(String, Inertia)], path: &Path) -> Result
     let links: Vec<(String, Inertial)> =
         links.iter().map(|(name, inertia)| (name.clone(), inertial(inertia))).collect();
     let text = with_inertials(&robot.sources.urdf_text, &robot.sources.urdf_path, &links)?;
-    Replacement::prepare(path, &text)?.commit()
+    write(path, &text)
 }

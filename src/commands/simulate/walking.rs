@@ -1,6 +1,5 @@
 //! `bipedc simulate` from event to event: phases, their changes, the verdict.
 use super::{Log, Simulate, at_place};
-use crate::amendment::files::Replacement;
 use crate::failure::{Failure, Outcome};
 use crate::interruption;
 use crate::output;
@@ -34,7 +33,7 @@ impl Simulate {
         scenario: &Scenario,
         events: &EventDriven,
     ) -> Outcome {
-        let in_file = |error: Diagnostic| Failure(vec![error.in_file(&self.scenario)]);
+        let in_file = |error: Diagnostic| Failure(vec![error.or_in_file(&self.scenario)]);
         let filmed = self.outputs.wanted();
         let walker = output::progress("deriving", || true_walker(robot, &scenario.effects, filmed))?;
         let mut recorder = match filmed {
@@ -45,14 +44,10 @@ impl Simulate {
             }
             false => None,
         };
-        let hidden = || self.hidden(&robot.description.name, plant, scenario);
-        let truth = match &self.truth {
-            Some(path) => Some(Replacement::prepare(path, &hidden()?)?),
-            None => None,
-        };
+        let truth = self.truth(&robot.description.name, plant, scenario)?;
         let mut log = Log::begin(&self.out, &columns(plant, scenario)?)?;
         let start = Instant::now();
-        let stop = interruption::flag()?;
+        let stop = interruption::flag();
         let walking = Walking { model: &walker.model, phases: &walker.phases, plant, scenario };
         let summary = output::bar("walking", |progress| {
             let mut row = |values: &[f64]| log.row(values);
@@ -65,8 +60,7 @@ impl Simulate {
             })
         });
         let summary = summary.map_err(in_file)?;
-        log.commit()?;
-        truth.map_or(Ok(()), Replacement::commit)?;
+        log.commit_with(truth)?;
         if let Some(recorder) = recorder {
             self.outputs.write_film(&self.walked(recorder.finish(), scenario, events, &summary)?)?;
         }

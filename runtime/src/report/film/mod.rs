@@ -11,8 +11,9 @@ pub use data::{Curve, Film, FilmFoot, FilmPoint, Form, Frame, Part as FilmPart, 
 pub use page::render as render_film;
 
 use super::svg::standalone;
-use super::write::whole;
+use super::write::Pictures;
 use crate::diagnostic::Diagnostic;
+use crate::files::write_with_folders;
 use std::path::{Path, PathBuf};
 
 /// Writes the page. Missing folders are made; nobody ever sees half a file.
@@ -20,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// What the file system refuses.
 pub fn write_film(film: &Film, path: &Path) -> Result<(), Diagnostic> {
-    whole(path, &render_film(film))
+    write_with_folders(path, &render_film(film))
 }
 
 /// Writes stroboscopic pictures into a folder: `side.svg` and `front.svg`. Says which files it wrote: none of a film
@@ -29,13 +30,11 @@ pub fn write_film(film: &Film, path: &Path) -> Result<(), Diagnostic> {
 /// # Errors
 /// What the file system refuses.
 pub fn write_strobe(film: &Film, folder: &Path) -> Result<Vec<PathBuf>, Diagnostic> {
-    let mut written = Vec::new();
+    let mut pictures = Pictures::into(folder);
     for view in [strobe::View::Side, strobe::View::Front] {
         if let Some((picture, size)) = strobe::picture(film, view) {
-            let path = folder.join(format!("{}.svg", view.name()));
-            whole(&path, &standalone(&film.title, size, &picture))?;
-            written.push(path);
+            pictures.put(view.name(), &standalone(&film.title, size, &picture))?;
         }
     }
-    Ok(written)
+    pictures.commit()
 }

@@ -16,6 +16,7 @@ use super::proximal::Tolerance;
 use super::reference::Reference;
 use super::told::EffortSensor;
 use crate::effect::Effect;
+use std::path::PathBuf;
 
 /// A scenario file, checked against its robot.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +35,8 @@ pub struct Scenario {
     pub initial: Initial,
     /// By joint.
     pub servos: Vec<Servo>,
+    /// The table that references of joints were read from, if any.
+    pub trajectory: Option<PathBuf>,
     /// Without what effects do to it.
     pub ground: Ground,
     /// Joints stop at the limits of the URDF.

@@ -8,7 +8,7 @@ use crate::effect::Effect;
 use crate::log::{Mapping, Reader, Table, closest};
 use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
 use nalgebra::{UnitQuaternion, Vector3};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// Steps of a run: more are a mistake.
@@ -148,6 +148,7 @@ impl Reading<'_> {
             tolerance: Tolerance { relative, ..Tolerance::default() },
             initial,
             servos,
+            trajectory: control.trajectory.as_ref().map(|name| self.beside(name.get_ref())),
             ground: self.ground(file.ground.as_ref().map(|soil| soil.get_ref())),
             joint_stops: control.joint_stops.unwrap_or(true),
             sensors: self.sensors(file.sensors.as_ref()),
@@ -321,9 +322,14 @@ impl Reading<'_> {
         }
     }
 
+    /// A file beside the scenario.
+    fn beside(&self, name: &str) -> PathBuf {
+        self.file.parent().unwrap_or(Path::new("")).join(name)
+    }
+
     /// The table of a trajectory, as `bipedc excite` writes it.
     fn trajectory(&mut self, name: &Spanned<String>, plant: &Plant) -> Option<Table> {
-        let path = self.file.parent().unwrap_or(Path::new("")).join(name.get_ref());
+        let path = self.beside(name.get_ref());
         let read = || {
             let reader = Reader::open(&path, &Mapping::default())?;
             let names: Vec<String> = reader.columns().map(|column| column.name.to_owned()).collect();
