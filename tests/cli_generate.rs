@@ -3,8 +3,9 @@
 #[allow(dead_code)]
 mod cli;
 
-use cli::{bipedc, scratch, text};
-use std::path::Path;
+use cli::{Run, bipedc, command, run, scratch, text};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 const ROBOT: &str = "robots/three_link";
 
@@ -113,4 +114,90 @@ fn a_full_disk_leaves_the_crate_as_it_was() {
     bipedc(&["generate", ROBOT, "--out", text(&out), "--check"]).ok();
     let names = std::fs::read_dir(out.join("src")).unwrap().map(|entry| entry.unwrap().file_name());
     assert!(names.into_iter().all(|name| name.to_string_lossy().ends_with(".rs")), "temporaries are left");
+}
+
+/// A folder that belongs to no repository, removed in the end.
+struct Elsewhere(PathBuf);
+
+impl Elsewhere {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("bipedc-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    /// The program there, with a robot of the repository.
+    fn generate(&self, arguments: &[&str]) -> Run {
+        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT);
+        let arguments: Vec<&str> = ["generate", text(&robot)].iter().chain(arguments).copied().collect();
+        run(command(&arguments).current_dir(&self.0))
+    }
+
+    /// What a crate's manifest says of the runtime.
+    fn dependency(&self, name: &str) -> String {
+        let manifest = std::fs::read_to_string(self.0.join(name).join("Cargo.toml")).unwrap();
+        manifest.lines().find(|line| line.starts_with("bipedc-runtime")).unwrap().to_owned()
+    }
+}
+
+impl Drop for Elsewhere {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn elsewhere_the_crate_carries_its_runtime_and_builds() {
+    let elsewhere = Elsewhere::new("carried");
+    elsewhere.generate(&["--out", "written"]).ok();
+    elsewhere.generate(&["--out", "written", "--check"]).ok();
+    std::fs::write(elsewhere.0.join("written/bipedc-runtime/src/real.rs"), "").unwrap();
+    let words = ["`bipedc-runtime/src/real.rs` differs"];
+    elsewhere.generate(&["--out", "written", "--check"]).fails_with(&words);
+    elsewhere.generate(&["--out", "written"]).ok();
+    let moved = elsewhere.0.join("moved");
+    std::fs::rename(elsewhere.0.join("written"), &moved).unwrap();
+    // The versions of our lock file are those that are here without a network.
+    let lock = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.lock");
+    std::fs::copy(lock, moved.join("Cargo.lock")).unwrap();
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("carried");
+    let mut check = Command::new(env!("CARGO"));
+    check.args(["check", "--offline", "--target-dir", text(&target)]).current_dir(&moved);
+    check.env("RUSTFLAGS", "-D warnings").env("CARGO_PROFILE_DEV_DEBUG", "0");
+    let checked = check.output().unwrap();
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+}
+
+#[test]
+fn a_carried_runtime_is_shared_and_goes_again() {
+    let elsewhere = Elsewhere::new("shared");
+    elsewhere.generate(&["--out", "first"]).ok();
+    let runtime = elsewhere.0.join("first/bipedc-runtime");
+    let license = std::fs::read_to_string(runtime.join("src/lib.rs")).unwrap();
+    assert!(license.starts_with("// SPDX-License-Identifier: Apache-2.0\n"));
+    assert!(runtime.join("LICENSE").is_file() && !runtime.join("src/log").exists());
+    // Two packages of one name and version cannot be in one program.
+    elsewhere.generate(&["--out", "second", "--runtime", "first/bipedc-runtime"]).ok();
+    assert!(elsewhere.dependency("second").contains("path = \"../first/bipedc-runtime\""));
+    assert!(!elsewhere.0.join("second/bipedc-runtime").exists());
+    // By its own path it is still the one that is written along.
+    elsewhere.generate(&["--out", "first", "--runtime", "first/bipedc-runtime"]).ok();
+    assert!(elsewhere.dependency("first").contains("path = \"bipedc-runtime\""));
+    let words = ["`bipedc-runtime/Cargo.toml` would not be generated"];
+    elsewhere.generate(&["--out", "first", "--runtime", "0.1.0", "--check"]).fails_with(&words);
+    elsewhere.generate(&["--out", "first", "--runtime", "0.1.0"]).ok();
+    assert!(!runtime.exists(), "what is no longer needed goes");
+}
+
+#[test]
+fn a_runtime_of_somebodys_own_is_left_alone() {
+    let elsewhere = Elsewhere::new("own");
+    let runtime = elsewhere.0.join("out/bipedc-runtime");
+    std::fs::create_dir_all(runtime.join("src")).unwrap();
+    std::fs::write(runtime.join("Cargo.toml"), "[package]\nname = \"bipedc-runtime\"\n").unwrap();
+    std::fs::write(runtime.join("src/lib.rs"), "// mine").unwrap();
+    elsewhere.generate(&["--out", "out"]).fails_with(&["bipedc-runtime", "not generated", "--runtime"]);
+    elsewhere.generate(&["--out", "out", "--runtime", "out/bipedc-runtime"]).ok();
+    assert!(elsewhere.dependency("out").contains("path = \"bipedc-runtime\""));
+    assert_eq!(std::fs::read_to_string(runtime.join("src/lib.rs")).unwrap(), "// mine");
 }

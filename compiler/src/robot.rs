@@ -2,9 +2,9 @@
 use crate::compile::{CompiledModel, Wish, compile, wishes};
 use crate::description::SourceFiles;
 use crate::description::model::{Base, RobotDescription};
-use crate::emit::{Origin, Package, package};
-use crate::self_check::self_check;
+use crate::emit::{Origin, Package, Runtime, package};
 use crate::film::meshes::mesh_file;
+use crate::self_check::self_check;
 use crate::tree::Tree;
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::files::Ledger;
@@ -124,18 +124,18 @@ impl Robot {
         format!("{:016x}", fnv1a(&parts.join("\0")))
     }
 
-    /// The robot's crate. `source` is what its header names, `runtime` the dependency's value, such as
-    /// `path = "../../runtime"`.
+    /// The robot's crate. `source` is what its header names, `runtime` where it finds `bipedc-runtime`: the
+    /// dependency's value, such as `path = "../../runtime"`, or [`Runtime::Carried`].
     ///
     /// # Errors
     /// Functions or frames that do not exist.
-    pub fn package(&self, source: &str, runtime: &str) -> Result<Package, Diagnostic> {
+    pub fn package(&self, source: &str, runtime: impl Into<Runtime>) -> Result<Package, Diagnostic> {
         Ok(self.package_of(&self.compile()?, source, runtime))
     }
 
     /// [`Self::package`] of what was compiled already.
-    pub fn package_of(&self, compiled: &CompiledModel, source: &str, runtime: &str) -> Package {
-        let origin = Origin { source: source.to_owned(), hash: self.hash(), runtime: runtime.to_owned() };
+    pub fn package_of(&self, compiled: &CompiledModel, source: &str, runtime: impl Into<Runtime>) -> Package {
+        let origin = Origin { source: source.to_owned(), hash: self.hash(), runtime: runtime.into() };
         package(compiled, &origin)
     }
 }

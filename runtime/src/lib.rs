@@ -28,6 +28,8 @@ pub mod report;
 pub mod signal;
 #[cfg(feature = "std")]
 pub mod simulate;
+#[cfg(feature = "std")]
+pub mod source;
 
 pub use model::{Argument, Arguments, CallError, Model, Signature, State};
 pub use real::Real;

@@ -41,7 +41,12 @@ pub fn command(arguments: &[&str]) -> Command {
 
 /// Runs the program in the repository's root.
 pub fn bipedc(arguments: &[&str]) -> Run {
-    let output = command(arguments).output().expect("the program runs");
+    run(&mut command(arguments))
+}
+
+/// Runs a command and keeps what it printed.
+pub fn run(command: &mut Command) -> Run {
+    let output = command.output().expect("the program runs");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
     Run { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
 }

@@ -6,7 +6,7 @@ mod package;
 mod program;
 mod split;
 
-pub use files::Difference;
+pub use files::{Difference, is_generated};
 pub(crate) use function::ident;
 pub use model::{Model, Options, items, model};
-pub use package::{Origin, Package, package, type_name};
+pub use package::{CARRIED, Origin, Package, Runtime, package, type_name};

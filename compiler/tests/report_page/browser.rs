@@ -3,6 +3,17 @@
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Runs before a page's own scripts: which of its timers still wait.
+const TIMERS: &str = "(() => { const waiting = window.waitingTimers = new Set(), set = setTimeout, clear = clearTimeout;\
+    window.setTimeout = (action, ...rest) => {\
+        const timer = set((...values) => { waiting.delete(timer); action(...values); }, ...rest);\
+        waiting.add(timer); return timer; };\
+    window.clearTimeout = (timer) => { waiting.delete(timer); clear(timer); }; })();";
+
+/// What never comes fails the test after this time, in seconds, instead of stopping it for ever.
+const PATIENCE: u32 = 120;
 
 /// One browser with one tab. Events pile up until they are asked for.
 pub struct Browser {
@@ -50,6 +61,8 @@ impl Browser {
         for domain in ["Page", "Runtime", "Log", "Network"] {
             browser.call(&format!("{domain}.enable"), json!({}));
         }
+        browser.call("Page.setLifecycleEventsEnabled", json!({ "enabled": true }));
+        browser.call("Page.addScriptToEvaluateOnNewDocument", json!({ "source": TIMERS }));
         Some(browser)
     }
 
@@ -101,17 +114,34 @@ impl Browser {
         );
         let scheme = json!([{ "name": "prefers-color-scheme", "value": theme }]);
         self.call("Emulation.setEmulatedMedia", json!({ "features": scheme }));
-        self.call("Page.navigate", json!({ "url": address }));
-        while !self.events.iter().any(|e| e["method"] == "Page.loadEventFired") {
+        let opened = self.call("Page.navigate", json!({ "url": address }));
+        // The load of this document: events of those that were open before are among them too.
+        let loaded = |event: &Value| {
+            event["method"] == "Page.lifecycleEvent"
+                && event["params"]["loaderId"] == opened["loaderId"]
+                && event["params"]["name"] == "load"
+        };
+        while !self.events.iter().any(loaded) {
             let event = self.read();
             self.events.push(event);
         }
+        self.wait_for(&format!("document.documentElement.clientWidth === {width}"));
         self.settle();
     }
 
-    /// Waits for timers and two frames.
+    /// Looks at every frame whether a condition holds, until it does.
+    pub fn wait_for(&mut self, condition: &str) {
+        self.evaluate(&format!(
+            "new Promise((done, fail) => {{ const end = performance.now() + 1000 * {PATIENCE}; const look = () => {{\
+             if ({condition}) done(); else if (performance.now() > end) fail(new Error('this never came'));\
+             else requestAnimationFrame(look); }}; look(); }})"
+        ));
+    }
+
+    /// Waits until none of the page's timers is left, and what they did is drawn.
     pub fn settle(&mut self) {
-        self.evaluate("new Promise(done => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 300))");
+        self.wait_for("waitingTimers.size === 0");
+        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))");
     }
 
     /// A key press on what has the focus.
@@ -200,9 +230,11 @@ fn decoded(data: &Value) -> Vec<u8> {
 impl Drop for Browser {
     fn drop(&mut self) {
         // Its answer does not matter: it ends, or is ended.
-        self.session = None;
         let _ = self.commands.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
-        std::thread::sleep(std::time::Duration::from_millis(300));
+        let started = Instant::now();
+        while matches!(self.process.try_wait(), Ok(None)) && started.elapsed() < Duration::from_secs(10) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

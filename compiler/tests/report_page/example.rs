@@ -10,6 +10,7 @@ use bipedc_runtime::report::{Fact, HistoryStep, Report, Row, Series};
 use bipedc_runtime::signal::{Butterworth, Spline};
 use bipedc_runtime::{Argument, Model, State};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// Samples left out at both ends: half a second.
 const TRIM: usize = 125;
@@ -18,8 +19,13 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The report of the example `coulomb`.
+/// The report of the example `coulomb`, made once.
 pub fn report() -> Report {
+    static REPORT: OnceLock<Report> = OnceLock::new();
+    REPORT.get_or_init(made).clone()
+}
+
+fn made() -> Report {
     let robot = Robot::read(&root().join("robots/tulip")).unwrap().with_base("fixed", Some("torso")).unwrap();
     let tree = robot.tree().unwrap();
     let names: Vec<String> = tree.joints.iter().map(|joint| joint.name.clone()).collect();

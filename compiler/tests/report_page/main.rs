@@ -291,3 +291,21 @@ fn hostile_and_poor_input_makes_a_page() {
     assert_eq!(browser.evaluate("document.images.length"), 0);
     assert_quiet(&browser, &address);
 }
+
+/// A page that takes long to build itself, opened three times with one browser: each time it is the new one that is seen,
+/// when it is complete.
+#[test]
+fn opening_waits_for_the_page_itself() {
+    let work =
+        "<script>for (const end = performance.now() + 40; performance.now() < end;);</script><p>more</p>";
+    let last = "<script>setTimeout(() => { document.title = String(innerWidth); }, 500);</script>";
+    let path = folder("slow").join("slow.html");
+    std::fs::write(&path, format!("<!doctype html><title>not yet</title>{}{last}", work.repeat(30))).unwrap();
+    let address = format!("file://{}", path.canonicalize().unwrap().display());
+    let Some(mut browser) = browser("slow") else { return };
+    for width in [700, 800, 900] {
+        browser.open(&address, (width, 600), "light");
+        assert_eq!(browser.evaluate("document.title"), width.to_string());
+    }
+    assert_quiet(&browser, &address);
+}

@@ -1,0 +1,3 @@
+fn main() {
+    bipedc_compiler::build::robot("../../../robots/tulip");
+}
