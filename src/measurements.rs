@@ -260,7 +260,11 @@ fn wishes(robot: &Described) -> Vec<Wish> {
     wishes.push(Wish { family: "center_of_mass_jacobian".to_owned(), subject: None });
     for foot in &robot.description.feet {
         for family in ["position", "rotation", "jacobian"] {
-            wishes.push(Wish { family: family.to_owned(), subject: Some(foot.link.clone()) });
+            let wish = Wish { family: family.to_owned(), subject: Some(foot.link.clone()) };
+            // Two feet on one link are about the same functions.
+            if !wishes.contains(&wish) {
+                wishes.push(wish);
+            }
         }
     }
     wishes

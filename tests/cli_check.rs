@@ -115,3 +115,73 @@ fn a_broken_pipe_is_no_error() {
     assert!(child.wait().unwrap().success(), "{err}");
     assert_eq!(err, "");
 }
+
+/// A torso with a thin rod that turns about itself; `INERTIA` is that of the rod about the joint's axis.
+const ROD: &str = r#"<robot name="rod">
+<link name="torso"><inertial><mass value="3"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+<link name="rod"><inertial><origin xyz="0 0 0.2"/><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0"/></inertial></link>
+<joint name="spin" type="continuous"><parent link="torso"/><child link="rod"/><origin xyz="0 0 0.1"/><axis xyz="0 0 1"/></joint>
+</robot>
+"#;
+
+fn robot(name: &str, urdf: &str, toml: &str) -> std::path::PathBuf {
+    let folder = scratch(name);
+    std::fs::write(folder.join("robot.urdf"), urdf).unwrap();
+    std::fs::write(folder.join("biped.toml"), toml).unwrap();
+    folder
+}
+
+/// They divided by the constant 0.
+#[test]
+fn a_joint_without_inertia_is_told_and_costs_only_the_inverses() {
+    let folder = robot("rod", ROD, "");
+    let run = bipedc(&["check", text(&folder)]).ok();
+    for words in ["no inertia resists joint `spin`", "robot.urdf:4:1", "rotor_inertia"] {
+        assert!(run.err.contains(words), "no `{words}` in {}", run.err);
+    }
+    let run = bipedc(&["inspect", text(&folder)]).ok();
+    assert!(run.out.contains("inverse_dynamics ") && !run.out.contains("forward_dynamics"), "{}", run.out);
+    for function in ["forward_dynamics", "forward_dynamics_dtau", "forward_dynamics_with_forces"] {
+        bipedc(&["inspect", text(&folder), function])
+            .fails_with(&[&format!("`{function}` has no solution"), "joint `spin`"]);
+    }
+    let rotor = "[[effect]]\nkind = \"rotor_inertia\"\njoint = \"spin\"\ninertia = 0.01\n";
+    let folder = robot("rod_with_rotor", ROD, rotor);
+    let run = bipedc(&["inspect", text(&folder)]).ok();
+    assert!(run.out.contains("forward_dynamics") && run.err.is_empty(), "{}", run.err);
+}
+
+/// The rod lies across two rotations: its inertia about the axis is 1e-18 kg m² and not 0.
+#[test]
+fn dust_is_no_inertia() {
+    let turned = ROD.replace("<origin xyz=\"0 0 0.2\"/>", "<origin xyz=\"0 0 0\" rpy=\"0.3 0.4 0.5\"/>");
+    // Rz(0.5) Ry(0.4) Rx(0.3) z
+    let axis = "0.4681915 0.0019497 0.8799232";
+    let (sr, cr) = 0.3_f64.sin_cos();
+    let (sp, cp) = 0.4_f64.sin_cos();
+    let (sy, cy) = 0.5_f64.sin_cos();
+    let exact = format!("{} {} {}", cy * sp * cr + sy * sr, sy * sp * cr - cy * sr, cp * cr);
+    let folder = robot("dust", &turned.replace("axis xyz=\"0 0 1\"", &format!("axis xyz=\"{exact}\"")), "");
+    assert!(bipedc(&["check", text(&folder)]).ok().err.contains("no inertia resists joint `spin`"));
+    // An axis of seven digits is another one: there is a little inertia about it.
+    let folder =
+        robot("not_dust", &turned.replace("axis xyz=\"0 0 1\"", &format!("axis xyz=\"{axis}\"")), "");
+    assert!(!bipedc(&["check", text(&folder)]).ok().err.contains("no inertia"));
+}
+
+#[test]
+fn robots_without_moving_joints_have_functions() {
+    let one = r#"<robot name="one">
+<link name="a"><inertial><mass value="3"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+<link name="b"/><joint name="weld" type="fixed"><parent link="a"/><child link="b"/></joint>
+</robot>
+"#;
+    let feet = "[feet.b]\npoints.a = [0.1, 0.1, 0]\npoints.b = [0.1, -0.1, 0]\npoints.c = [-0.1, 0.1, 0]\npoints.d = [-0.1, -0.1, 0]\n[[phase]]\nname = \"stand\"\ncontacts = [\"b\"]\nimpact = [\"b\"]\n";
+    for (kind, key) in [("fixed", "link"), ("floating", "root")] {
+        let toml = format!("[base]\nkind = \"{kind}\"\n{key} = \"a\"\n{feet}");
+        let folder = robot(&format!("one_{kind}"), one, &toml);
+        assert!(bipedc(&["inspect", text(&folder)]).ok().out.contains("constrained_dynamics_of_stand"));
+        bipedc(&["generate", text(&folder), "--out", text(&folder.join("crate"))]).ok();
+    }
+    bipedc(&["inspect", text(&robot("one_free", one, "")), "base-parameters", "--of", "dynamics"]).ok();
+}

@@ -201,3 +201,46 @@ fn a_runtime_of_somebodys_own_is_left_alone() {
     assert!(elsewhere.dependency("out").contains("path = \"bipedc-runtime\""));
     assert_eq!(std::fs::read_to_string(runtime.join("src/lib.rs")).unwrap(), "// mine");
 }
+
+/// Names that are none in Rust: of robots, and of links whose functions would share a name with others.
+#[test]
+fn any_name_gives_rust() {
+    let urdf = |name: &str| {
+        format!(
+            r#"<robot name="{name}">
+<link name="torso"><inertial><mass value="3"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+<link name="sole"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+<link name="sole_into"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+<joint name="日本" type="continuous"><parent link="torso"/><child link="sole"/><axis xyz="0 0 1"/></joint>
+<joint name="fn" type="continuous"><parent link="sole"/><child link="sole_into"/><axis xyz="0 1 0"/></joint>
+</robot>
+"#
+        )
+    };
+    let toml = "[feet.a]\nlink = \"sole\"\npoints.x = [0, 0, 0]\n[feet.b]\nlink = \"sole_into\"\npoints.x = [0, 0, 0]\n[generate]\nfunctions = [\"position\", \"kinetic_energy\"]\n";
+    for (name, package, type_name) in [
+        ("2dof", "robot-2dof", "Robot2dof"),
+        ("3-RRR", "robot-3-rrr", "Robot3Rrr"),
+        ("日本", "robot", "Robot"),
+        ("_", "robot", "Robot"),
+        ("Übung", "bung", "Bung"),
+        ("self", "robot-self", "RobotSelf"),
+        ("core", "robot-core", "RobotCore"),
+        ("bipedc_runtime", "robot-bipedc-runtime", "RobotBipedcRuntime"),
+        ("r", "r", "RobotR"),
+    ] {
+        let folder = scratch("generate_name");
+        std::fs::write(folder.join("robot.urdf"), urdf(name)).unwrap();
+        std::fs::write(folder.join("biped.toml"), toml).unwrap();
+        let out = folder.join("crate");
+        bipedc(&["generate", text(&folder), "--out", text(&out)]).ok();
+        let read = |file: &str| std::fs::read_to_string(out.join(file)).unwrap();
+        assert!(read("Cargo.toml").contains(&format!("name = \"{package}\"")), "{}", read("Cargo.toml"));
+        let library = read("src/lib.rs");
+        assert!(library.contains(&format!("pub struct {type_name};")), "{library}");
+        let positions = read("src/position.rs");
+        for function in ["position_of_sole", "position_of_sole_into"] {
+            assert_eq!(positions.matches(&format!("pub fn {function}<")).count(), 1, "{positions}");
+        }
+    }
+}

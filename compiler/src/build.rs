@@ -1,5 +1,5 @@
 //! For build scripts: a robot's code in Cargo's output folder.
-use crate::compile::identifier;
+use crate::compile::crate_name;
 use crate::description::SourceFiles;
 use crate::emit::{ident, type_name};
 use crate::front::{Request, items_for, module};
@@ -78,7 +78,7 @@ pub fn write(path: &Path, request: &Request, folder: &Path) -> Result<Written, D
 
 fn code(files: SourceFiles, request: &Request) -> Result<(String, TokenStream), Diagnostics> {
     let compiled = request.compile(files)?;
-    let name = identifier(&compiled.name);
+    let name = crate_name(&compiled.name);
     let type_name = type_name(&name);
     let (items, type_ident) = (items_for(&compiled, &type_name, request), ident(&type_name));
     let doc = format!(" Robot `{}`; implements `bipedc_runtime::Model`.", compiled.name);

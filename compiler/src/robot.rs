@@ -1,5 +1,8 @@
 //! The edges of the pipeline: reading a robot, compiling it, writing its crate.
-use crate::compile::{CompiledModel, Wish, compile, wishes};
+use crate::compile::{
+    CompiledModel, Solvable, Wish, compile, compile_what_there_is, inertia_help, no_inertia, wishes,
+};
+use crate::derive::effects::JointLaws;
 use crate::description::SourceFiles;
 use crate::description::model::{Base, RobotDescription};
 use crate::emit::{Origin, Package, Runtime, package};
@@ -88,13 +91,45 @@ impl Robot {
         Tree::new(&self.description, &self.description.base)
     }
 
+    /// Motions that nothing resists, each a warning at its joint in the URDF: inverse dynamics is as good as ever,
+    /// but no acceleration follows from torques.
+    ///
+    /// # Errors
+    /// A base that names nothing of this robot, effects that have no value.
+    pub fn without_inertia(&self) -> Result<Vec<Diagnostic>, Diagnostic> {
+        let tree = self.tree()?;
+        let laws = JointLaws::new(&tree, &self.description)?;
+        let solvable = Solvable::new(&self.description, &tree, &laws);
+        let (base, joints): (Vec<String>, Vec<String>) =
+            solvable.without_inertia().iter().cloned().partition(|row| row.starts_with("base/"));
+        let warning = |rows: &[String]| {
+            let message = format!("{}: forward dynamics has no solution", no_inertia(&tree, rows));
+            let warning = Diagnostic::warning(message).in_file(&self.sources.urdf_path);
+            warning.help(format!("{}; functions that need it are left out", inertia_help(rows)))
+        };
+        let of_joint = |row: &String| {
+            let warning = warning(std::slice::from_ref(row));
+            match self.sources.joint_place(row) {
+                Some((line, column)) => warning.at(line, column),
+                None => warning,
+            }
+        };
+        let of_base = (!base.is_empty()).then(|| warning(&base));
+        Ok(of_base.into_iter().chain(joints.iter().map(of_joint)).collect())
+    }
+
     /// Compiles everything that the description asks for, and tries it ([`self_check`]).
     ///
     /// # Errors
     /// Functions or frames that do not exist; a mistake of this compiler.
     pub fn compile(&self) -> Result<CompiledModel, Diagnostic> {
         let tree = self.tree()?;
-        let compiled = compile(&self.description, &tree, &wishes(&self.description, &tree)?)?;
+        let wishes = wishes(&self.description, &tree)?;
+        let compiled = if self.description.generate.functions.is_empty() {
+            compile_what_there_is(&self.description, &tree, &wishes)?
+        } else {
+            compile(&self.description, &tree, &wishes)?
+        };
         self_check(&self.description, &compiled)?;
         Ok(compiled)
     }

@@ -1,5 +1,5 @@
 //! Robots ready for [`bipedc_runtime::simulate`]: what is built into the true model, and what a simulation knows beside it.
-use crate::compile::{CompiledModel, Wish, feet};
+use crate::compile::{CompiledModel, Function, Wish, feet};
 use crate::description::model::{Contact, ContactPart, DriveKind, Phase, RobotDescription};
 use crate::program::ProgramModel;
 use crate::robot::Robot;
@@ -238,19 +238,21 @@ fn phase_wishes(description: &RobotDescription) -> Vec<Wish> {
 }
 
 fn phase_specs(description: &RobotDescription, tree: &Tree, compiled: &CompiledModel) -> Vec<PhaseSpec> {
-    let rows = |name: &str| -> Vec<Row> {
-        let function = compiled.functions.iter().find(|function| function.name == name);
-        let names = function.map_or(&[][..], |function| &function.rows[tree.nv.min(function.rows.len())..]);
-        names.iter().filter_map(|name| row(description, name)).collect()
+    // By subject: names of functions are written small, and numbered where two phases would share one.
+    let function = |family: &str, phase: &Phase| -> (String, Vec<Row>) {
+        let wanted = |f: &&Function| f.family == family && f.subject.as_ref() == Some(&phase.name);
+        let Some(found) = compiled.functions.iter().find(wanted) else { return Default::default() };
+        let names = &found.rows[tree.nv.min(found.rows.len())..];
+        (found.name.clone(), names.iter().filter_map(|name| row(description, name)).collect())
     };
     let landing = |phase: &Phase| {
-        let map = format!("impact_map_of_{}", phase.name);
-        Landing { rows: rows(&map), standing: points(description, &phase.impact), map }
+        let (map, rows) = function("impact_map", phase);
+        Landing { rows, standing: points(description, &phase.impact), map }
     };
     let spec = |phase: &Phase| {
-        let dynamics = format!("constrained_dynamics_of_{}", phase.name);
+        let (dynamics, rows) = function("constrained_dynamics", phase);
         PhaseSpec {
-            rows: rows(&dynamics),
+            rows,
             standing: points(description, &phase.contacts),
             ending: ending(description, phase),
             impact: (!phase.impact.is_empty()).then(|| landing(phase)),

@@ -2,6 +2,13 @@
 use bipedc_compiler::description::{check_report, init_text, parse};
 use std::path::Path;
 
+#[path = "support/fuzz_diagnose.rs"]
+mod fuzz_diagnose;
+#[path = "support/fuzz_evaluate.rs"]
+mod fuzz_evaluate;
+#[path = "support/fuzz_inspect.rs"]
+mod fuzz_inspect;
+
 const ROBOT: &str = include_str!("../../robots/seven_link/robot.urdf");
 
 /// Pieces that matter to the readers; mutations insert them.
@@ -102,4 +109,29 @@ fn urdf_seeds_never_panic() {
 #[test]
 fn description_seeds_never_panic() {
     run("description", read_description);
+}
+
+/// What is derived from them takes its time: a few mutations each.
+fn run_few(folder: &str, mutations: usize, read: impl Fn(&str)) {
+    let mut state = 0x5EED;
+    for (name, text) in seeds(folder) {
+        println!("{name}");
+        read(&text);
+        (0..mutations).for_each(|_| read(&mutate(&text, &mut state)));
+    }
+}
+
+#[test]
+fn nothing_that_is_derived_from_seeds_panics() {
+    run_few("inspect", 4, fuzz_inspect::run);
+}
+
+#[test]
+fn states_never_panic() {
+    run_few("evaluate", 20, fuzz_evaluate::run);
+}
+
+#[test]
+fn diagnosed_seeds_never_panic() {
+    run_few("diagnose", 2, |text| fuzz_diagnose::run(text.as_bytes()));
 }

@@ -323,3 +323,31 @@ fn a_centre_of_pressure_may_be_absent() {
     assert!(table.columns[1][0].is_nan() && table.columns[2][0].is_nan());
     assert_eq!((table.columns[1][1], table.columns[2][1]), (2.0, 3.0));
 }
+
+/// One such sample took minutes and gigabytes in a diagnosis, and spoilt what it said.
+#[test]
+fn a_glitch_of_one_sample_is_named() {
+    for value in ["10000", "-7.5", "1e9"] {
+        let text = with_line(251, &format!("0.996,0.1,0.2,{value},0.4"));
+        let number: f64 = value.parse().unwrap();
+        assert_error(
+            text,
+            &["log.csv:251:15", "`left_knee/position` jumps from", &format!("to {number} for one sample")],
+        );
+    }
+    assert_error(with_line(251, "0.996,0.1,0.2,1e150,0.4"), &["log.csv:251:15", "infinite or too large"]);
+    let two = with_line(251, "0.996,0.1,0.2,1e4,0.4\n0.998,0.1,0.2,1e4,0.4");
+    assert_error(two, &["log.csv:251:15", "for 2 samples"]);
+}
+
+/// What moves fast, wraps around or is noisy is no glitch.
+#[test]
+fn other_jumps_are_no_glitches() {
+    assert!(run(with_line(251, "0.996,0.1,0.2,3.9,0.4")).is_ok());
+    let mut wrapped = format!("{HEADER}\n");
+    for i in 0..500 {
+        let angle = (0.02 * f64::from(i) + 3.0).rem_euclid(std::f64::consts::TAU);
+        writeln!(wrapped, "{:.3},0.1,0.2,{angle},0.4", 0.004 * f64::from(i)).unwrap();
+    }
+    assert!(run(wrapped).is_ok());
+}

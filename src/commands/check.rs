@@ -41,7 +41,7 @@ struct Json {
 impl Check {
     /// Reads and reports.
     pub fn run(self) -> Outcome {
-        match self.robot.read_quietly().and_then(with_known_functions) {
+        match self.robot.read_quietly().and_then(compilable) {
             Ok(robot) => self.succeed(&robot),
             Err(failure) if self.json => {
                 output::print_json(&json(&failure.0, None))?;
@@ -68,9 +68,11 @@ impl Check {
     }
 }
 
-/// The description knows no function names: the catalogue does.
-fn with_known_functions(robot: Robot) -> Result<Robot, Failure> {
+/// The description knows neither function names nor what they need: the catalogue does.
+fn compilable(mut robot: Robot) -> Result<Robot, Failure> {
     wishes(&robot.description, &robot.tree()?)?;
+    let mut more = robot.without_inertia()?;
+    robot.warnings.append(&mut more);
     Ok(robot)
 }
 

@@ -57,6 +57,7 @@ impl Generate {
             refuse_foreign(&out)?;
         }
         let runtime = runtime_dependency(self.runtime.as_deref(), &out)?;
+        output::diagnostics(&robot.without_inertia()?);
         let compiled = output::progress("deriving", || robot.compile())?;
         let source = source_name(&self.robot.path);
         let package = output::progress("writing Rust", || robot.package_of(&compiled, &source, runtime));

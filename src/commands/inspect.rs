@@ -110,6 +110,7 @@ fn summary(f: &Function) -> Summary<'_> {
 }
 
 fn all(robot: &Robot, as_json: bool) -> Outcome {
+    output::diagnostics(&robot.without_inertia()?);
     let compiled = output::progress("deriving", || robot.compile())?;
     if as_json {
         let functions: Vec<_> = compiled.functions.iter().map(summary).collect();

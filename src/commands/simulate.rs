@@ -145,7 +145,11 @@ impl Simulate {
             let stop = || stop.load(Ordering::Relaxed);
             simulation.run(&mut Run { row: &mut row, progress, stop: &stop })
         });
-        let summary = summary.map_err(in_file)?;
+        let summary = summary.map_err(|error| {
+            // What has no inertia ends a run at once, unless the rotor of a motor resists.
+            output::diagnostics(&robot.without_inertia().unwrap_or_default());
+            in_file(error)
+        })?;
         log.commit_with(truth)?;
         if let Some(recorder) = recorder {
             self.outputs.write_film(&self.film(recorder.finish(), &scenario, &summary)?)?;

@@ -1,5 +1,5 @@
 //! Feet as tools that read measurements know them.
-use super::identifier;
+use super::{distinct, identifier};
 use crate::description::model::{ContactPoint, RobotDescription, Side};
 use bipedc_runtime::diagnose::{Corner, Foot};
 
@@ -7,9 +7,15 @@ use bipedc_runtime::diagnose::{Corner, Foot};
 pub fn feet(description: &RobotDescription) -> Vec<Foot> {
     let corner = |p: &ContactPoint| Corner { name: p.name.clone(), position: p.position };
     let feet = description.feet.iter();
+    // As functions about these links are named when they are asked for in this order.
+    let mut links: Vec<&str> = Vec::new();
+    feet.clone()
+        .for_each(|foot| links.extend((!links.contains(&foot.link.as_str())).then_some(foot.link.as_str())));
+    let frames = distinct(links.iter().map(|link| identifier(link)));
+    let frame = |link: &str| links.iter().position(|other| *other == link).map(|k| frames[k].clone());
     feet.map(|foot| Foot {
         name: foot.name.clone(),
-        frame: identifier(&foot.link),
+        frame: frame(&foot.link).unwrap_or_default(),
         left: foot.side.map(|side| side == Side::Left),
         corners: foot.points.iter().map(corner).collect(),
     })

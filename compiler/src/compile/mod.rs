@@ -2,16 +2,21 @@
 mod catalogue;
 mod families;
 mod feet;
+mod names;
 mod notes;
 mod quantity;
 use families::regressors;
 pub use families::regressors::parameter_names;
+use names::distinct_functions;
 mod readable;
+mod solvable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};
 pub use feet::feet;
+pub use names::{crate_name, distinct, identifier};
 pub use quantity::Quantity;
 pub use readable::{Readable, readable};
+pub use solvable::{Solvable, inertia_help, no_inertia};
 
 use crate::derive::effects::JointLaws;
 use crate::derive::relabel::Relabelling;
@@ -22,7 +27,6 @@ use crate::program::{Operations, Program, lower};
 use crate::tree::{BaseKind, Tree};
 use bipedc_runtime::Argument;
 use bipedc_runtime::diagnostic::Diagnostic;
-use std::collections::HashSet;
 
 /// A derived function, ready to be emitted or run.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +53,13 @@ pub struct Function {
     pub operations: Operations,
     /// What it does with the description's effects; empty without any.
     pub notes: Vec<String>,
+}
+
+impl Function {
+    /// Whether it has no rows or no columns.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty() || self.columns.is_empty()
+    }
 }
 
 /// A robot with its functions.
@@ -122,14 +133,45 @@ pub struct Wish {
 /// Derives and lowers the wished functions.
 ///
 /// # Errors
-/// Unknown functions and subjects.
+/// Unknown functions and subjects, functions that this robot does not have.
 pub fn compile(
+    description: &RobotDescription,
+    tree: &Tree,
+    wishes: &[Wish],
+) -> Result<CompiledModel, Diagnostic> {
+    let compiled = compile_with_empty(description, tree, wishes)?;
+    match compiled.functions.iter().find(|function| function.is_empty()) {
+        None => Ok(compiled),
+        Some(function) => {
+            let what = format!("`{}` has no elements: this robot has nothing that it is of", function.family);
+            Err(Diagnostic::error(what)
+                .help("does anything move (--base floating), are there contact points or drives?"))
+        }
+    }
+}
+
+/// The same without the functions that have no elements: those of velocities and forces where nothing moves.
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_what_there_is(
+    description: &RobotDescription,
+    tree: &Tree,
+    wishes: &[Wish],
+) -> Result<CompiledModel, Diagnostic> {
+    let mut compiled = compile_with_empty(description, tree, wishes)?;
+    compiled.functions.retain(|function| !function.is_empty());
+    Ok(compiled)
+}
+
+fn compile_with_empty(
     description: &RobotDescription,
     tree: &Tree,
     wishes: &[Wish],
 ) -> Result<CompiledModel, Diagnostic> {
     let leading = run_time_parameters(description, tree)?;
     let laws = JointLaws::new(tree, description)?;
+    let solvable = Solvable::new(description, tree, &laws);
     let functions = wishes
         .iter()
         .map(|wish| {
@@ -137,19 +179,31 @@ pub fn compile(
             let graph = Graph::new();
             let context = Context::new(&graph, description, tree, leading.as_deref(), &laws);
             let entry = entry(&wish.family)?;
-            if let Some(refusal) = laws.refusal(entry.name) {
+            let subject = wish.subject.as_deref();
+            let refusal = laws.refusal(entry.name).or_else(|| solvable.refusal(entry.name, subject));
+            if let Some(refusal) = refusal {
                 return Err(refusal);
             }
-            let quantity = entry.derive(&context, wish.subject.as_deref())?;
+            let quantity = entry.derive(&context, subject)?;
+            without_poles(&graph, entry.name)?;
             let notes = notes::of(description, &laws, entry.name);
             Ok(Function { notes, ..finish(&graph, entry, wish.subject.clone(), quantity) })
         })
         .collect::<Result<Vec<_>, Diagnostic>>()?;
     let base_parameters = leading.map_or(0, |leading| leading.len());
-    let names = distinct(functions.iter().map(|f| f.name.clone()));
+    let names = distinct_functions(functions.iter().map(|f| f.name.clone()));
     let functions =
         functions.into_iter().zip(names).map(|(f, name)| Function { name, ..f }).collect::<Vec<_>>();
     Ok(CompiledModel { name: description.name.clone(), tree: tree.clone(), functions, base_parameters })
+}
+
+/// Refuses what divides by zero in every state.
+fn without_poles(graph: &Graph, function: &str) -> Result<(), Diagnostic> {
+    if !graph.divided_by_zero() {
+        return Ok(());
+    }
+    Err(Diagnostic::error(format!("`{function}` divides by zero in every state of this robot"))
+        .help("are masses and inertias of the URDF complete (`bipedc check`), and the contacts of a phase independent?"))
 }
 
 /// Places of the base parameters among the standard ones, if the description wants them at run time.
@@ -185,33 +239,6 @@ fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quant
     }
 }
 
-/// The same names, told apart by a number where two links `a-b` and `a_b` became one identifier.
-pub fn distinct(names: impl Iterator<Item = String>) -> Vec<String> {
-    let mut seen = HashSet::new();
-    names
-        .map(|name| {
-            let numbered = (2..).map(|k| format!("{name}_{k}"));
-            let free = std::iter::once(name.clone()).chain(numbered).find(|n| seen.insert(n.clone()));
-            free.unwrap_or(name)
-        })
-        .collect()
-}
-
-/// A Rust identifier for a link, contact point or joint name.
-pub fn identifier(name: &str) -> String {
-    let mut out = String::new();
-    for c in name.chars() {
-        let c = if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
-        if c != '_' || !out.ends_with('_') {
-            out.push(c);
-        }
-    }
-    if out.is_empty() || out.starts_with(|c: char| c.is_ascii_digit()) {
-        out.insert(0, '_');
-    }
-    out
-}
-
 /// Everything that `biped.toml` asks for; by default all functions, those of frames for the feet, their
 /// contact points and the root.
 pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, Diagnostic> {
@@ -220,6 +247,7 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
         entry(name)?;
     }
     let laws = JointLaws::new(tree, description)?;
+    let solvable = Solvable::new(description, tree, &laws);
     let mut out = Vec::new();
     for entry in catalogue() {
         let wanted =
@@ -228,11 +256,15 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
         let told = !description.generate.runtime_parameters
             || tree.base == BaseKind::Floating
             || !entry.needs_whole_robot();
-        // Whoever names a function is told why it cannot contain an effect; by default it is left out.
-        let possible = !asked.is_empty() || laws.refusal(entry.name).is_none();
-        if !wanted || !told || !possible {
+        // Whoever names a function is told why it cannot be had; by default it is left out.
+        let possible = |subject: &Option<String>| {
+            let refused = || solvable.refusal(entry.name, subject.as_deref()).is_some();
+            !asked.is_empty() || !(laws.refusal(entry.name).is_some() || refused())
+        };
+        if !wanted || !told {
             continue;
         }
+        let first = out.len();
         let wish = |subject| Wish { family: entry.name.to_owned(), subject };
         match entry.scope {
             Scope::Robot => out.push(wish(None)),
@@ -255,6 +287,8 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
                 out.extend(impacts.map(|p| wish(Some(p.name.clone()))));
             }
         }
+        let new = out.split_off(first);
+        out.extend(new.into_iter().filter(|wish: &Wish| possible(&wish.subject)));
     }
     Ok(out)
 }
@@ -265,15 +299,4 @@ fn default_frames(description: &RobotDescription, tree: &Tree) -> Vec<String> {
     frames.dedup();
     frames.extend(tree.points.iter().map(|point| point.name.clone()));
     frames
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_that_become_one_identifier_are_told_apart() {
-        let names = ["a-b", "a_b", "A b", "c"].iter().map(|name| identifier(name));
-        assert_eq!(distinct(names), ["a_b", "a_b_2", "a_b_3", "c"]);
-    }
 }

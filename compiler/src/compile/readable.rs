@@ -1,5 +1,5 @@
 //! Functions as formulas that people read.
-use super::{Context, Wish, entry};
+use super::{Context, Solvable, Wish, entry};
 use crate::derive::effects::JointLaws;
 use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph, Input, write_infix};
@@ -24,11 +24,15 @@ pub struct Readable {
 pub fn readable(description: &RobotDescription, tree: &Tree, wish: &Wish) -> Result<Readable, Diagnostic> {
     let graph = Graph::new();
     let laws = JointLaws::new(tree, description)?;
-    if let Some(refusal) = laws.refusal(&wish.family) {
+    let solvable = Solvable::new(description, tree, &laws);
+    let refusal =
+        laws.refusal(&wish.family).or_else(|| solvable.refusal(&wish.family, wish.subject.as_deref()));
+    if let Some(refusal) = refusal {
         return Err(refusal);
     }
     let context = Context::new(&graph, description, tree, None, &laws);
     let quantity = entry(&wish.family)?.derive(&context, wish.subject.as_deref())?;
+    super::without_poles(&graph, &wish.family)?;
     let mut places = Vec::new();
     let mut outputs: Vec<Expr> = Vec::new();
     for (column, values) in quantity.columns.iter().enumerate() {

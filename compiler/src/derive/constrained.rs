@@ -152,7 +152,7 @@ impl<'g> Held<'g> {
         let half = factor.half_solve(f);
         let n = self.half.len();
         let gram = (0..n).map(|r| (0..=r).map(|c| dot(&self.half[r], &self.scaled[c])).collect()).collect();
-        let live = rates.into_iter().zip(&self.movable).filter_map(|(w, &movable)| movable.then_some(w));
+        let live = rates.iter().zip(&self.movable).filter_map(|(&w, &movable)| movable.then_some(w));
         let residual = self.scaled.iter().zip(live).map(|(row, w)| -(dot(row, &half) + w)).collect();
         let forces = solve_symmetric(gram, residual);
         let mut x: Vec<Sym<'g>> = half.iter().zip(factor.inverse_diagonal()).map(|(&y, &d)| y * d).collect();
@@ -162,9 +162,11 @@ impl<'g> Held<'g> {
             }
         }
         let mut solved = forces.into_iter();
-        let zero = f[0].zero();
-        let force = |&movable: &bool| if movable { solved.next().unwrap_or(zero) } else { zero };
-        (factor.back_solve(x), self.movable.iter().map(force).collect())
+        let force = |(&movable, rate): (&bool, &Sym<'g>)| match movable {
+            true => solved.next().unwrap_or(rate.zero()),
+            false => rate.zero(),
+        };
+        (factor.back_solve(x), self.movable.iter().zip(&rates).map(force).collect())
     }
 }
 

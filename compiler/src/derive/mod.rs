@@ -25,6 +25,7 @@ pub mod newton_euler;
 pub mod relabel;
 pub mod solve;
 pub mod support;
+pub mod unresisted;
 
 pub use inertia::BodyInertia;
 pub use kinematics::Motions;

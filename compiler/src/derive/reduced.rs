@@ -196,6 +196,8 @@ pub(super) fn respond<'g>(
     let rates = others.iter().flat_map(|block| block.demanded(model, demand));
     let rates = rates.zip(&rows).map(|(rate, row)| rate - dot(&row[..6], &w)).collect();
     let (mut motion, forces) = held.solve(&system.factor, &system.driving(f, &w), rates);
+    // Of a robot without joints the factor has no rows.
+    motion.resize(f.len(), model.constant(0.0));
     let mut wrench = Vec::new();
     for i in 0..6 {
         let joints = |of: &dyn Fn(usize) -> Sym<'g>| {

@@ -64,6 +64,14 @@ impl SourceFiles {
     pub fn parse(&self) -> Result<(RobotDescription, Vec<Diagnostic>), Diagnostics> {
         parse(&self.urdf_text, &self.urdf_path, &self.toml_text, &self.toml_path)
     }
+
+    /// Line and column of a joint in the URDF, for messages of later stages.
+    pub fn joint_place(&self, name: &str) -> Option<(usize, usize)> {
+        let mut messages = Messages::new(&self.urdf_text, &self.urdf_path);
+        let robot = read_urdf(&self.urdf_text, &mut messages)?;
+        let place = robot.joint_places.iter().find(|place| place.name == name)?;
+        place.at.map(|offset| messages.source.line_and_column(offset))
+    }
 }
 
 fn load_text(path: &Path) -> Result<String, Diagnostics> {

@@ -17,7 +17,7 @@ impl<'a> Source<'a> {
     }
 
     /// Line and column (in characters), both from 1.
-    fn line_and_column(&self, offset: usize) -> (usize, usize) {
+    pub(crate) fn line_and_column(&self, offset: usize) -> (usize, usize) {
         let line = self.line_starts.partition_point(|&start| start <= offset);
         let start = self.line_starts[line - 1];
         let column = self.text.get(start..offset).map_or(1, |part| part.chars().count() + 1);

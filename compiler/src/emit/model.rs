@@ -118,6 +118,9 @@ fn implementation(compiled: &CompiledModel, options: &Options) -> TokenStream {
     let arms = compiled.functions.iter().enumerate().map(|(k, f)| arm(k, f));
     let lengths = Argument::ALL.map(|a| Literal::usize_unsuffixed(compiled.argument_length(a)));
     let arguments = Argument::COUNT;
+    // Where nothing moves no function takes anything.
+    let takes = compiled.functions.iter().any(|f| f.program.arguments().next().is_some());
+    let unused = (!takes).then(|| quote!(let _ = (&state, &output);));
     quote! {
         /// All functions, in the order of their index in the `Model` trait.
         pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; #count] = [#(#signatures),*];
@@ -147,6 +150,7 @@ fn implementation(compiled: &CompiledModel, options: &Options) -> TokenStream {
                 state: &::bipedc_runtime::State<'_, R>,
                 output: &mut [R],
             ) -> ::core::result::Result<(), ::bipedc_runtime::CallError> {
+                #unused
                 match function {
                     #(#arms,)*
                     _ => return ::core::result::Result::Err(::bipedc_runtime::CallError::UnknownFunction),

@@ -1,6 +1,6 @@
 //! A complete crate: its files as text.
 use super::model::{Options, model};
-use crate::compile::{CompiledModel, identifier};
+use crate::compile::{CompiledModel, crate_name};
 use quote::quote;
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ impl From<&str> for Runtime {
 /// # Panics
 /// Never on tokens that this crate produced.
 pub fn package(compiled: &CompiledModel, origin: &Origin) -> Package {
-    let name = identifier(&compiled.name);
+    let name = crate_name(&compiled.name);
     let type_name = type_name(&name);
     let model = model(compiled, &Options::new(&type_name));
     let header = header(origin);
@@ -107,6 +107,10 @@ fn manifest(name: &str, origin: &Origin) -> String {
 
 /// `tulip_v1_leg` → `TulipV1Leg`
 pub fn type_name(name: &str) -> String {
+    // The emitted code is generic over numbers `R`.
+    if name == "r" {
+        return "RobotR".to_owned();
+    }
     name.split('_')
         .flat_map(|word| {
             let mut letters = word.chars();

@@ -117,6 +117,7 @@ impl Question {
             Model::CenterOfMass => &["x", "y", "z"],
             Model::ZeroMomentPoint => &["Mx", "My", "Fz"],
             Model::Dynamics if pinned => &["joints"],
+            Model::Dynamics if tree.joints.is_empty() => &["base"],
             Model::Dynamics => &["base", "joints"],
             Model::Energy => &["total"],
         };

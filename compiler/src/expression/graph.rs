@@ -1,7 +1,7 @@
 //! Nodes, edges that carry a sign, and the identities applied while the graph is built.
 use crate::tree::exact_sin_cos;
 use bipedc_runtime::Argument;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 
 /// An edge to a node; negation is part of the edge and costs no node.
@@ -195,6 +195,7 @@ impl Store {
 pub struct Graph {
     store: RefCell<Store>,
     exact: bool,
+    divided_by_zero: Cell<bool>,
 }
 
 impl Default for Graph {
@@ -218,7 +219,7 @@ impl Graph {
     }
 
     fn with_exactness(exact: bool) -> Self {
-        let graph = Self { store: RefCell::new(Store::default()), exact };
+        let graph = Self { store: RefCell::default(), exact, divided_by_zero: Cell::new(false) };
         assert_eq!(graph.intern(Node::Constant(0.0)), Expr::ZERO);
         assert_eq!(graph.intern(Node::Constant(1.0)), Expr::ONE);
         graph
@@ -227,6 +228,11 @@ impl Graph {
     /// Whether nothing may be rounded.
     pub fn is_exact(&self) -> bool {
         self.exact
+    }
+
+    /// Whether something was divided by the constant 0: then what was derived means nothing, and is refused.
+    pub fn divided_by_zero(&self) -> bool {
+        self.divided_by_zero.get()
     }
 
     /// Whether sum, difference and product of these two numbers may be formed here.
@@ -370,11 +376,14 @@ impl Graph {
 
     /// `a / b`; a division by a constant becomes a product (in an exact graph by a power of two only).
     ///
-    /// # Panics
-    /// When `b` is the constant 0.
+    /// A division by the constant 0 is remembered ([`Self::divided_by_zero`]) and counts as 0, so that derivations
+    /// need not look out for robots of which parts have neither mass nor inertia.
     pub fn div(&self, a: Expr, b: Expr) -> Expr {
         if let Some(value) = self.constant_value(b) {
-            assert!(value != 0.0, "division by the constant 0");
+            if value == 0.0 {
+                self.divided_by_zero.set(true);
+                return Expr::ZERO;
+            }
             if (!self.exact && value.recip().is_finite()) || [1.0, 2.0, 4.0, 8.0, 16.0].contains(&value.abs())
             {
                 return self.mul(a, self.constant(value.recip()));

@@ -5,6 +5,8 @@ use crate::description::source::suggest;
 use crate::tree::{BaseKind, Tree};
 use bipedc_runtime::Argument;
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_runtime::magnitude;
+use serde::Deserialize;
 use serde::de::{DeserializeSeed, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -64,6 +66,30 @@ fn unknown<'c, E: Error>(what: &str, name: &str, known: impl IntoIterator<Item =
 
 fn twice<E: Error>(what: &str) -> E {
     E::custom(format!("{what} stands twice in one state{HELP}remove one of them"))
+}
+
+/// A number of possible size.
+#[derive(Clone, Copy)]
+struct Number(f64);
+
+impl<'de> Deserialize<'de> for Number {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let value = f64::deserialize(d)?;
+        match magnitude::refusal(value) {
+            None => Ok(Self(value)),
+            Some((problem, help)) => {
+                Err(D::Error::custom(format!("the number {value:e} {problem}{HELP}{help}")))
+            }
+        }
+    }
+}
+
+/// The next value of a map: so many numbers.
+fn numbers<'de, A: MapAccess<'de>, const N: usize>(map: &mut A) -> Result<[f64; N], A::Error>
+where
+    [Number; N]: Deserialize<'de>,
+{
+    Ok(map.next_value::<[Number; N]>()?.map(|number| number.0))
 }
 
 struct States<'t>(&'t Tree);
@@ -182,13 +208,13 @@ impl<'de> Visitor<'de> for BaseVisitor<'_> {
             seen.push(key.clone());
             match key.as_str() {
                 "orientation" => base.orientation = map.next_value()?,
-                "position" => base.position = map.next_value()?,
-                "linear_velocity" => base.linear_velocity = map.next_value()?,
-                "angular_velocity" => base.angular_velocity = map.next_value()?,
-                "linear_acceleration" => base.linear_acceleration = map.next_value()?,
-                "angular_acceleration" => base.angular_acceleration = map.next_value()?,
-                "force" => base.force = map.next_value()?,
-                "torque" => base.torque = map.next_value()?,
+                "position" => base.position = numbers(&mut map)?,
+                "linear_velocity" => base.linear_velocity = numbers(&mut map)?,
+                "angular_velocity" => base.angular_velocity = numbers(&mut map)?,
+                "linear_acceleration" => base.linear_acceleration = numbers(&mut map)?,
+                "angular_acceleration" => base.angular_acceleration = numbers(&mut map)?,
+                "force" => base.force = numbers(&mut map)?,
+                "torque" => base.torque = numbers(&mut map)?,
                 name => return Err(unknown("key of the base", name, BASE_KEYS)),
             }
         }
@@ -226,7 +252,7 @@ impl<'de> Visitor<'de> for JointValues<'_> {
             if values[index].is_some() {
                 return Err(twice(&format!("joint `{key}`")));
             }
-            values[index] = Some(map.next_value()?);
+            values[index] = Some(map.next_value::<Number>()?.0);
         }
         Ok(values.into_iter().map(Option::unwrap_or_default).collect())
     }
@@ -257,7 +283,7 @@ impl<'de> Visitor<'de> for PointForces<'_> {
             if values[index].is_some() {
                 return Err(twice(&format!("contact point `{key}`")));
             }
-            values[index] = Some(map.next_value::<[f64; 3]>()?);
+            values[index] = Some(numbers::<A, 3>(&mut map)?);
         }
         Ok(values.into_iter().flat_map(Option::unwrap_or_default).collect())
     }

@@ -215,3 +215,19 @@ fn upward_gravity() {
 help: write gravity = [0.0, 0.0, -9.81]"#,
     );
 }
+
+#[test]
+fn impossible_sizes() {
+    refused(
+        "gravity = [0.0, 0.0, -1e200]\n",
+        r#"error: `gravity` at the top level: the number -1e200 is too large
+  --> biped.toml:1:22
+help: numbers in SI units are at most 1e12 in size: is the unit right?"#,
+    );
+    refused(
+        "[[effect]]\nkind = \"viscous_friction\"\njoint = \"left_knee_pitch\"\ndamping = 1e-320\n",
+        r#"error: `damping` in [[effect]]: the number 1e-320 is too small
+  --> biped.toml:4:11
+help: numbers in SI units are 0 or at least 1e-100 in size: write 0"#,
+    );
+}

@@ -243,3 +243,25 @@ fn everything_is_reported_at_once() {
     let places: Vec<_> = errors.0.iter().map(|error| error.position.unwrap()).collect();
     assert_eq!(places, [(1, 1), (5, 7), (12, 13), (20, 5), (21, 5)]);
 }
+
+/// Such numbers overflowed in the derivations, far from the file.
+#[test]
+fn impossible_sizes() {
+    refused(&changed(&[("mass value=\"5\"", "mass value=\"1e300\"")]), r#"error: link `leg`: mass/value is `1e300`, which is too large
+  --> robot.urdf:12:13
+help: numbers in SI units are at most 1e12 in size: is the unit right?"#);
+    refused(&changed(&[("mass value=\"5\"", "mass value=\"1e-320\"")]), r#"error: link `leg`: mass/value is `1e-320`, which is too small
+  --> robot.urdf:12:13
+help: numbers in SI units are 0 or at least 1e-100 in size: write 0"#);
+    for (old, new) in [("0 0 -0.4", "0 0 1e200"), ("0 0 -0.1", "1e155 0 0"), ("ixx=\"0.1\"", "ixx=\"-1e13\"")] {
+        let errors = read(&changed(&[(old, new)])).unwrap_err();
+        assert!(errors.contains("which is too large\n  --> robot.urdf:"), "{errors}");
+    }
+}
+
+/// Exporters write the largest number that there is where a joint has no limit.
+#[test]
+fn limits_may_be_as_large_as_exporters_like() {
+    let text = changed(&[("lower=\"-1\" upper=\"1\"", "lower=\"-1.7976931348623157e308\" upper=\"1.7976931348623157e308\"")]);
+    assert!(read(&text).is_ok());
+}

@@ -11,6 +11,7 @@
 //! value = sign · scale · logged + offset; scale 1, sign 1 and offset 0 (in the SI unit of the result) by default.
 use super::names::{closest, is_known_form};
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::magnitude;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -117,11 +118,12 @@ impl Mapping {
             return Err(Diagnostic::error(format!("`{name}`: sign is {sign}, expected 1 or -1"))
                 .help("use `scale` for a factor"));
         }
-        if !scale.is_finite() || scale == 0.0 || !offset.is_finite() {
+        let possible = |x: f64| x.is_finite() && magnitude::refusal(x).is_none();
+        if !possible(scale) || scale == 0.0 || !possible(offset) {
             return Err(Diagnostic::error(format!(
                 "`{name}`: scale {scale} and offset {offset} have no meaning"
             ))
-            .help("scale must be finite and not zero, offset finite"));
+            .help("scale must not be zero; both are finite and at most 1e12 in size"));
         }
         let is_vector = is_known_form(&format!("{name}/z")) && !is_known_form(name);
         if let Some(frame) = full.frame {

@@ -10,6 +10,7 @@ mod lines;
 mod mapping;
 pub mod names;
 mod reader;
+mod spikes;
 mod table;
 
 pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport};

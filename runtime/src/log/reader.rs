@@ -4,15 +4,15 @@ use super::header::{self, Column, Header, Kind};
 use super::lines::Lines;
 use super::mapping::Mapping;
 use super::names::{may_be_absent, shorten};
+use super::spikes::Spikes;
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::magnitude;
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// After so many errors in rows, reading stops: the rest would be more of the same.
 pub const MOST_ERRORS: usize = 10;
-/// Nothing that robots have is larger in SI units, and products of several such numbers are still finite.
-const LARGEST: f64 = 1e30;
 /// After the first error the reader looks for others in so many lines more.
 const LINES_AFTER_ERROR: usize = 10_000;
 
@@ -26,6 +26,8 @@ pub struct Reader {
     fields: Vec<Range<usize>>,
     last_time: f64,
     rows: usize,
+    /// Samples of the selected positions that may be glitches.
+    spikes: Spikes,
     /// Columns (indices into `header.columns`) in which numbers were missing.
     incomplete: Vec<(usize, Absent)>,
 }
@@ -88,6 +90,7 @@ impl Reader {
             fields: Vec::new(),
             last_time: f64::NAN,
             rows: 0,
+            spikes: Spikes::default(),
             incomplete: Vec::new(),
         };
         reader.select::<&str>(&[]);
@@ -130,6 +133,9 @@ impl Reader {
             }
         }
         self.selected = selected;
+        let names: Vec<&str> =
+            self.selected.iter().map(|&index| self.header.columns[index].name.as_str()).collect();
+        self.spikes = Spikes::of(&names);
         missing
     }
 
@@ -190,7 +196,7 @@ impl Reader {
         errors: &mut Vec<Diagnostic>,
     ) -> Result<Option<(usize, bool)>, Diagnostic> {
         row.clear();
-        let Self { lines, header, selected, fields, file, incomplete, .. } = self;
+        let Self { lines, header, selected, fields, file, incomplete, spikes, .. } = self;
         let Some((number, line)) = lines.next()? else { return Ok(None) };
         self.rows += 1;
         let mut report = |error: Diagnostic, offset: usize| {
@@ -226,6 +232,8 @@ impl Reader {
                 report(error, fields[header.columns[selected[0]].field].start);
             }
             self.last_time = row[0];
+            let place = |k: usize| character(line, fields[header.columns[selected[k]].field].start);
+            errors.extend(spikes.next(number, row, &place).into_iter().map(|error| error.in_file(file)));
         }
         Ok(Some((number, complete)))
     }
@@ -270,11 +278,11 @@ fn parse(text: &str, column: &Column) -> Result<f64, Diagnostic> {
             .help("numbers are written like 12, -0.5 or 1.2e-3, without a unit"));
     };
     let value = column.factor * raw + column.offset;
-    if value.abs() <= LARGEST || raw.is_nan() && may_be_absent(&column.name) {
+    if value.abs() <= magnitude::LARGEST || raw.is_nan() && may_be_absent(&column.name) {
         return Ok(value);
     }
     let what = if raw.is_nan() { "NaN (not a number)" } else { "infinite or too large" };
-    let more = if value.is_finite() { format!(" (at most {LARGEST:e})") } else { String::new() };
+    let more = if value.is_finite() { format!(" (at most {:e})", magnitude::LARGEST") } else { String::new() };
     Err(Diagnostic::error(format!("`{name}`: the value is {what}{more}: `{}`", shorten(text)))
         .help("remove the row or repair the recording"))
 }

@@ -1,5 +1,6 @@
 //! Typed access to TOML tables that reports what is missing, mistyped or unknown, with its place.
 use crate::description::source::{Messages, Place, short, suggest};
+use bipedc_runtime::magnitude;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -147,10 +148,14 @@ impl<'t, 'i> Entry<'t, 'i> {
             }
             _ => return self.mistyped("a number", messages),
         };
-        match value.filter(|value| value.is_finite()) {
-            Some(value) => Some(value),
-            None => self.mistyped("a finite number", messages),
+        let Some(value) = value.filter(|value| value.is_finite()) else {
+            return self.mistyped("a finite number", messages);
+        };
+        if let Some((problem, help)) = magnitude::refusal(value) {
+            messages.error(self.at, format!("{}: the number {value:e} {problem}", self.name()), help);
+            return None;
         }
+        Some(value)
     }
 
     pub(super) fn vector(&self, messages: &mut Messages<'_>) -> Option<[f64; 3]> {

@@ -1,5 +1,6 @@
 //! Attributes of URDF elements: numbers that are numbers, names that are known.
 use crate::description::source::{Messages, Place, did_you_mean, short};
+use bipedc_runtime::magnitude;
 use roxmltree::Node;
 
 /// The element of this name.
@@ -68,7 +69,9 @@ pub(super) fn vector<'a>(
     messages: &mut Messages<'_>,
 ) -> Option<&'a str> {
     let value = node.attribute(name)?.trim();
-    match check_numbers(value, count) {
+    // Exporters write the largest float there is for joints without limits.
+    let bounded = node.tag_name().name() != "limit";
+    match check_numbers(value, count).and_then(|()| if bounded { check_sizes(value) } else { Ok(()) }) {
         Ok(()) => Some(value),
         Err((problem, help)) => {
             let element = node.tag_name().name();
@@ -76,6 +79,15 @@ pub(super) fn vector<'a>(
             None
         }
     }
+}
+
+/// Whether all numbers of a text that holds nothing else have a possible size.
+pub(super) fn check_sizes(value: &str) -> Result<(), (String, String)> {
+    let refused = value.split_whitespace().find_map(|word| {
+        let (problem, help) = magnitude::refusal(word.parse().ok()?)?;
+        Some((format!("is `{}`, which {problem}", short(word)), help.to_owned()))
+    });
+    refused.map_or(Ok(()), Err)
 }
 
 /// Whether the text is `count` finite numbers; else what is wrong and what to do.

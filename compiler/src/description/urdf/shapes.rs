@@ -1,5 +1,5 @@
 //! Collision shapes: only boxes, spheres, cylinders and capsules matter here, to guess where a foot touches.
-use super::attributes::{check_numbers, find};
+use super::attributes::{check_numbers, check_sizes, find};
 use super::elements::write_origin;
 use crate::description::source::{Messages, short};
 use roxmltree::Node;
@@ -30,7 +30,9 @@ pub(super) fn write_collisions(
             continue;
         };
         let problem = measures.iter().find_map(|&(measure, count)| {
-            check_numbers(shape.attribute(measure).unwrap_or_default(), count)
+            let text = shape.attribute(measure).unwrap_or_default();
+            check_numbers(text, count)
+                .and_then(|()| check_sizes(text))
                 .err()
                 .map(|(text, _)| format!("{measure} {text}"))
         });

@@ -72,6 +72,11 @@ impl Clearance {
 
     /// Whether no joint moves a foot sideways: the legs of such a model pass through each other.
     pub fn is_sagittal(&self) -> bool {
+        let rows = |function: usize| self.model.signature(function).map_or(0, |s| s.rows);
+        // Contact points of a planar model have no y at all.
+        if rows(self.functions[0]) < 2 * rows(self.functions[1]) {
+            return true;
+        }
         let q: Vec<f64> = (0..self.model.nq()).map(|k| 0.3 + 0.1 * k as f64).collect();
         let columns = self.call(self.functions[2], &q);
         columns.chunks_exact(self.model.nv()).skip(1).step_by(2).flatten().all(|by| by.abs() < SIDEWAYS)

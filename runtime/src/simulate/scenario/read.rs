@@ -6,10 +6,12 @@ use crate::compare::BaseKind;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::effect::Effect;
 use crate::log::{Mapping, Reader, Table, closest};
+use crate::magnitude;
 use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 /// Steps of a run: more are a mistake.
 const MOST_STEPS: f64 = 1e9;
@@ -95,12 +97,44 @@ impl Scenario {
             ])
         })?;
         let mut reading = Reading { file: path, text, errors: Vec::new() };
+        reading.sizes();
         let scenario = reading.scenario(&file, plant);
         if reading.errors.is_empty() { Ok(scenario) } else { Err(Diagnostics(reading.errors)) }
     }
 }
 
 impl Reading<'_> {
+    /// Refuses numbers of impossible size wherever they stand.
+    fn sizes(&mut self) {
+        let Ok(table) = DeTable::parse(self.text) else { return };
+        let mut values: Vec<&Spanned<DeValue<'_>>> = table.get_ref().values().collect();
+        let mut wrong = Vec::new();
+        while let Some(value) = values.pop() {
+            let text = match value.get_ref() {
+                DeValue::Float(x) => x.as_str(),
+                DeValue::Integer(x) => x.as_str(),
+                DeValue::Array(list) => {
+                    values.extend(list.iter());
+                    continue;
+                }
+                DeValue::Table(table) => {
+                    values.extend(table.values());
+                    continue;
+                }
+                _ => continue,
+            };
+            // Infinities and NaN are told with what is expected there.
+            let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
+            if let Some((problem, help)) = number.and_then(magnitude::refusal) {
+                wrong.push((value.span().start, format!("the number {text} {problem}"), help));
+            }
+        }
+        wrong.sort_by_key(|(at, ..)| *at);
+        for (at, message, help) in wrong {
+            self.wrong::<()>(at, message, help);
+        }
+    }
+
     fn scenario(&mut self, file: &File, plant: &Plant) -> Scenario {
         let duration = self.number("duration", Some(&file.duration), 1.0, POSITIVE, "s");
         let step = self.number("step", file.step.as_ref(), 1e-3, POSITIVE, "s");

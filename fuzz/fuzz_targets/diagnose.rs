@@ -1,0 +1,8 @@
+//! Any bytes as a log of a robot that is fine: compared, checked and diagnosed.
+#![no_main]
+use libfuzzer_sys::fuzz_target;
+
+#[path = "../../compiler/tests/support/fuzz_diagnose.rs"]
+mod fuzz_diagnose;
+
+fuzz_target!(|data: &[u8]| fuzz_diagnose::run(data));
