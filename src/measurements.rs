@@ -168,8 +168,11 @@ impl Measured {
         options: &Options,
         most: usize,
     ) -> Result<MotionExperiment<'_>, Diagnostics> {
-        let mut recording = Recording::read(file, mapping, &self.subject, options)?;
-        recording.thin(most);
+        let recording = if most == usize::MAX {
+            Recording::read(file, mapping, &self.subject, options)?
+        } else {
+            Recording::read_thinned(file, mapping, &self.subject, options, most)?
+        };
         MotionExperiment::new(&self.model, &self.subject, &self.anatomy, recording, &self.present)
             .map_err(|e| Diagnostics(vec![e.in_file(file)]))
     }

@@ -3,7 +3,7 @@
 #[allow(dead_code)]
 mod cli;
 
-use cli::{Run, bipedc, scratch, text};
+use cli::{Run, bipedc, piped, scratch, text};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -394,6 +394,19 @@ fn a_diagnosis_is_taken_with_its_errors() {
     let document = roxmltree::Document::parse(&svg).unwrap();
     let paths = document.descendants().filter(|node| node.has_tag_name("path")).count();
     assert!(paths == 3 && svg.contains("Coulomb friction at left_knee_pitch"), "{svg}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_diagnosis_may_come_through_a_pipe_and_a_robot_not() {
+    let folder = robot("amend_pipe");
+    let diagnosis = std::fs::read(diagnosis(&folder)).unwrap();
+    let step = piped(&["amend", text(&folder), "--from", "/dev/stdin", "--json"], &diagnosis).ok().json();
+    assert!(step.to_string().contains("/dev/stdin"), "{step}");
+    let robot = std::fs::read(folder.join("biped.toml")).unwrap();
+    let options = ["--effect", "coulomb_friction", "--joint", JOINT, "--set", "torque=0.1"];
+    piped(&[&["amend", "/dev/stdin"][..], &options].concat(), &robot)
+        .fails_with(&["/dev/stdin", "cannot be amended"]);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 #[allow(dead_code)]
 mod cli;
 
-use cli::{bipedc, command, scratch, text};
+use cli::{bipedc, command, piped, scratch, text};
 use std::io::Read;
 use std::process::Stdio;
 
@@ -26,6 +26,18 @@ fn check_prints_tree_masses_and_height() {
         assert!(run.out.contains(words), "no `{words}` in {}", run.out);
     }
     assert_eq!(run.err, "");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_urdf_may_come_through_a_pipe() {
+    let urdf = std::fs::read("robots/five_link/robot.urdf").unwrap();
+    let value = piped(&["check", "/dev/stdin", "--json"], &urdf).ok().json();
+    assert_eq!(value["robot"], "five_link");
+    let error = piped(&["check", "/dev/stdin"], b"<robot name=\"x\">").fails_with(&["/dev/stdin:1"]).err;
+    assert!(!error.contains("TOML"), "{error}");
+    // Nothing is written to /dev.
+    piped(&["init", "/dev/stdin"], &urdf).fails_with(&["/dev/stdin", "robot.urdf in a folder"]);
 }
 
 #[test]

@@ -3,8 +3,10 @@
 #[allow(dead_code)]
 mod cli;
 
-use cli::{bipedc, scratch, text};
+use cli::{Run, bipedc, piped, scratch, text};
 use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
 
 const LOG: &str = "tests/data/examples/null/validation.csv.gz";
 
@@ -143,4 +145,67 @@ fn everything_measured_is_compared() {
         assert_eq!(row["signature"].as_array().unwrap().len(), 0, "{row}");
         assert!(row["noise"].as_f64().unwrap() > 0.0);
     }
+}
+
+/// A pendulum with dry friction, and a log of it.
+fn pendulum(folder: &Path) -> (String, String) {
+    let urdf = r#"<robot name="pendulum"><link name="base"/><link name="rod"><inertial><origin xyz="0 0 -0.2"/>
+<mass value="2"/><inertia ixx="0.03" iyy="0.03" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint></robot>"#;
+    std::fs::write(folder.join("robot.urdf"), urdf).unwrap();
+    std::fs::write(folder.join("biped.toml"), "[base]\nkind = \"fixed\"\nlink = \"base\"\n").unwrap();
+    let mut log = String::from("time,hinge/position,hinge/effort\n");
+    for i in 0..3000 {
+        let t = 0.01 * f64::from(i);
+        let sines = [(0.5, 1.9), (0.3, 3.1), (0.2, 4.7), (0.1, 7.3)];
+        let sum = |f: &dyn Fn(f64, f64) -> f64| sines.iter().map(|(a, w)| f(*a, *w)).sum::<f64>();
+        let (q, v) = (sum(&|a, w| a * (w * t).sin()), sum(&|a, w| a * w * (w * t).cos()));
+        let torque = 0.11 * sum(&|a, w| -a * w * w * (w * t).sin()) + 2.0 * 9.81 * 0.2 * q.sin();
+        let noise = 0.01 * (f64::from(i * i % 101) / 50.0 - 1.0);
+        writeln!(log, "{t:.3},{q:.6},{:.6}", torque + 0.3 * (v / 0.01).tanh() + noise).unwrap();
+    }
+    (text(folder).to_owned(), log)
+}
+
+/// The answer to a log from a pipe is that to a file but for its name, which is the one given.
+#[cfg(unix)]
+#[test]
+fn logs_may_come_through_pipes() {
+    let folder = scratch("compare_pipes");
+    let (robot, log) = pendulum(&folder);
+    let (file, fifo) = (folder.join("log.csv"), folder.join("log.fifo"));
+    std::fs::write(&file, &log).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&fifo).status().unwrap().success());
+    for (command, options) in [
+        ("compare", &["--where", "--free-run", "0.5"][..]),
+        ("diagnose", &["--inertial", "none", "--most", "1"]),
+        ("identify", &[]),
+    ] {
+        let run = |log: &str, give: &dyn Fn(&[&str]) -> Run| {
+            let arguments = [&[command, &robot, log, "--json"], options].concat();
+            give(&arguments).ok().json().to_string().replace(&format!("\"{log}\""), "\"LOG\"")
+        };
+        let expected = run(text(&file), &bipedc);
+        assert_eq!(run("/dev/stdin", &|arguments| piped(arguments, log.as_bytes())), expected);
+        let through_fifo = std::thread::scope(|scope| {
+            scope.spawn(|| std::fs::write(&fifo, &log));
+            run(text(&fifo), &bipedc)
+        });
+        assert_eq!(through_fifo, expected);
+    }
+}
+
+/// A message names what was given, and comes as soon as it is known: the rest is not waited for.
+#[cfg(unix)]
+#[test]
+fn wrong_pipes_are_named() {
+    let bad = |log: &[u8], words: &[&str]| {
+        piped(&["compare", "robots/tulip", "/dev/stdin"], log).fails_with(&[&["/dev/stdin"], words].concat());
+    };
+    bad(b"", &["the file is empty"]);
+    bad(b"time,left_hip_pitch/position\n0,x\n", &["/effort"]);
+    bipedc(&["diagnose", "robots/tulip", "/dev/zero"]).fails_with(&["/dev/zero:1:1", "NUL bytes"]);
+    let same = ["diagnose", "robots/tulip", "/dev/stdin", "--validate", "/dev/fd/0", "--cutoff", "16"];
+    let log = std::fs::read(LOG).unwrap();
+    piped(&same, &log).fails_with(&["/dev/fd/0", "the validation log is the training log"]);
 }

@@ -6,7 +6,7 @@ mod cli;
 #[path = "cli_simulate/outputs.rs"]
 mod outputs;
 
-use cli::{Run, bipedc, command, scratch, text};
+use cli::{Run, bipedc, command, piped, scratch, text};
 use std::path::Path;
 
 /// A double pendulum's worth of robot: fixed base, four joints.
@@ -70,6 +70,24 @@ fn diagnose_finds_what_simulate_hid() {
     let torque = steps[0]["effect"]["parameters"]["torque"].as_f64().unwrap();
     println!("hidden 0.8 N m, found {torque} N m");
     assert!((torque - 0.8).abs() < 0.03, "{torque}");
+}
+
+/// The scenario is read for the run, for the truth and for the page.
+#[cfg(unix)]
+#[test]
+fn a_scenario_may_come_through_a_pipe() {
+    let folder = scratch("simulate_pipe");
+    let scenario = STAND.replace("0.4", "0.02");
+    std::fs::write(folder.join("stand.toml"), &scenario).unwrap();
+    let run = |name: &str, file: &str, input: &[u8]| {
+        let paths = ["csv", "json", "html"].map(|kind| folder.join(format!("{name}.{kind}")));
+        let [out, truth, page] = paths.each_ref().map(|path| text(path));
+        let arguments = ["simulate", "robots/five_link", "--scenario", file, "--out", out, "--truth", truth];
+        piped(&[&arguments[..], &["--report", page]].concat(), input).ok();
+        [out, truth].map(|file| std::fs::read_to_string(file).unwrap())
+    };
+    let file = folder.join("stand.toml");
+    assert_eq!(run("pipe", "/dev/stdin", scenario.as_bytes()), run("file", text(&file), b""));
 }
 
 #[test]

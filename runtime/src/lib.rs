@@ -21,6 +21,8 @@ pub mod files;
 #[cfg(feature = "std")]
 pub mod identify;
 #[cfg(feature = "std")]
+pub mod input;
+#[cfg(feature = "std")]
 pub mod log;
 #[cfg(feature = "std")]
 pub mod magnitude;

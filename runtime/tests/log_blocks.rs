@@ -1,9 +1,12 @@
 //! A log in blocks gives the result of the whole log; gaps cut it.
 mod support;
 
-use bipedc_runtime::log::{Blocks, Sampling};
+use bipedc_runtime::compare::{BaseKind, Joint, Options, Subject};
+use bipedc_runtime::diagnose::Recording;
+use bipedc_runtime::log::{Blocks, Mapping, Sampling};
 use bipedc_runtime::signal::{Butterworth, Grid, Spline, TRUNCATION, resample};
 use std::fmt::Write;
+use std::path::Path;
 use support::reader;
 
 const STEP: f64 = 0.004;
@@ -149,4 +152,26 @@ fn two_lost_samples_are_no_gap() {
     assert!(!block.uniform);
     assert!(blocks.next_block().unwrap().is_none());
     assert_eq!((blocks.report().gaps, blocks.report().first_uneven), (0, Some(703)));
+}
+
+/// What is thinned while it is read is what is thinned afterwards, bit for bit, as long as the log is not very long.
+#[test]
+fn thinned_logs_are_logs_thinned() {
+    let mut text = String::from("time,knee/position,knee/effort\n");
+    for i in 0..40_000 {
+        // Two gaps, so that stretches begin within blocks.
+        let t = STEP * i as f64 + if i > 9000 { 3.0 } else { 0.0 } + if i > 30_000 { 1.0 } else { 0.0 };
+        writeln!(text, "{t:.3},{:.6},{:.4}", signal(t), (7.7 * t).sin() + 1e-3 * ((i * i) % 97) as f64)
+            .unwrap();
+    }
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thinned.csv");
+    std::fs::write(&path, text).unwrap();
+    let subject = Subject { joints: vec![Joint::revolute("knee")], base: BaseKind::Fixed };
+    let (mapping, options) = (Mapping::default(), Options::default());
+    let mut whole = Recording::read(&path, &mapping, &subject, &options).unwrap();
+    whole.thin(1000);
+    let thinned = Recording::read_thinned(&path, &mapping, &subject, &options, 1000).unwrap();
+    assert_eq!(thinned.segments.len(), 3);
+    // `Debug` writes floating-point numbers with all their digits.
+    assert_eq!(format!("{whole:?}"), format!("{thinned:?}"));
 }

@@ -5,7 +5,7 @@ use bipedc_runtime::compare::{
     BaseKind, Batch, Comparison, EvaluationError, InverseDynamics, Joint, Options, Subject, compare,
 };
 use bipedc_runtime::diagnostic::Diagnostics;
-use bipedc_runtime::log::{Kind, LONGEST_LINE, Mapping, Reader, Table};
+use bipedc_runtime::log::{Kind, LONGEST_LINE, MOST_ERRORS, Mapping, Reader, Table};
 use flate2::{Compression, write::GzEncoder};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -254,6 +254,42 @@ fn not_text() {
         with_line(300, &format!("1.192,{},0.2,0.3,0.4", "9x".repeat(1000))),
         &["log.csv:300:7", "..."],
     );
+}
+
+/// What a recorder leaves that lost its power, and what old programs wrote.
+#[test]
+fn bytes_that_are_no_text() {
+    assert_error(log(HEADER, 500) + "\0\0\0\0", &["log.csv:502:1", "NUL bytes", "lose power"]);
+    assert_error(with_line(300, "1.192,\0\0,0.2,0.3,0.4"), &["log.csv:300:7", "NUL bytes"]);
+    assert_error(log(HEADER, 500) + &"\0".repeat(LONGEST_LINE + 100), &["log.csv:502:1", "NUL bytes"]);
+    assert_error(log(HEADER, 500).replace('\n', "\r"), &["log.csv:1:75", "carriage return"]);
+}
+
+/// Small archives of much nothing: little memory, and a message soon.
+#[test]
+fn archives_of_nothing() {
+    let packed = |head: &str, piece: &str, times: usize| {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(head.as_bytes()).unwrap();
+        (0..times).for_each(|_| encoder.write_all(piece.as_bytes()).unwrap());
+        encoder.finish().unwrap()
+    };
+    let long = "1".repeat(1 << 16);
+    assert_error(packed("", &long, 400), &["log.csv:1", "longer than 1048576 bytes", "is this a CSV file?"]);
+    let many = "some/column,".repeat(1 << 12);
+    assert_error(packed("time,", &many, 400), &["log.csv:1", "longer", "commas: keep `time`"]);
+    let blank = "\n".repeat(1 << 16);
+    let error = ["log.csv:1048579", "more than 1048576 blank lines in a row"];
+    assert_error(packed("", &blank, 400), &["log.csv:1048577", error[1]]);
+    assert_error(packed(&log(HEADER, 1), &blank, 400), &error);
+}
+
+/// One message for each of ten thousand equal names would help nobody.
+#[test]
+fn a_header_has_few_messages() {
+    let text = format!("time{}\n0{}\n", ",x".repeat(10_000), ",0".repeat(10_000));
+    let error = run(text).unwrap_err();
+    assert_eq!(error.0.len(), MOST_ERRORS);
 }
 
 #[test]

@@ -1,12 +1,10 @@
 //! Texts that are ready to take their places, and one writer at a time.
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::files::{Output, sweep};
+use bipedc_runtime::input;
 use std::fs::File;
 use std::io;
 use std::path::Path;
-
-/// Files larger than this are no descriptions and no histories.
-const SIZE_LIMIT: u64 = 64 << 20;
 
 /// A text that waits beside its file, down on the disk; a file that is there hands on its permissions.
 ///
@@ -55,12 +53,12 @@ impl Lock {
 pub fn read_text(path: &Path) -> Result<Option<String>, Diagnostic> {
     let problem = |message: String| Err(Diagnostic::error(message).in_file(path));
     match std::fs::metadata(path) {
-        Ok(metadata) if metadata.len() > SIZE_LIMIT => {
+        Ok(metadata) if metadata.len() > input::LARGEST_TEXT => {
             return problem(format!("the file has {} MB, expected less than 64", metadata.len() >> 20));
         }
         _ => {}
     }
-    match std::fs::read(path).map(String::from_utf8) {
+    match input::read(path).map(String::from_utf8) {
         Ok(Ok(text)) => Ok(Some(text)),
         Ok(Err(error)) => {
             problem(format!("the file is not UTF-8 text (byte {})", error.utf8_error().valid_up_to()))

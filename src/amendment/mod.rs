@@ -86,8 +86,13 @@ pub fn description_path(path: &Path) -> Result<PathBuf, Diagnostic> {
             .in_file(path)
             .help(format!("give the description: {}", beside.display())));
     }
-    if !path.is_dir() {
+    if path.is_file() || !path.exists() {
         return Ok(path.to_path_buf());
+    }
+    if !path.is_dir() {
+        return Err(Diagnostic::error("what comes through a pipe cannot be amended")
+            .in_file(path)
+            .help("give a robot's folder with `robot.urdf` and `biped.toml`"));
     }
     let description = path.join(DESCRIPTION_FILE);
     if description.is_file() { Ok(description) } else { missing(&path.join("robot.urdf")) }

@@ -31,6 +31,7 @@ Examples:
   bipedc compare robots/tulip log.csv --where --report report.html
   bipedc compare robots/tulip tests/data/examples/coulomb/validation.csv.gz --free-run 0.5
   bipedc compare robots/tulip tests/data/examples/postures/train.csv.gz --foot right_foot
+  record | bipedc compare robots/tulip /dev/stdin
 
 A log is CSV (or gzip CSV) with a column `time` (s), `<joint>/position` (rad) and `<joint>/effort` (N m).
 Where a log has `<joint>/motor_current` (A) instead, a stiff drive under [drives.JOINT] of biped.toml tells the effort: gear

@@ -7,6 +7,7 @@ use bipedc_compiler::program::Evaluator;
 use bipedc_compiler::states::{Coordinates, read_states};
 use bipedc_runtime::Argument;
 use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::input;
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -65,7 +66,7 @@ impl Evaluate {
     pub fn run(self) -> Outcome {
         let robot = self.robot.read()?;
         let wish = self.subject.wish(&self.function)?;
-        let text = std::fs::read_to_string(&self.states).map_err(|error| {
+        let text = input::read_to_string(&self.states).map_err(|error| {
             Diagnostic::error(format!("cannot read the states: {error}")).in_file(&self.states)
         })?;
         let states = read_states(&text, &self.states, &robot.tree()?)?;

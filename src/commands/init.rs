@@ -29,6 +29,12 @@ pub struct Init {
 impl Init {
     /// Guesses and writes.
     pub fn run(self) -> Outcome {
+        if self.urdf.exists() && !self.urdf.is_file() {
+            return Err(Diagnostic::error("the URDF is no file that a description could stand beside")
+                .in_file(&self.urdf)
+                .help("save what the pipe gives as robot.urdf in a folder of its own first")
+                .into());
+        }
         let text = init(&self.urdf)?;
         let path = self.urdf.with_file_name(DESCRIPTION_FILE);
         if path.exists() && !self.force {

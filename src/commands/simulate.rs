@@ -14,6 +14,7 @@ use bipedc_compiler::simulation::{driven_model, filmed_model, in_world, plant, t
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::effect::Effect;
 use bipedc_runtime::files::{Batch, Output};
+use bipedc_runtime::input;
 use bipedc_runtime::report::{Fact, Film};
 use bipedc_runtime::simulate::control::Driven;
 use bipedc_runtime::simulate::{Actuator, Mechanics, Plant, Run, Scenario, Simulation, Summary, csv_line};
@@ -180,7 +181,7 @@ impl Simulate {
 
     /// What the robot has that its description does not say.
     fn hidden(&self, robot: &str, plant: &Plant, scenario: &Scenario) -> Result<String, Failure> {
-        let text = std::fs::read_to_string(&self.scenario)?;
+        let text = input::read_to_string(&self.scenario)?;
         let truth = Truth {
             robot,
             scenario_hash: format!("{:016x}", fnv1a(&text)),
@@ -199,7 +200,7 @@ impl Simulate {
     /// The film with words and provenance.
     fn film(&self, film: Film, scenario: &Scenario, summary: &Summary) -> Result<Film, Failure> {
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let text = std::fs::read_to_string(&self.scenario)?;
+        let text = input::read_to_string(&self.scenario)?;
         let mut facts = vec![
             Fact::new("scenario", format!("{}, FNV-1a {:016x}", name(&self.scenario), fnv1a(&text))),
             Fact::new("log", format!("{}, {} rows", name(&self.out), summary.rows)),

@@ -1,5 +1,6 @@
 //! Runs the command-line program and keeps what it printed.
 use serde_json::Value;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -47,6 +48,21 @@ pub fn bipedc(arguments: &[&str]) -> Run {
 /// Runs a command and keeps what it printed.
 pub fn run(command: &mut Command) -> Run {
     let output = command.output().expect("the program runs");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    Run { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
+
+/// The same with these bytes at its standard input, through a pipe.
+pub fn piped(arguments: &[&str], input: &[u8]) -> Run {
+    let mut command = command(arguments);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("the program runs");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    let output = std::thread::scope(|scope| {
+        // A program that has seen enough closes the pipe.
+        scope.spawn(move || stdin.write_all(input).is_ok());
+        child.wait_with_output().expect("the program ends")
+    });
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
     Run { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
 }

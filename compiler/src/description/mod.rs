@@ -15,6 +15,7 @@ pub use source::suggest;
 pub use urdf::with_inertials;
 
 use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_runtime::input;
 use model::RobotDescription;
 use settings::{DEFAULT_URDF, describe, urdf_name};
 use source::{Messages, finish};
@@ -23,9 +24,6 @@ use urdf::read_urdf;
 
 /// The name of the description in a robot's folder.
 pub const DESCRIPTION_FILE: &str = "biped.toml";
-
-/// Files larger than this are refused; the largest robots have a few hundred kilobytes.
-const SIZE_LIMIT: u64 = 64 << 20;
 
 /// The texts that describe a robot, as read: everything that the result depends on.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,12 +44,18 @@ impl SourceFiles {
     /// # Errors
     /// Files that are missing, unreadable, not UTF-8 or larger than 64 MB.
     pub fn load(path: &Path) -> Result<Self, Diagnostics> {
-        if path.extension().is_some_and(|extension| extension == "urdf") {
-            let (urdf_path, toml_path) = (path.to_path_buf(), path.to_path_buf());
-            return Ok(Self { urdf_text: load_text(path)?, urdf_path, toml_path, toml_text: String::new() });
-        }
         let toml_path = if path.is_dir() { path.join(DESCRIPTION_FILE) } else { path.to_path_buf() };
-        let toml_text = load_text(&toml_path)?;
+        let text = load_text(&toml_path)?;
+        // A pipe has no extension: no TOML begins like XML.
+        if path.extension().is_some_and(|extension| extension == "urdf") || text.starts_with('<') {
+            return Ok(Self {
+                urdf_path: toml_path.clone(),
+                urdf_text: text,
+                toml_path,
+                toml_text: String::new(),
+            });
+        }
+        let toml_text = text;
         let folder = toml_path.parent().unwrap_or(Path::new(""));
         let urdf_path = folder.join(urdf_name(&toml_text).as_deref().unwrap_or(DEFAULT_URDF));
         Ok(Self { urdf_text: load_text(&urdf_path)?, urdf_path, toml_path, toml_text })
@@ -79,7 +83,7 @@ fn load_text(path: &Path) -> Result<String, Diagnostics> {
         Err(Diagnostics(vec![Diagnostic::error(message).in_file(path).help(help)]))
     };
     match std::fs::metadata(path) {
-        Ok(metadata) if metadata.len() > SIZE_LIMIT => {
+        Ok(metadata) if metadata.len() > input::LARGEST_TEXT => {
             return problem(
                 format!("the file has {} MB, expected less than 64", metadata.len() >> 20),
                 "is this the right file?",
@@ -87,7 +91,7 @@ fn load_text(path: &Path) -> Result<String, Diagnostics> {
         }
         _ => {}
     }
-    match std::fs::read(path).map(String::from_utf8) {
+    match input::read(path).map(String::from_utf8) {
         Ok(Ok(text)) => Ok(text),
         Ok(Err(error)) => {
             let valid = error.utf8_error().valid_up_to();

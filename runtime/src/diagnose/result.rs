@@ -1,8 +1,10 @@
 //! The answer, for people and for programs. Its JSON keys are its field names and stay.
 use crate::diagnostic::Diagnostic;
 use crate::effect::{Effect, Location};
+use crate::input;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 
 /// What was found. All errors are on held-out data.
@@ -127,12 +129,26 @@ impl Source {
     /// # Errors
     /// A file that cannot be read.
     pub fn of(path: &Path, samples: usize) -> Result<Self, Diagnostic> {
-        let bytes = std::fs::read(path)
-            .map_err(|e| Diagnostic::error(format!("cannot read the file: {e}")).in_file(path))?;
-        let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
-        });
+        let hash =
+            hash(path).map_err(|e| Diagnostic::error(format!("cannot read the file: {e}")).in_file(path))?;
         Ok(Self { file: path.display().to_string(), hash: format!("{hash:016x}"), samples })
+    }
+}
+
+/// FNV-1a of a file of any length.
+fn hash(path: &Path) -> io::Result<u64> {
+    let mut source = BufReader::with_capacity(1 << 16, input::open(path)?);
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    loop {
+        let piece = source.fill_buf()?;
+        if piece.is_empty() {
+            return Ok(hash);
+        }
+        for byte in piece {
+            hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+        let count = piece.len();
+        source.consume(count);
     }
 }
 

@@ -5,7 +5,7 @@
 //! unknowns act in which measured row, [`accumulate`] folds all samples into small triangular factors, one per channel
 //! and stretch of motion ([`Triangle`]), and everything after that (ordinary and weighted least squares, folds, error
 //! bars, essential parameters, physical consistency) works on these factors alone. Memory does not grow with the number
-//! of samples.
+//! of samples (`Feed::Tables`, of experiments in memory, apart).
 mod accumulate;
 pub mod cop;
 mod design;

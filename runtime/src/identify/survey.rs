@@ -50,9 +50,7 @@ pub fn survey(log: &Log<'_>, subject: &Subject) -> Result<Survey, Diagnostics> {
                 *most = most.max(v.abs());
             }
             if found.motion.time.last().is_none_or(|last| time - last >= 0.999 * GRID) {
-                found.motion.time.push(time);
-                let q = &recording.q[i * (bq + joints) + bq..][..joints];
-                found.motion.positions.iter_mut().zip(q).for_each(|(signal, q)| signal.push(*q));
+                found.motion.push(time, &recording.q[i * (bq + joints) + bq..][..joints]);
             }
         }
         found.base |=

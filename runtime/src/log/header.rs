@@ -2,6 +2,7 @@
 use super::fields::{character, split};
 use super::mapping::Mapping;
 use super::names::{closest, list, shorten};
+use super::reader::MOST_ERRORS;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use std::collections::HashMap;
 use std::path::Path;
@@ -74,7 +75,9 @@ pub(super) fn parse(
     let mut errors = Vec::new();
     let mut index = HashMap::new();
     for (i, name) in names.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
-        if let Some(first) = index.insert(*name, i) {
+        if let Some(first) = index.insert(*name, i)
+            && errors.len() < MOST_ERRORS
+        {
             let message =
                 format!("column `{}` appears twice: as number {} and {}", shorten(name), first + 1, i + 1);
             errors.push(at(Diagnostic::error(message), fields[i].start).help("remove or rename one of them"));

@@ -1,10 +1,14 @@
 //! Lines of a text file, plain or gzip, in bounded memory.
 use crate::diagnostic::Diagnostic;
+use crate::input;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 /// Longest line in bytes. A file without line ends must not fill the memory; ten thousand columns fit.
 pub const LONGEST_LINE: usize = 1 << 20;
+
+/// Most blank lines in a row: an archive of a megabyte can hold a thousand million of them.
+pub const MOST_BLANK: usize = 1 << 20;
 
 /// The lines of a file, counted from 1; blank ones are skipped but counted.
 pub(super) struct Lines {
@@ -19,8 +23,7 @@ pub(super) struct Lines {
 impl Lines {
     /// Opens a file; gzip is recognised by its first two bytes, not by its name.
     pub fn open(path: &Path) -> Result<Self, Diagnostic> {
-        let file = std::fs::File::open(path).map_err(|e| cannot_read(path, &e))?;
-        Self::new(path, Box::new(file))
+        Self::new(path, input::open(path).map_err(|e| cannot_read(path, &e))?)
     }
 
     /// Reads from any source; `path` is for messages.
@@ -48,6 +51,7 @@ impl Lines {
 
     /// The next line that is not blank with its number, `None` at the end.
     pub fn next(&mut self) -> Result<Option<(usize, &str)>, Diagnostic> {
+        let before = self.number;
         loop {
             self.buffer.clear();
             let limit = LONGEST_LINE as u64 + 1;
@@ -70,25 +74,65 @@ impl Lines {
             if !self.buffer.iter().all(u8::is_ascii_whitespace) {
                 break;
             }
+            if self.number - before > MOST_BLANK {
+                return Err(self
+                    .here(format!("more than {MOST_BLANK} blank lines in a row"), 0)
+                    .help("remove them; was the recording damaged?"));
+            }
         }
         match std::str::from_utf8(&self.buffer) {
-            Ok(line) => Ok(Some((self.number, line))),
+            Ok(line) => match self.strange(line, before == 0) {
+                None => Ok(Some((self.number, line))),
+                Some(error) => Err(error),
+            },
             Err(e) => {
                 let text = String::from_utf8_lossy(&self.buffer[..e.valid_up_to()]);
-                let column = text.chars().count() + 1;
-                Err(Diagnostic::error("the text is not UTF-8")
-                    .in_file(&self.file)
-                    .at(self.number, column)
+                Err(self
+                    .here("the text is not UTF-8".to_owned(), text.chars().count() + 1)
                     .help("save the file as UTF-8; UTF-16 and binary files are not read"))
             }
         }
     }
 
+    /// Bytes that text may have and a table has not.
+    fn strange(&self, line: &str, is_header: bool) -> Option<Diagnostic> {
+        if let Some(place) = line.find('\0') {
+            return Some(self.nul(line[..place].chars().count() + 1));
+        }
+        // Files of old had nothing else at the ends of lines: all of them would be one.
+        is_header.then(|| line.find('\r')).flatten().map(|place| {
+            self.here(
+                "a carriage return (\\r) stands within the line".to_owned(),
+                line[..place].chars().count() + 1,
+            )
+            .help("save the file with lines that end with \\n or \\r\\n")
+        })
+    }
+
+    fn here(&self, message: String, column: usize) -> Diagnostic {
+        Diagnostic::error(message).in_file(&self.file).at(self.number, column)
+    }
+
+    /// What a file system leaves where data were promised and never written.
+    fn nul(&self, column: usize) -> Diagnostic {
+        self.here("the file has NUL bytes (\\0): it is not all text".to_owned(), column).help(
+            "did the recorder lose power? Cut the file before this line; UTF-16 and binary files are not read",
+        )
+    }
+
     fn too_long(&self) -> Diagnostic {
-        Diagnostic::error(format!("line {} is longer than {LONGEST_LINE} bytes", self.number))
-            .in_file(&self.file)
-            .at(self.number, 0)
-            .help("a row ends with a line feed (\\n); is this a CSV file?")
+        if let Some(place) = self.buffer.iter().position(|byte| *byte == 0) {
+            return self.nul(String::from_utf8_lossy(&self.buffer[..place]).chars().count() + 1);
+        }
+        let commas = self.buffer.iter().filter(|byte| **byte == b',').count();
+        let help = match commas {
+            0 => "a row ends with a line feed (\\n); is this a CSV file?".to_owned(),
+            _ => format!(
+                "a row ends with a line feed (\\n), this one goes on after {commas} commas: keep `time` and the columns of \
+                 joints, base and feet"
+            ),
+        };
+        self.here(format!("line {} is longer than {LONGEST_LINE} bytes", self.number), 0).help(help)
     }
 }
 

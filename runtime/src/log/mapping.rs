@@ -11,6 +11,7 @@
 //! value = sign · scale · logged + offset; scale 1, sign 1 and offset 0 (in the SI unit of the result) by default.
 use super::names::{closest, is_known_form};
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::input;
 use crate::magnitude;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -77,7 +78,7 @@ impl Mapping {
     /// # Errors
     /// Not readable, not TOML, unknown keys or names, numbers without meaning; all of them at once.
     pub fn open(path: &Path) -> Result<Self, Diagnostics> {
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = input::read_to_string(path).map_err(|e| {
             Diagnostics(vec![Diagnostic::error(format!("cannot read the mapping file: {e}")).in_file(path)])
         })?;
         Self::parse(path, &text)

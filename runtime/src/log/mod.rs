@@ -15,7 +15,7 @@ mod table;
 
 pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport};
 pub use header::{Column, Kind};
-pub use lines::LONGEST_LINE;
+pub use lines::{LONGEST_LINE, MOST_BLANK};
 pub use mapping::{ForceFrame, Mapping, Source};
 pub use names::closest;
 pub use reader::{Absent, MOST_ERRORS, Reader, Row};

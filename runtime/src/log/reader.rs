@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 /// After so many errors in rows, reading stops: the rest would be more of the same.
 pub const MOST_ERRORS: usize = 10;
+/// A time, whatever its unit, before the unit is known.
+const LARGEST_TIME: f64 = 1e30;
 /// After the first error the reader looks for others in so many lines more.
 const LINES_AFTER_ERROR: usize = 10_000;
 
@@ -278,11 +280,13 @@ fn parse(text: &str, column: &Column) -> Result<f64, Diagnostic> {
             .help("numbers are written like 12, -0.5 or 1.2e-3, without a unit"));
     };
     let value = column.factor * raw + column.offset;
-    if value.abs() <= magnitude::LARGEST || raw.is_nan() && may_be_absent(&column.name) {
+    // Times in nanoseconds are told as such once their steps are known.
+    let largest = if column.name == "time" { LARGEST_TIME } else { magnitude::LARGEST };
+    if value.abs() <= largest || raw.is_nan() && may_be_absent(&column.name) {
         return Ok(value);
     }
     let what = if raw.is_nan() { "NaN (not a number)" } else { "infinite or too large" };
-    let more = if value.is_finite() { format!(" (at most {:e})", magnitude::LARGEST") } else { String::new() };
+    let more = if value.is_finite() { format!(" (at most {largest:e})") } else { String::new() };
     Err(Diagnostic::error(format!("`{name}`: the value is {what}{more}: `{}`", shorten(text)))
         .help("remove the row or repair the recording"))
 }

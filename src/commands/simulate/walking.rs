@@ -8,6 +8,7 @@ use bipedc_compiler::film::Recorder;
 use bipedc_compiler::robot::fnv1a;
 use bipedc_compiler::simulation::true_walker;
 use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_runtime::input;
 use bipedc_runtime::report::{Fact, Film};
 use bipedc_runtime::simulate::phases::{FootImpulse, Violation, WalkSummary, Walking, columns};
 use bipedc_runtime::simulate::{EventDriven, Mechanics, Plant, Run, Scenario};
@@ -81,7 +82,7 @@ impl Simulate {
         summary: &WalkSummary,
     ) -> Result<Film, Failure> {
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let text = std::fs::read_to_string(&self.scenario)?;
+        let text = input::read_to_string(&self.scenario)?;
         let mut facts = vec![
             Fact::new("scenario", format!("{}, FNV-1a {:016x}", name(&self.scenario), fnv1a(&text))),
             Fact::new("log", format!("{}, {} rows", name(&self.out), summary.rows)),

@@ -4,7 +4,7 @@ use super::forces::Passing;
 use crate::compare::trajectory::Unusable;
 use crate::diagnose::Foot;
 use crate::diagnose::feet::Sole;
-use crate::diagnose::motion::recording::white_noise;
+use crate::diagnose::motion::white_noise;
 use crate::log::Block;
 use nalgebra::Vector3;
 

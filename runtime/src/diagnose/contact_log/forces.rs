@@ -3,10 +3,11 @@ use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
 use crate::compare::Options;
 use crate::compare::trajectory::{Even, States, Unusable};
-use crate::diagnose::Robot;
 use crate::diagnose::calls::Calls;
 use crate::diagnose::feet::{FootCalls, Sole};
-use crate::diagnose::motion::recording::{unusable, white_noise};
+use crate::diagnose::motion::recording::unusable;
+use crate::diagnose::motion::white_noise;
+use crate::diagnose::{HELD, Robot};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
 use crate::signal::{Butterworth, Grid, Spline, resample};
@@ -125,6 +126,10 @@ impl ContactRecording {
                 raw_noise = block.columns.iter().map(|c| white_noise(c)).collect();
             }
             recording.add(&passing, &block, range).map_err(|e| unusable(e, &path))?;
+            if recording.time.len() > HELD {
+                recording.warnings.push(recording.cut_off(&path));
+                break;
+            }
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         recording.finish(&passing, &raw_noise);
@@ -138,6 +143,18 @@ impl ContactRecording {
             ]));
         }
         Ok(recording)
+    }
+
+    /// Said of a log that is longer than what is held of it.
+    fn cut_off(&self, path: &Path) -> Diagnostic {
+        let last = self.time.last().copied().unwrap_or(0.0);
+        let message = format!(
+            "the log is too long: what comes after {last} s is not looked at ({HELD} samples of {:.4} s are)",
+            self.step
+        );
+        Diagnostic::warning(message)
+            .in_file(path)
+            .help("cut the file into pieces; a quarter of an hour of motion tells what there is to tell")
     }
 
     fn prepare_feet(&mut self, robot: &Robot<'_>, columns: &Columns) {

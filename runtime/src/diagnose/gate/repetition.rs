@@ -25,6 +25,18 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// Adds a later sample. Memory is bounded: of what comes after the part that is ever looked at, one sample
+    /// (up to which to interpolate) and the last one (for the duration) are kept.
+    pub(crate) fn push(&mut self, time: f64, positions: &[f64]) {
+        let beyond = self.time.first().map_or(f64::INFINITY, |first| first + STEPS.1 * POINTS as f64);
+        if self.time.len() > 1 && self.time[self.time.len() - 2] > beyond {
+            self.time.pop();
+            self.positions.iter_mut().for_each(|signal| signal.truncate(signal.len().saturating_sub(1)));
+        }
+        self.time.push(time);
+        self.positions.iter_mut().zip(positions).for_each(|(signal, q)| signal.push(*q));
+    }
+
     fn duration(&self) -> f64 {
         self.time.last().zip(self.time.first()).map_or(0.0, |(last, first)| last - first)
     }
@@ -185,6 +197,22 @@ mod tests {
         let shift = shared(&part(0, 1800), &part(600, 3000)).unwrap();
         assert!((shift + 6.0).abs() < 0.02, "{shift}");
         assert_eq!(shared(&part(0, 1500), &part(1500, 3000)), None);
+    }
+
+    #[test]
+    fn of_a_long_motion_little_is_kept_and_nothing_changes() {
+        let whole = motion(2000.0, 37.3, 0.0);
+        let mut kept = Motion { time: Vec::new(), positions: vec![Vec::new(); 2] };
+        for (i, &time) in whole.time.iter().enumerate() {
+            kept.push(time, &[whole.positions[0][i], whole.positions[1][i]]);
+        }
+        assert!(kept.time.len() < 30_010, "{}", kept.time.len());
+        assert!(kept.positions.iter().all(|signal| signal.len() == kept.time.len()));
+        assert_eq!(kept.time.last(), whole.time.last());
+        assert!(repeats(&whole).is_some());
+        assert_eq!(repeats(&kept), repeats(&whole));
+        let short = motion(40.0, 37.3, 0.0);
+        assert_eq!(shared(&kept, &short), shared(&whole, &short));
     }
 
     #[test]

@@ -107,7 +107,7 @@ impl<'a> MotionExperiment<'a> {
         for (j, joint) in self.subject.joints.iter().enumerate() {
             if let Some(values) = &self.recording.transmission[j] {
                 self.joint_of.push(j);
-                let noise = super::recording::white_noise(values).max(1e-7);
+                let noise = super::noise::white_noise(values).max(1e-7);
                 self.rows.push(Row {
                     name: format!("{}/motor_position", joint.name),
                     channel: Channel::Transmission,

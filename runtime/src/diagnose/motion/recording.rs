@@ -1,4 +1,6 @@
 //! A log in memory: states of the robot at its samples, and what was measured there.
+use super::noise::white_noise;
+use super::thinning::Thinning;
 use crate::compare::columns::Plan;
 use crate::compare::trajectory::{Even, Unusable};
 use crate::compare::{Missing, Options, Subject};
@@ -11,6 +13,8 @@ use std::path::Path;
 
 /// Samples that the spline needs beyond the filter's overlap.
 const SPLINE_OVERLAP: usize = 40;
+/// Fewer samples tell nothing.
+const FEWEST: usize = 50;
 
 /// The motion of a log, filtered and differentiated, with its measurements.
 #[derive(Debug, Clone, Default)]
@@ -46,7 +50,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Reads a log; positions are filtered at `options.cutoff_hz` (10 Hz if that is not given).
+    /// Reads a whole log; positions are filtered at `options.cutoff_hz` (10 Hz if that is not given).
     ///
     /// # Errors
     /// Those of the reader; a log too short for the filter.
@@ -57,11 +61,45 @@ impl Recording {
         options: &Options,
     ) -> Result<Self, Diagnostics> {
         let mut recording = Self::each(path, mapping, subject, options, false, &mut |_| Ok(()))?;
-        if recording.time.len() < 50 {
+        if recording.time.len() < FEWEST {
             return Err(Diagnostics(vec![too_short(recording.time.len(), path)]));
         }
         recording.source = Source::of(path, recording.time.len()).map_err(|e| Diagnostics(vec![e]))?;
         recording.noise = recording.effort.iter().map(|e| e.as_deref().map_or(0.0, white_noise)).collect();
+        Ok(recording)
+    }
+
+    /// The same with evenly spaced samples of a log of any length, at most `most` of them (but one for every stretch
+    /// without gaps): memory does not grow with the log, see [`super::HELD`].
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_thinned(
+        path: &Path,
+        mapping: &Mapping,
+        subject: &Subject,
+        options: &Options,
+        most: usize,
+    ) -> Result<Self, Diagnostics> {
+        let mut thinning = Thinning::new();
+        let mut visit = |recording: &mut Self| {
+            thinning.take(recording);
+            Ok(())
+        };
+        let mut recording = Self::each(path, mapping, subject, options, false, &mut visit)?;
+        if thinning.seen() < FEWEST {
+            return Err(Diagnostics(vec![too_short(thinning.seen(), path)]));
+        }
+        recording.source = Source::of(path, thinning.seen()).map_err(|e| Diagnostics(vec![e]))?;
+        thinning.finish(&mut recording);
+        recording.thin(most);
+        if thinning.is_long() {
+            recording.assumptions.push(format!(
+                "the log is long: of its {} samples {} are looked at, evenly spread and after filtering",
+                thinning.seen(),
+                recording.samples()
+            ));
+        }
         Ok(recording)
     }
 
@@ -178,6 +216,14 @@ impl Recording {
             kept.extend(segment.clone().step_by(stride));
             segments.push(first..kept.len());
         }
+        self.retain(&kept);
+        self.segments = segments;
+        self.step *= stride as f64;
+    }
+
+    /// Keeps these samples; segments are left to the caller.
+    pub(super) fn retain(&mut self, kept: &[usize]) {
+        let count = self.time.len().max(1);
         let (nq, nv) = (self.q.len() / count, self.v.len() / count);
         let pick = |values: &[f64], width: usize| -> Vec<f64> {
             kept.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
@@ -189,8 +235,6 @@ impl Recording {
             *values = pick(values, 1);
         }
         self.time = pick(&self.time, 1);
-        self.segments = segments;
-        self.step *= stride as f64;
     }
 
     /// Number of samples.
@@ -244,35 +288,4 @@ pub(crate) fn unusable(reason: Unusable, path: &Path) -> Diagnostics {
         }
     };
     Diagnostics(vec![error.in_file(path)])
-}
-
-/// Differences of a window in which noise is judged.
-const WINDOW: usize = 64;
-
-/// Standard deviation of white noise on a smooth signal, from its third differences.
-///
-/// Third differences of white noise have 20 times its variance and those of a motion below a tenth of the sampling
-/// rate next to nothing. Medians forgive jumps, such as those of friction; of all windows the quieter ones count, so
-/// that rattling or a controller at its limit does not pass for noise.
-pub(crate) fn white_noise(signal: &[f64]) -> f64 {
-    let mut differences: Vec<f64> =
-        signal.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
-    let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
-    let typical = if medians.is_empty() { median(&mut differences) } else { quantile(&mut medians, 0.3) };
-    // The median of |x| of a normal x is 0.6745 standard deviations.
-    let quiet = typical / 0.6745 / 20f64.sqrt();
-    // Standing still within an encoder's step is no noise level.
-    if quiet > 0.0 { quiet } else { median(&mut differences) / 0.6745 / 20f64.sqrt() }
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    quantile(values, 0.5)
-}
-
-fn quantile(values: &mut [f64], part: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let index = ((values.len() - 1) as f64 * part) as usize;
-    *values.select_nth_unstable_by(index, f64::total_cmp).1
 }

@@ -146,9 +146,7 @@ fn note_motion(survey: &mut Survey, chunk: &Chunk, subject: &Subject) {
         let v = &chunk.v[i * (bv + joints) + bv..][..joints];
         survey.speed.iter_mut().zip(v).for_each(|(most, v)| *most = most.max(v.abs()));
         if survey.motion.time.last().is_none_or(|last| time - last >= 0.999 * GRID) {
-            survey.motion.time.push(time);
-            let q = &chunk.q[i * (bq + joints) + bq..][..joints];
-            survey.motion.positions.iter_mut().zip(q).for_each(|(signal, q)| signal.push(*q));
+            survey.motion.push(time, &chunk.q[i * (bq + joints) + bq..][..joints]);
         }
     }
 }

@@ -5,6 +5,7 @@ use super::{Initial, Scenario, Sensors, Servo};
 use crate::compare::BaseKind;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::effect::Effect;
+use crate::input;
 use crate::log::{Mapping, Reader, Table, closest};
 use crate::magnitude;
 use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
@@ -71,7 +72,7 @@ impl Scenario {
     /// # Errors
     /// Everything that has no meaning, with line and column.
     pub fn open(path: &Path, plant: &Plant) -> Result<Self, Diagnostics> {
-        let text = std::fs::read_to_string(path).map_err(|e| {
+        let text = input::read_to_string(path).map_err(|e| {
             Diagnostics(vec![
                 Diagnostic::error(format!("cannot read the scenario: {e}"))
                     .in_file(path)
