@@ -349,3 +349,13 @@ fn what_is_impossible_is_said() {
     ];
     fails(&weakly, &["no motion keeps the limits", "`right_hip_roll` needs", "N m"]);
 }
+
+/// Contact points of a planar model have no y: its soles were looked for behind the end of a list.
+#[test]
+fn soles_of_planar_robots_pass_each_other() {
+    let robot = read_robot("seven_link").with_base("fixed", None).unwrap();
+    let wishes = CLEARANCE_FUNCTIONS.map(|family| Wish { family: family.to_owned(), subject: None });
+    let model = ProgramModel::new(robot.compile_only(&wishes).unwrap());
+    let clearance = Clearance::new(Box::new(model), &feet(&robot.description), 0.02).unwrap();
+    assert!(clearance.is_sagittal());
+}

@@ -246,6 +246,12 @@ fn mistakes_are_named_with_their_place() {
         &["elastic.toml", "motor's inertia", "[motor.left_hip_roll]"],
     );
     fails("log", "duration = 1.0\nstep = 0.001\nlog_step = 0.0015\n", &["log.toml:3", "multiple"]);
+    fails(
+        "long",
+        "duration = 0.1\nstep = 0.5\n",
+        &["long.toml:2:8", "longer than the whole run", "shorten `step`"],
+    );
+    fails("short", "duration = 0.0005\n", &["short.toml:1:12", "step of 0.001 s"]);
     let missing = folder.join("nothing.toml");
     let out = folder.join("nothing.csv");
     bipedc(&["simulate", "robots/tulip", "--scenario", text(&missing), "--out", text(&out)])

@@ -21,6 +21,27 @@ fn simulate(folder: &Path, name: &str, scenario: &str, options: &[&str]) -> Run 
 }
 
 #[test]
+fn a_gait_written_with_few_digits_begins_on_the_ground() {
+    let folder = scratch("walk_off");
+    let exact = simulate(&folder, "exact", &gait(), &["--json"]).ok().json();
+    assert_eq!(exact["projected"], serde_json::json!({ "position": 0.0, "velocity": 0.0 }));
+    // A thousandth more: the swing foot would begin below the ground and sink.
+    let off = gait()
+        .replace(
+            "left_knee_pitch = { position = 0.0912446381, velocity = 1.3104607502",
+            "left_knee_pitch = { position = 0.0922, velocity = 1.30",
+        )
+        .replace("left_hip_pitch = { position = 0.0262805174", "left_hip_pitch = { position = 0.0253");
+    let json = simulate(&folder, "off", &off, &["--json"]).ok().json();
+    assert_eq!((json["end"].as_str(), json["steps"].as_u64()), (Some("steps"), Some(10)), "{json}");
+    let moved = ["position", "velocity"].map(|part| json["projected"][part].as_f64().unwrap());
+    println!("moved by {moved:?}");
+    assert!(moved[0] > 1e-5 && moved[0] < 2e-3 && moved[1] < 2e-2, "{moved:?}");
+    let told = simulate(&folder, "told", &off, &[]).ok();
+    assert!(told.out.contains("was moved onto the contacts of its phase"), "{}", told.out);
+}
+
+#[test]
 fn a_walk_is_logged_told_and_filmed() {
     let folder = scratch("walk");
     let (page, pictures) = (folder.join("walk.html"), folder.join("pictures"));

@@ -123,15 +123,15 @@ fn run_few(folder: &str, mutations: usize, read: impl Fn(&str)) {
 
 #[test]
 fn nothing_that_is_derived_from_seeds_panics() {
-    run_few("inspect", 4, fuzz_inspect::run);
+    run_few("inspect", 2, fuzz_inspect::run);
 }
 
 #[test]
 fn states_never_panic() {
-    run_few("evaluate", 20, fuzz_evaluate::run);
+    run_few("evaluate", 40, fuzz_evaluate::run);
 }
 
 #[test]
 fn diagnosed_seeds_never_panic() {
-    run_few("diagnose", 2, |text| fuzz_diagnose::run(text.as_bytes()));
+    run_few("diagnose", 1, |text| fuzz_diagnose::run(text.as_bytes()));
 }

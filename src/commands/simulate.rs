@@ -68,6 +68,7 @@ JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \
 \"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"};
 event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\",
 \"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}],
+\"projected\": {\"position\", \"velocity\"} (onto the contacts of the first phase),
 \"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"};
 with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\";
 losses \"viscous_friction\", \"dry_friction\", \"stops\", \"impacts\", \"sliding\", \"ground_dampers\", their sum \"lost\"; \"remainder\"}.";

@@ -200,7 +200,7 @@ impl<'a> FreeStepper<'a> {
         }
         *free += answers * &impulse;
         let work = 0.5 * impulse.dot(&(gamma + directions.tr_mul(free)));
-        Stepped { solved, contacts: closed.len(), work }
+        Stepped { solved, contacts: closed.len(), work, made: work.max(0.0) }
     }
 
     /// `M⁻¹ f`

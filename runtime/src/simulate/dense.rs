@@ -150,9 +150,10 @@ wide! {
 }
 
 wide! {
-    /// Solves `a x = b` in place by elimination with row exchanges; `a` (`n × n`, row after row) is destroyed.
-    /// `false`: singular to working precision; `b` is of no use then.
-    fn solve(a: &mut [f64], n: usize, b: &mut [f64]) -> bool {
+    /// Factors `a` (`n × n`, row after row) in place by elimination with row exchanges, which `order` takes down.
+    /// `false`: singular to working precision.
+    fn eliminate(a: &mut [f64], n: usize, order: &mut Vec<usize>) -> bool {
+        order.clear();
         for k in 0..n {
             let largest = |best: usize, row: usize| {
                 if a[row * n + k].abs() > a[best * n + k].abs() { row } else { best }
@@ -165,19 +166,32 @@ wide! {
             if pivot != k {
                 let (upper, lower) = a.split_at_mut(pivot * n);
                 upper[k * n..(k + 1) * n].swap_with_slice(&mut lower[..n]);
-                b.swap(k, pivot);
             }
+            order.push(pivot);
             let (upper, lower) = a.split_at_mut((k + 1) * n);
             let pivot_row = &upper[k * n + k..];
             let reciprocal = pivot_row[0].recip();
-            let known = b[k];
-            for (row, value) in lower.chunks_exact_mut(n).zip(&mut b[k + 1..n]) {
+            for row in lower.chunks_exact_mut(n) {
                 let factor = row[k] * reciprocal;
                 if factor != 0.0 {
-                    row[k..].iter_mut().zip(pivot_row).for_each(|(x, y)| *x -= factor * y);
-                    *value -= factor * known;
+                    row[k + 1..].iter_mut().zip(&pivot_row[1..]).for_each(|(x, y)| *x -= factor * y);
                 }
+                row[k] = factor;
             }
+        }
+        true
+    }
+}
+
+wide! {
+    /// Solves `a x = b` in place with what [`eliminate`] left. `false`: no finite solution.
+    fn substitute(a: &[f64], n: usize, order: &[usize], b: &mut [f64]) -> bool {
+        for (k, &pivot) in order.iter().enumerate() {
+            b.swap(k, pivot);
+        }
+        for k in 0..n {
+            let row = &a[k * n..k * n + k];
+            b[k] -= dot(row, &b[..k]);
         }
         for k in (0..n).rev() {
             let row = &a[k * n..(k + 1) * n];
@@ -244,13 +258,18 @@ mod tests {
 
     #[test]
     fn elimination_solves_and_refuses() {
-        let n = 7;
+        let (n, mut order) = (7, Vec::new());
         let a = DMatrix::from_row_slice(n, n, &numbers(n * n));
-        let mut x = numbers(n);
-        let right = DVector::from_row_slice(&x);
-        assert!(solve(a.transpose().as_mut_slice(), n, &mut x));
-        assert!((&a * DVector::from_row_slice(&x) - right).amax() < 1e-10);
-        assert!(!solve(&mut [1.0, 2.0, 2.0, 4.0], 2, &mut [1.0, 1.0]));
+        let mut factors = a.transpose();
+        assert!(eliminate(factors.as_mut_slice(), n, &mut order));
+        // Any number of right sides.
+        for scale in [1.0, -3.0] {
+            let mut x: Vec<f64> = numbers(n).iter().map(|x| scale * x).collect();
+            let right = DVector::from_row_slice(&x);
+            assert!(substitute(factors.as_slice(), n, &order, &mut x));
+            assert!((&a * DVector::from_row_slice(&x) - right).amax() < 1e-10);
+        }
+        assert!(!eliminate(&mut [1.0, 2.0, 2.0, 4.0], 2, &mut order));
         assert!(!factor(&mut [1.0, 0.0, 2.0, 1.0], 2));
         assert!(!factor(&mut [f64::NAN], 1));
     }

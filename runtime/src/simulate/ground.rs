@@ -95,6 +95,11 @@ pub struct JointLaw {
 }
 
 impl JointLaw {
+    /// What is left to a stop, rad; negative beyond it.
+    pub(super) fn way(&self, upper: bool, q: f64) -> Option<f64> {
+        self.limits.map(|[low, high]| if upper { high - q } else { q - low })
+    }
+
     /// Whether its numbers are possible.
     ///
     /// # Errors

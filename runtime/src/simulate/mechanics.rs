@@ -160,21 +160,26 @@ impl<'a> Mechanics<'a> {
     /// the base's own axes: those of the start or of the end of the motion, so that a half step of either kind is
     /// together one of second order.
     pub fn advance(&self, q: &mut [f64], v: &[f64], time: f64, frame: Frame) {
-        let (nq, nv, joints) = (self.nq(), self.nv(), self.joints());
-        for (q, v) in q[nq - joints..].iter_mut().zip(&v[nv - joints..]) {
-            *q += time * v;
-        }
-        match self.base {
-            BaseKind::Fixed => {}
-            BaseKind::Planar => (0..3).for_each(|i| q[i] += time * v[i]),
-            BaseKind::Floating => {
-                let start = [q[3], q[4], q[5], q[6]];
-                let end = turned(start, [time * v[3], time * v[4], time * v[5]]);
-                let axes = if frame == Frame::Start { start } else { end };
-                let velocity = rotate(axes, [v[0], v[1], v[2]]);
-                (0..3).for_each(|i| q[i] += time * velocity[i]);
-                q[3..7].copy_from_slice(&end);
-            }
+        advance(self.base, self.joints(), (q, v), time, frame);
+    }
+}
+
+/// See [`Mechanics::advance`]; joints are the last coordinates.
+pub(super) fn advance(base: BaseKind, joints: usize, (q, v): (&mut [f64], &[f64]), time: f64, frame: Frame) {
+    let (nq, nv) = (q.len(), v.len());
+    for (q, v) in q[nq - joints..].iter_mut().zip(&v[nv - joints..]) {
+        *q += time * v;
+    }
+    match base {
+        BaseKind::Fixed => {}
+        BaseKind::Planar => (0..3).for_each(|i| q[i] += time * v[i]),
+        BaseKind::Floating => {
+            let start = [q[3], q[4], q[5], q[6]];
+            let end = turned(start, [time * v[3], time * v[4], time * v[5]]);
+            let axes = if frame == Frame::Start { start } else { end };
+            let velocity = rotate(axes, [v[0], v[1], v[2]]);
+            (0..3).for_each(|i| q[i] += time * velocity[i]);
+            q[3..7].copy_from_slice(&end);
         }
     }
 }

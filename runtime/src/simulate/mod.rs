@@ -34,6 +34,7 @@ mod run;
 mod scenario;
 mod sensing;
 mod servo;
+mod sharing;
 mod soles;
 mod stepper;
 mod told;

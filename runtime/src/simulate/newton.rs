@@ -3,10 +3,13 @@ use super::dense;
 use super::problem::{Cone, Law, Problem};
 use super::proximal::residual;
 
-/// Added to the scaled rows `r ξ = 0`, whose diagonal is 1: redundant contacts (four corners of one foot) share their
-/// load in infinitely many ways, and this takes the solution nearest to the present one. Larger ones make shorter steps, which
-/// arrive where many contacts are about to change between sticking, slipping and letting go.
-pub(super) const NEARNESS: [f64; 4] = [1e-9, 1e-6, 1e-4, 1e-2];
+/// Added to the scaled rows `r ξ = 0`, whose diagonal is 1, for the solution nearest to the present one. The first leaves the
+/// choice to the springs of `sharing`; larger ones make shorter steps, which arrive where many contacts are about to change
+/// between sticking, slipping and letting go.
+pub(super) const NEARNESS: [f64; 4] = [1e-14, 1e-6, 1e-4, 1e-2];
+
+/// The first one where no springs share the load.
+pub(super) const NEAR: f64 = 1e-9;
 
 /// Step lengths that are tried.
 const LENGTHS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
@@ -17,6 +20,10 @@ pub(super) struct Newton {
     /// Rows that are not simply zero.
     active: Vec<usize>,
     matrix: Vec<f64>,
+    /// Row exchanges of its elimination.
+    order: Vec<usize>,
+    /// Whether the elimination came to its end, for the present problem.
+    factored: bool,
     step: Vec<f64>,
     /// Of [`NEARNESS`].
     nearness: f64,
@@ -31,6 +38,8 @@ impl Newton {
         Self {
             active: Vec::with_capacity(rows),
             matrix: Vec::with_capacity(rows * rows),
+            order: Vec::with_capacity(rows),
+            factored: false,
             step: Vec::with_capacity(rows),
             nearness: NEARNESS[0],
             before: Vec::with_capacity(rows),
@@ -40,18 +49,8 @@ impl Newton {
 
     /// Makes the residual smaller than `present`, if it can: the new one. Expects `problem.velocity` to be current.
     pub fn step(&mut self, problem: &mut Problem, present: f64, nearness: f64) -> Option<f64> {
-        self.nearness = nearness;
-        self.before.clear();
-        self.before.extend_from_slice(&problem.impulse);
-        self.choose(problem);
-        self.assemble(problem);
-        if !dense::solve(&mut self.matrix, self.active.len(), &mut self.step) {
+        if !self.aim(problem, nearness) {
             return None;
-        }
-        self.after.clear();
-        self.after.resize(problem.rows(), 0.0);
-        for (&row, step) in self.active.iter().zip(&self.step) {
-            self.after[row] = self.before[row] + step;
         }
         for length in LENGTHS {
             for (k, impulse) in problem.impulse.iter_mut().enumerate() {
@@ -65,6 +64,70 @@ impl Newton {
         problem.impulse.copy_from_slice(&self.before);
         residual(problem);
         None
+    }
+
+    /// Goes the whole way, whatever becomes of the residual: the new one. Where the present impulses are a solution but not
+    /// the one that is looked for, all ways to that lead over larger residuals.
+    pub fn leap(&mut self, problem: &mut Problem, nearness: f64) -> Option<f64> {
+        if !self.aim(problem, nearness) {
+            return None;
+        }
+        problem.impulse.copy_from_slice(&self.after);
+        Some(residual(problem))
+    }
+
+    /// Forgets the last problem.
+    pub fn begin(&mut self) {
+        self.factored = false;
+    }
+
+    /// A further step with the matrix of the last one, if that makes the residual smaller than `present`: the new one. Expects
+    /// `problem.missed` to be current.
+    pub fn refine(&mut self, problem: &mut Problem, present: f64) -> Option<f64> {
+        if !self.factored {
+            return None;
+        }
+        self.before.clear();
+        self.before.extend_from_slice(&problem.impulse);
+        self.step.clear();
+        self.step.extend(self.active.iter().map(|row| problem.missed[*row]));
+        if dense::substitute(&self.matrix, self.active.len(), &self.order, &mut self.step) {
+            for (&row, step) in self.active.iter().zip(&self.step) {
+                problem.impulse[row] += step;
+            }
+            let found = residual(problem);
+            if found < present {
+                return Some(found);
+            }
+        }
+        problem.impulse.copy_from_slice(&self.before);
+        residual(problem);
+        None
+    }
+
+    /// The largest change of an impulse in the last whole step.
+    pub fn change(&self) -> f64 {
+        self.step.iter().fold(0.0, |largest: f64, step| largest.max(step.abs()))
+    }
+
+    /// From `before` to `after`: the whole step; false if there is none.
+    fn aim(&mut self, problem: &Problem, nearness: f64) -> bool {
+        self.nearness = nearness;
+        self.before.clear();
+        self.before.extend_from_slice(&problem.impulse);
+        self.choose(problem);
+        self.assemble(problem);
+        let n = self.active.len();
+        self.factored = dense::eliminate(&mut self.matrix, n, &mut self.order);
+        if !self.factored || !dense::substitute(&self.matrix, n, &self.order, &mut self.step) {
+            return false;
+        }
+        self.after.clear();
+        self.after.resize(problem.rows(), 0.0);
+        for (&row, step) in self.active.iter().zip(&self.step) {
+            self.after[row] = self.before[row] + step;
+        }
+        true
     }
 
     /// All rows but those of open contacts.

@@ -82,6 +82,8 @@ pub struct Problem {
     pub velocity: Vec<f64>,
     /// Step of the proximal point by row (r of 4.7), kg.
     pub(super) weight: Vec<f64>,
+    /// How far `impulse` is from what the laws make of it, by row: what the residual is formed from.
+    pub(super) missed: Vec<f64>,
 }
 
 impl Problem {
@@ -99,6 +101,7 @@ impl Problem {
             (&mut self.impulse, rows),
             (&mut self.velocity, rows),
             (&mut self.weight, rows),
+            (&mut self.missed, rows),
         ] {
             values.clear();
             values.resize(size, 0.0);

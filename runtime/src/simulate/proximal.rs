@@ -1,7 +1,8 @@
 //! The solver of contact problems: proximal points by Gauss and Seidel, Newton's method on the same equations.
 use super::dense;
-use super::newton::{NEARNESS, Newton};
+use super::newton::{NEAR, NEARNESS, Newton};
 use super::problem::{Law, Problem, nearest};
+use super::sharing::Springs;
 
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,21 +39,30 @@ const FIRST_SWEEPS: usize = 1;
 /// Largest number of Newton steps in a row.
 const NEWTON_STEPS: usize = 12;
 
+/// Largest number of those that are taken whatever they bring.
+const STRIDES: usize = 16;
+
 /// After so many sweeps, Newton steps that do not arrive are taken back.
 const PATIENCE: usize = 100;
 
 /// Solves contact problems; keeps its workspace.
 #[derive(Debug, Clone, Default)]
 pub struct Solver {
-    newton: Newton,
+    pub(super) newton: Newton,
     /// Where the sweeps were.
-    start: Vec<f64>,
+    pub(super) start: Vec<f64>,
+    /// What shares the load of redundant contacts.
+    pub(super) springs: Springs,
 }
 
 impl Solver {
     /// With room for problems of so many rows.
     pub fn with_room(rows: usize) -> Self {
-        Self { newton: Newton::with_room(rows), start: Vec::with_capacity(rows) }
+        Self {
+            newton: Newton::with_room(rows),
+            start: Vec::with_capacity(rows),
+            springs: Springs::with_room(rows),
+        }
     }
 
     /// Improves `problem.impulse` until the tolerance is met; `problem.velocity` is ξ of the answer.
@@ -61,30 +71,66 @@ impl Solver {
     /// Curnier, 1991) then converges within a few steps, where sweeps alone take hundreds because the corners of a
     /// foot share their load. Where Newton steps stop short again and again they lead the sweeps, which would converge,
     /// around in circles: after `PATIENCE` sweeps those that do not arrive are taken back.
+    ///
+    /// Of the solutions, where there are several, it is the one with equal springs in all contacts, see `sharing`.
     pub fn solve(&mut self, problem: &mut Problem, tolerance: &Tolerance) -> Solved {
+        let mut solved = Solved::default();
+        self.newton.begin();
+        if !self.springs.put_into(problem) {
+            problem.weigh();
+            self.arrive(problem, tolerance, NEAR, &mut solved);
+            return solved;
+        }
         problem.weigh();
-        let mut solved = Solved { residual: residual(problem), ..Solved::default() };
+        self.arrive(problem, &self.springs.tolerance(tolerance), NEARNESS[0], &mut solved);
+        if solved.converged {
+            self.share(problem, &mut solved);
+        }
+        self.springs.take_out_of(problem);
+        self.without_springs(problem, tolerance, &mut solved);
+        solved
+    }
+
+    /// To the tolerance, if the sweeps suffice. `nearness`: of the first Newton steps.
+    pub(super) fn arrive(
+        &mut self,
+        problem: &mut Problem,
+        tolerance: &Tolerance,
+        nearness: f64,
+        solved: &mut Solved,
+    ) {
+        solved.residual = residual(problem);
         let mut round = FIRST_SWEEPS;
         let mut turn = 0;
         while solved.residual > tolerance.relative || solved.residual.is_nan() {
             if solved.sweeps + solved.newton >= tolerance.sweeps || !solved.residual.is_finite() {
-                return solved;
+                return;
             }
             for _ in 0..round {
                 sweep(problem);
             }
             solved.sweeps += round;
             solved.residual = residual(problem);
-            self.finish(problem, tolerance, NEARNESS[turn % NEARNESS.len()], &mut solved);
+            let nearness =
+                if turn % NEARNESS.len() == 0 { nearness } else { NEARNESS[turn % NEARNESS.len()] };
+            self.finish(problem, tolerance, nearness, solved);
+            if turn > 0 && solved.residual > tolerance.relative {
+                self.stride(problem, tolerance, solved);
+            }
             turn += 1;
             round = (2 * round).min(64);
         }
         solved.converged = true;
-        solved
     }
 
     /// Newton steps from where the sweeps are: to the end, or back.
-    fn finish(&mut self, problem: &mut Problem, tolerance: &Tolerance, nearness: f64, solved: &mut Solved) {
+    pub(super) fn finish(
+        &mut self,
+        problem: &mut Problem,
+        tolerance: &Tolerance,
+        nearness: f64,
+        solved: &mut Solved,
+    ) {
         let before = solved.residual;
         self.start.clear();
         self.start.extend_from_slice(&problem.impulse);
@@ -104,6 +150,31 @@ impl Solver {
         }
     }
 
+    /// Whole Newton steps, each as long as the impulses are large, whatever becomes of the residual in between; back if they do
+    /// not arrive. Where corners cannot all stick and only forces between them make one slip, which the motion does not feel,
+    /// the residual stays the same until they are large enough.
+    fn stride(&mut self, problem: &mut Problem, tolerance: &Tolerance, solved: &mut Solved) {
+        let before = solved.residual;
+        self.start.clear();
+        self.start.extend_from_slice(&problem.impulse);
+        for _ in 0..STRIDES {
+            // What is missed divided by this is of the size of the impulses.
+            let nearness = solved.residual.clamp(NEAR, 1.0);
+            solved.newton += 1;
+            let Some(found) = self.newton.leap(problem, nearness) else { break };
+            solved.residual = if found <= tolerance.relative { found } else { admit(problem) };
+            if solved.residual <= tolerance.relative {
+                return;
+            }
+            if solved.residual.is_nan() {
+                break;
+            }
+        }
+        problem.impulse.copy_from_slice(&self.start);
+        solved.residual = before;
+        residual(problem);
+    }
+
     /// Sweeps alone, for comparison.
     pub fn solve_by_sweeps(problem: &mut Problem, tolerance: &Tolerance) -> Solved {
         problem.weigh();
@@ -120,11 +191,17 @@ impl Solver {
 
 /// Every block once, each with the latest impulses of the others.
 fn sweep(problem: &mut Problem) {
+    sweep_by(problem, 1.0);
+}
+
+/// The same with this part of the steps of the proximal point.
+fn sweep_by(problem: &mut Problem, part: f64) {
     for index in 0..problem.blocks.len() {
         let block = problem.blocks[index];
         let row = block.first;
-        let wanted =
-            |problem: &Problem, r: usize| problem.impulse[r] - problem.weight[r] * problem.velocity_of(r);
+        let wanted = |problem: &Problem, r: usize| {
+            problem.impulse[r] - part * problem.weight[r] * problem.velocity_of(r)
+        };
         let first = wanted(problem, row);
         match block.law {
             Law::Unilateral => problem.impulse[row] = first.max(0.0),
@@ -147,6 +224,12 @@ fn sweep(problem: &mut Problem) {
     }
 }
 
+/// Takes the nearest admissible impulses; their residual.
+fn admit(problem: &mut Problem) -> f64 {
+    sweep_by(problem, 0.0);
+    residual(problem)
+}
+
 /// [`Solved::residual`]; computes `problem.velocity`.
 pub(super) fn residual(problem: &mut Problem) -> f64 {
     dense::multiply(&problem.delassus, &problem.impulse, &problem.free, &mut problem.velocity);
@@ -155,13 +238,16 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
         return f64::NAN;
     }
     let (mut missed, mut size, mut free) = (0.0, 0.0, 0.0);
+    // Taken out, since the laws read the rest of the problem.
+    let mut rows = std::mem::take(&mut problem.missed);
     for block in &problem.blocks {
         let row = block.first;
         let wanted = |r: usize| problem.impulse[r] - problem.weight[r] * problem.velocity[r];
         // A stop that nothing drives together, however far it is, says nothing of the size of impulses.
         let one_sided = matches!(block.law, Law::Unilateral);
         let mut add = |r: usize, target: f64| {
-            missed += (problem.impulse[r] - target).powi(2);
+            rows[r] = target - problem.impulse[r];
+            missed += rows[r].powi(2);
             size += problem.impulse[r].powi(2);
             let driven = if one_sided { problem.free[r].min(0.0) } else { problem.free[r] };
             free += (problem.weight[r] * driven).powi(2);
@@ -186,6 +272,7 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
             }
         }
     }
+    problem.missed = rows;
     let scale = f64::max(size, free).sqrt();
     if scale > 0.0 { missed.sqrt() / scale } else { missed.sqrt() }
 }

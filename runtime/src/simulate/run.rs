@@ -321,7 +321,7 @@ impl<'a> Simulation<'a> {
         }
         // Without restitution impacts make none: what servos in the same step push against would look like it.
         if self.stepper.ground().restores() {
-            summary.energy_made = summary.energy_made.max(stepped.work);
+            summary.energy_made = summary.energy_made.max(stepped.made);
         }
         Ok(())
     }

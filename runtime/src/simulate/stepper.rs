@@ -6,6 +6,7 @@ mod rows;
 use super::dense::{self, Stretch};
 use super::drives::Coupled;
 use super::ground::{Ground, JointLaw};
+use super::implicit::Relaxed;
 use super::mechanics::{Frame, Mechanics};
 use super::motors::{Motors, embed};
 use super::problem::{Block, Law, Problem};
@@ -33,9 +34,12 @@ pub struct Stepped {
     /// Closed contact points.
     pub contacts: usize,
     /// Kinetic energy after the impulses minus that of the same step without them, J. Never positive without
-    /// restitution; clearly positive: Newton's law of impact made energy, which it can where tangential and normal
-    /// restitution differ (Kane and Levinson, 1985).
+    /// restitution.
     pub work: f64,
+    /// What Newton's law of impact made, J: `½ Λ · (γ⁻ + γ⁺)` on hard ground, as far as it is in `work` too. Never positive
+    /// where tangential and normal restitution are equal; it can be where they differ (Kane and Levinson, 1985). `work` has the
+    /// forces of the step besides, such as those of a turning body: an error of the stepping, of first order.
+    pub made: f64,
 }
 
 /// Where a row comes from: a contact point, or an axis (joints in their order, then motors of their own).
@@ -220,7 +224,7 @@ impl<'a> Stepper<'a> {
         self.speed[..nv].copy_from_slice(&motion.v);
         self.speed[nv..].copy_from_slice(&self.motors.rate);
         self.free_motion(motion, force, time)?;
-        self.close(motion);
+        self.close(motion, time);
         let rows: usize = self.problem.rows();
         let mut stepped = Stepped::default();
         if rows > 0 {
@@ -230,6 +234,7 @@ impl<'a> Stepper<'a> {
             stepped.contacts = self.sources.iter().filter(touches).count();
         }
         stepped.work = self.apply(rows);
+        stepped.made = stepped.work.min(self.made()).max(0.0);
         self.velocities_after(rows);
         dense::backward(&self.mass, n, &mut self.drive);
         self.book(motion, force, time);
@@ -319,18 +324,20 @@ impl<'a> Stepper<'a> {
     }
 
     /// Finds the closed points and limits at the midpoint and makes place for them.
-    fn close(&mut self, motion: &Motion) {
+    fn close(&mut self, motion: &Motion, time: f64) {
         self.mechanics.distances(&motion.q, &mut self.gaps);
         self.sources.clear();
         let mut rows = self.touch();
         let first = motion.q.len() - self.joints.len();
         let before = self.sources.len();
+        let reach = self.reach(time);
         for (j, joint) in self.joints.iter().enumerate() {
             let q = motion.q[first + j];
+            let near = |upper: bool| joint.way(upper, q).is_some_and(|way| way <= reach);
             let closed = [
                 (joint.dry != [0.0; 2], Source::Dry(j)),
-                (joint.limits.is_some_and(|limits| q <= limits[0]), Source::Lower(j)),
-                (joint.limits.is_some_and(|limits| q >= limits[1]), Source::Upper(j)),
+                (near(false), Source::Lower(j)),
+                (near(true), Source::Upper(j)),
             ];
             self.sources.extend(closed.into_iter().filter(|(closed, _)| *closed).map(|(_, source)| source));
         }
@@ -427,6 +434,12 @@ impl<'a> Stepper<'a> {
                 }
                 Source::Lower(axis) | Source::Upper(axis) if axis >= joints => {
                     self.motors.stop(axis - joints, matches!(source, Source::Upper(_)), q, v)
+                }
+                // The way that is left would last as long as a step: as at the ends of play, see `Motors::stop`. A joint that is
+                // beyond is held where it is; pushed out it would rebound.
+                Source::Lower(axis) | Source::Upper(axis) => {
+                    let way = self.joints[axis].way(matches!(source, Source::Upper(_)), q[axis]);
+                    way.map(|way| Relaxed { softness: 0.0, offset: way.max(0.0) / time })
                 }
                 Source::Servo(index) => {
                     let (servo, axis) = (&self.servos[index], self.servos[index].axis);

@@ -1,6 +1,8 @@
 //! A step allocates nothing.
+use super::Numbers;
 use super::bodies::Pendulum;
-use bipedc_runtime::simulate::{DriveServo, JointLaw, Motion, MotorLaw};
+use super::solver::random;
+use bipedc_runtime::simulate::{Cone, DriveServo, JointLaw, Motion, MotorLaw, Solver, Tolerance};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -78,4 +80,20 @@ fn steps_do_not_allocate() {
         stepper.step(&mut motion, &[0.0, 0.0], 1e-3).unwrap();
     }
     assert_eq!(count(), before);
+}
+
+#[test]
+fn contact_problems_do_not_allocate() {
+    let mut numbers = Numbers(11);
+    let (mut solver, mut hardest) = (Solver::with_room(8 * 3 + 4), 0);
+    for case in 0..60 {
+        let mut problem = random(&mut numbers, 1 + case % 8, 2, Cone::Round);
+        let before = count();
+        // Little is tolerated, so that everything the solver has is tried.
+        let solved = solver.solve(&mut problem, &Tolerance { relative: 1e-12, ..Tolerance::default() });
+        assert_eq!(count(), before, "case {case}: {solved:?}");
+        hardest = hardest.max(solved.sweeps + solved.newton);
+    }
+    // After two rounds of sweeps and Newton steps, steps are taken whatever they bring.
+    assert!(hardest > 1 + 12 + 2 + 12, "{hardest}");
 }

@@ -114,3 +114,60 @@ fn without_restitution_the_feet_stay() {
         }
     }
 }
+
+/// Dropped bricks that bounce and turn: the most that a step's law made, the most that its energy grew by (as parts of the
+/// energy at the start), the worst residual, and how many of the steps with contact did not reach the tolerance.
+fn bounced([normal, tangential]: [f64; 2], step: f64) -> (f64, f64, f64, [usize; 2]) {
+    let (mut made, mut grown, mut worst, mut counts) = (0.0_f64, 0.0_f64, 0.0_f64, [0; 2]);
+    for case in 0..20 {
+        let brick = Body::brick(false, 0.0);
+        let ground = Ground {
+            friction: 0.1 + 0.05 * f64::from(case),
+            normal_restitution: normal,
+            tangential_restitution: tangential,
+            ..Ground::default()
+        };
+        let mut stepper = brick.stepper(ground);
+        let mut motion = brick.at(0.2);
+        let [a, b] = [0.02 * f64::from(case % 7), 0.013 * f64::from(case % 5)];
+        motion.q[3..].copy_from_slice(&[a, b, 0.0, (1.0 - a * a - b * b).sqrt()]);
+        (motion.v[0], motion.v[5]) = (0.1 * f64::from(case % 3), 0.3 * f64::from(case % 4));
+        let start: f64 = brick.energy(&motion).iter().sum();
+        while motion.time < 2.0 {
+            let before: f64 = brick.energy(&motion).iter().sum();
+            let stepped = stepper.step(&mut motion, &[0.0; 6], step).unwrap();
+            let after: f64 = brick.energy(&motion).iter().sum();
+            made = made.max(stepped.made / start);
+            grown = grown.max((after - before) / start);
+            worst = worst.max(stepped.solved.residual);
+            counts[0] += usize::from(stepped.contacts > 0 && !stepped.solved.converged);
+            counts[1] += usize::from(stepped.contacts > 0);
+        }
+    }
+    println!(
+        "{normal} {tangential}, {step} s: made {made:.1e}, grown {grown:.1e}, residual {worst:.1e}, {counts:?}"
+    );
+    (made, grown, worst, counts)
+}
+
+#[test]
+fn equal_restitution_makes_no_energy_but_by_the_length_of_the_step() {
+    for restitution in [0.5, 0.8] {
+        let (made, grown, ..) = bounced([restitution; 2], 1e-3);
+        assert!(made == 0.0 && grown < 1e-5, "{restitution}: {made} {grown}");
+    }
+    // Nothing is lost: errors of first order of impacts of a turning body show.
+    let (made, coarse, ..) = bounced([1.0; 2], 1e-3);
+    let (_, fine, ..) = bounced([1.0; 2], 1e-4);
+    assert!(made < 1e-12 && coarse < 8e-3 && fine < 0.2 * coarse, "{made} {coarse} {fine}");
+    let (made, ..) = bounced([0.8, 0.0], 1e-3);
+    assert!(made > 1e-6, "Kane and Levinson: {made}");
+}
+
+#[test]
+fn normal_restitution_alone_is_solved_but_for_few_steps() {
+    for restitution in [0.3, 0.5, 0.8] {
+        let (_, _, worst, [missed, all]) = bounced([restitution, 0.0], 1e-3);
+        assert!(30 * missed < all && worst < 1e-3, "{restitution}: {worst} in {missed} of {all}");
+    }
+}

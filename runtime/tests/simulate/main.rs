@@ -8,6 +8,7 @@ mod joints;
 mod motion;
 mod motors;
 mod rest;
+mod sharing;
 mod soft;
 mod soles;
 mod solver;

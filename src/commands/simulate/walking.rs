@@ -10,7 +10,7 @@ use bipedc_compiler::simulation::true_walker;
 use bipedc_runtime::diagnostic::Diagnostic;
 use bipedc_runtime::input;
 use bipedc_runtime::report::{Fact, Film};
-use bipedc_runtime::simulate::phases::{FootImpulse, Violation, WalkSummary, Walking, columns};
+use bipedc_runtime::simulate::phases::{FootImpulse, Projected, Violation, WalkSummary, Walking, columns};
 use bipedc_runtime::simulate::{EventDriven, Mechanics, Plant, Run, Scenario};
 use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
@@ -119,6 +119,14 @@ impl Simulate {
             return Ok(());
         }
         let mut text = format!("{}, {real_time_factor:.0} times as fast as real time\n", words(summary));
+        let Projected { position, velocity } = summary.projected;
+        if position > 0.0 || velocity > 0.0 {
+            // Writing to a string cannot fail.
+            let _ = writeln!(
+                text,
+                "the initial state was moved onto the contacts of its phase: by at most {position:.1e} rad or m and {velocity:.1e} rad/s or m/s"
+            );
+        }
         if !summary.changes.is_empty() {
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{}", table(summary));

@@ -1,4 +1,5 @@
 //! The state at the beginning of a walk, from what a scenario says of it.
+use super::project::Projected;
 use super::robot::PhasedRobot;
 use crate::compare::BaseKind;
 use crate::diagnostic::Diagnostic;
@@ -10,18 +11,18 @@ use nalgebra::DVector;
 const ROUNDING: f64 = 1e-6;
 
 impl PhasedRobot<'_> {
-    /// The state at the beginning of a scenario.
+    /// The state at the beginning of a scenario, and how much it was moved so that it stands.
     ///
     /// # Errors
     /// A foot that is not level, or that cannot be at rest.
-    pub fn standing(&self, plant: &Plant, scenario: &Scenario) -> Result<Vec<f64>, Diagnostic> {
+    pub fn standing(&self, plant: &Plant, scenario: &Scenario) -> Result<(Vec<f64>, Projected), Diagnostic> {
         let given = scenario.events.as_ref().map_or([true; 2], |events| events.given);
         begin(self, plant, &scenario.initial, given, scenario.phase)
     }
 }
 
 /// `q` and `v` with the contacts of the phase on the ground and at rest: the base's height and what the scenario does not
-/// say of its velocity follow from them.
+/// say of its velocity follow from them. Numbers that miss the contacts by little are moved onto them.
 ///
 /// # Errors
 /// A foot that is not level, or that cannot be at rest.
@@ -31,7 +32,7 @@ fn begin(
     initial: &Initial,
     given: [bool; 2],
     phase: usize,
-) -> Result<Vec<f64>, Diagnostic> {
+) -> Result<(Vec<f64>, Projected), Diagnostic> {
     let spec = &robot.phases[phase].0;
     let (mut q, mut v) = (initial.q.clone(), initial.v.clone());
     let mut heights = robot.heights(&q);
@@ -40,8 +41,9 @@ fn begin(
     if initial.clearance.is_some() && !spec.standing.is_empty() {
         let height = if robot.base == BaseKind::Planar { 1 } else { 2 };
         q[height] -= lowest(&heights);
-        heights = robot.heights(&q);
     }
+    let position = robot.project_position(&spec.standing, &mut q);
+    heights.copy_from_slice(&robot.heights(&q));
     let (line, column) = initial.position;
     for &point in &spec.standing {
         if heights[point].abs() > ROUNDING {
@@ -54,6 +56,7 @@ fn begin(
         }
     }
     rest(robot, &spec.standing, &q, &mut v, given);
+    let velocity = robot.project_velocity(&spec.standing, &q, &mut v);
     let speed = fastest(robot, &spec.standing, &q, &v);
     if speed > ROUNDING {
         let message = format!("a contact of phase `{}` begins with {speed:.6} m/s", spec.name);
@@ -61,7 +64,7 @@ fn begin(
         return Err(Diagnostic::error(message).at(line, column).help(help));
     }
     q.extend(v);
-    Ok(q)
+    Ok((q, Projected { position, velocity }))
 }
 
 /// Chooses the velocities of the base that were not given so that the standing points rest.

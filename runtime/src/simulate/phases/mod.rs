@@ -5,6 +5,7 @@ mod begin;
 mod integrate;
 mod mirror;
 mod points;
+mod project;
 mod robot;
 mod run;
 mod spec;
@@ -16,6 +17,7 @@ pub use integrate::{
     Change, Effort, End, Phased, Precision, Start, Violation, Walk, Watcher, walk, walk_watched,
 };
 pub(crate) use mirror::Mirror;
+pub use project::Projected;
 pub use robot::{PhasedRobot, Torque};
 pub use run::{FootImpulse, PhaseChange, WalkSummary, Walking, columns};
 pub use spec::{Ending, Landing, PhaseSpec};

@@ -1,10 +1,17 @@
 //! What the ground does to single contact points, from what it does to the robot.
 use crate::diagnostic::Diagnostic;
 use crate::model::{Argument, Model, State};
+use crate::simulate::{Block, Cone, Law, Problem, Solver, Tolerance};
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this part of the largest belong to forces that the motion does not tell.
 const RANK: f64 = 1e-9;
+
+/// A coefficient of friction that nothing exceeds.
+const UNLIMITED: f64 = 1e4;
+
+/// What generalised forces may differ by, as a part of the largest.
+const SAME: f64 = 1e-7;
 
 /// Functions that spread generalised forces over the standing points.
 #[derive(Debug, Clone, Copy)]
@@ -79,26 +86,100 @@ impl PointForces {
     }
 
     /// Forces on the standing points (world axes) whose generalised force is `sum`. Where several sets do, as on four corners
-    /// of a flat foot, the one with the least sum of squares.
+    /// of a flat foot, the one with the least sum of squares of those that pull nowhere and stay within friction; if there is
+    /// none, which the verdict will say, of all.
     pub fn spread(
         &self,
         model: &dyn Model<f64>,
         q: &[f64],
-        standing: &[usize],
+        (standing, friction): (&[usize], f64),
         sum: &[f64],
     ) -> Vec<[f64; 3]> {
         let mut forces = vec![[0.0; 3]; self.points];
         if standing.is_empty() || !sum.iter().all(|x| x.is_finite()) {
             return forces;
         }
-        let size = 1 + self.tangents(model);
-        let svd = self.directions(model, q, standing).svd(true, true);
+        let tangents = self.tangents(model);
+        let size = 1 + tangents;
+        let (rows, sum) = (self.directions(model, q, standing), DVector::from_column_slice(sum));
+        let svd = rows.clone().svd(true, true);
         let least = RANK * svd.singular_values.amax();
-        let Ok(found) = svd.solve(&DVector::from_column_slice(sum), least) else { return forces };
+        let Ok(mut found) = svd.solve(&sum, least) else { return forces };
+        if !admissible(&found, tangents, friction)
+            && let Some(better) = within_friction(&rows, &sum, tangents, friction)
+        {
+            found = better;
+        }
         for (k, &point) in standing.iter().enumerate() {
             let own = &found.as_slice()[k * size..(k + 1) * size];
             forces[point] = [own[1], if size == 3 { own[2] } else { 0.0 }, own[0]];
         }
         forces
+    }
+}
+
+/// Whether all points push, and none more along the ground than friction holds.
+fn admissible(forces: &DVector<f64>, tangents: usize, friction: f64) -> bool {
+    forces.as_slice().chunks_exact(1 + tangents).all(|own| {
+        let along = own[1..].iter().map(|x| x * x).sum::<f64>().sqrt();
+        // Infinite friction times nothing holds too.
+        own[0] >= 0.0 && (along <= friction * own[0] || along == 0.0)
+    })
+}
+
+/// The forces that share the load within the laws of contact: a contact problem in which everything sticks.
+fn within_friction(
+    rows: &DMatrix<f64>,
+    sum: &DVector<f64>,
+    tangents: usize,
+    friction: f64,
+) -> Option<DVector<f64>> {
+    let size = 1 + tangents;
+    let (square, right) = (rows.transpose() * rows, rows.transpose() * sum);
+    let mut problem = Problem::default();
+    problem.clear(rows.ncols());
+    problem.delassus.copy_from_slice(square.as_slice());
+    problem.free.iter_mut().zip(right.iter()).for_each(|(free, right)| *free = -right);
+    let friction = friction.min(UNLIMITED);
+    let law = Law::Contact { friction, tangents, cone: Cone::Round };
+    problem.blocks.extend((0..rows.ncols() / size).map(|k| Block { first: k * size, law }));
+    let solved =
+        Solver::default().solve(&mut problem, &Tolerance { relative: 1e-10, ..Tolerance::default() });
+    let found = DVector::from_column_slice(&problem.impulse);
+    (solved.converged && (rows * &found - sum).amax() <= SAME * sum.amax()).then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Wrench of four corners of a sole, 0.3 m by 0.2 m, about its middle: force, then moment.
+    fn sole() -> DMatrix<f64> {
+        let corners = [[-0.15, -0.1], [0.15, -0.1], [-0.15, 0.1], [0.15, 0.1]];
+        DMatrix::from_fn(6, 12, |row, column| {
+            let [x, y] = corners[column / 3];
+            // z, x, y as the directions have them.
+            let force = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]][column % 3];
+            let moment = [y * force[2], -x * force[2], x * force[1] - y * force[0]];
+            if row < 3 { force[row] } else { moment[row - 3] }
+        })
+    }
+
+    #[test]
+    fn no_corner_pulls_or_exceeds_friction() {
+        let rows = sole();
+        // 10 N at six tenths of the way to a corner: least squares alone would pull the opposite one with 0.5 N.
+        let sum = DVector::from_vec(vec![1.0, 0.0, 10.0, 0.6, -0.9, -0.06]);
+        let free = rows.clone().svd(true, true).solve(&sum, 1e-9).unwrap();
+        assert!(free[0] < -0.4 && !admissible(&free, 2, 0.6));
+        let found = within_friction(&rows, &sum, 2, 0.6).unwrap();
+        let normal: Vec<f64> = found.iter().step_by(3).copied().collect();
+        for (found, expected) in normal.iter().zip([0.0, 2.0, 2.0, 6.0]) {
+            assert!((found - expected).abs() < 1e-5, "{normal:?}");
+        }
+        assert!(admissible(&found, 2, 0.6 + 1e-9), "{found}");
+        // What slips cannot be held, and is left to the verdict.
+        let sum = DVector::from_vec(vec![8.0, 0.0, 10.0, 0.0, 0.0, 0.0]);
+        assert!(within_friction(&rows, &sum, 2, 0.6).is_none());
     }
 }

@@ -208,7 +208,7 @@ impl<'a> PhasedRobot<'a> {
         work: &Work,
     ) -> Vec<[f64; 3]> {
         let sum = self.spread.generalised(self.model, [q, v, &work.out[..v.len()], &work.tau]);
-        self.spread.spread(self.model, q, &spec.standing, &sum)
+        self.spread.spread(self.model, q, (&spec.standing, self.assumptions.friction), &sum)
     }
 
     /// Impulses on the contact points (world axes, N s) of the jump from `before` to `after`, two states of one configuration.
@@ -216,7 +216,7 @@ impl<'a> PhasedRobot<'a> {
         let jump: Vec<f64> = after.iter().zip(before).map(|(after, before)| after - before).collect();
         let standing = self.phases[phase].0.impact.as_ref().map_or(&[][..], |landing| &landing.standing);
         let sum = self.spread.impulse(self.model, q, &jump);
-        self.spread.spread(self.model, q, standing, &sum)
+        self.spread.spread(self.model, q, (standing, self.assumptions.friction), &sum)
     }
 
     /// Derivatives of the positions of these points with respect to `v`, row by row, three (planar: two) for each: z, x, y.

@@ -1,6 +1,7 @@
 //! A whole walk: controllers, phases, log.
 use super::integrate::{Change, Effort, End, Precision, Start, Violation, Watcher, walk_watched};
 use super::mirror::Mirror;
+use super::project::Projected;
 use super::robot::PhasedRobot;
 use super::spec::PhaseSpec;
 use crate::diagnostic::Diagnostic;
@@ -58,6 +59,8 @@ pub struct WalkSummary {
     pub verdict: Option<Violation>,
     /// In order.
     pub changes: Vec<PhaseChange>,
+    /// How much the initial state was moved onto the contacts of its phase.
+    pub projected: Projected,
     /// Steps and evaluations of the integration.
     pub integration: Effort,
 }
@@ -118,7 +121,7 @@ impl Walking<'_> {
         if let Some(controller) = &controller {
             robot = robot.driven_by(controller);
         }
-        let x = robot.standing(plant, scenario)?;
+        let (x, projected) = robot.standing(plant, scenario)?;
         let effects: Vec<_> = plant.effects.iter().chain(&scenario.effects).collect();
         let (drives_of_log, turned) = (ideal(plant, scenario)?, Turned::new(plant, &effects));
         let mut log = Log {
@@ -159,7 +162,16 @@ impl Walking<'_> {
             End::Time => ("duration", None),
             End::Changes | End::Stopped => ("steps", None),
         };
-        Ok(WalkSummary { rows, time: done.last.time, steps, end, verdict, changes, integration: done.effort })
+        Ok(WalkSummary {
+            rows,
+            time: done.last.time,
+            steps,
+            end,
+            verdict,
+            changes,
+            projected,
+            integration: done.effort,
+        })
     }
 }
 

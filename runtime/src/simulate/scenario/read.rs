@@ -152,6 +152,11 @@ impl Reading<'_> {
                 "shorten `duration`, or lengthen `step` or `log_step`",
             );
         }
+        if !event_driven && step > duration {
+            let at = file.step.as_ref().unwrap_or(&file.duration).span().start;
+            let message = format!("a step of {step} s is longer than the whole run of {duration} s");
+            self.wrong::<()>(at, message, "shorten `step`, or lengthen `duration`");
+        }
         let relative = self.number("residual", file.residual.as_ref(), 1e-8, (1e-14, 1e-2), "1");
         let none = Control::default();
         let control = file.control.as_ref().unwrap_or(&none);

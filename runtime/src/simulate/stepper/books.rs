@@ -81,4 +81,26 @@ impl Stepper<'_> {
             soft: self.ground.compliance,
         });
     }
+
+    /// `½ Λ · (γ⁻ + γ⁺)` of the points on hard ground, from ξ = γ⁺ + e γ⁻.
+    pub(super) fn made(&self) -> f64 {
+        if self.ground.compliance.is_some() || self.problem.rows() == 0 {
+            return 0.0;
+        }
+        let [normal, tangential] = [self.ground.normal_restitution, self.ground.tangential_restitution];
+        let mut sum = 0.0;
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            let slides = match source {
+                Source::Point(_) | Source::Normal(_) => block.first + 1,
+                Source::Sole(_) => block.first,
+                _ => continue,
+            };
+            for row in block.first..block.first + block.size() {
+                let restitution = if row < slides { normal } else { tangential };
+                let mean = 0.5 * (self.problem.velocity[row] + (1.0 - restitution) * self.before[row]);
+                sum += self.problem.impulse[row] * mean;
+            }
+        }
+        sum
+    }
 }

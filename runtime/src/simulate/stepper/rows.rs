@@ -2,7 +2,19 @@
 use super::{ROWS_OF_AXIS, Source, Stepper};
 use crate::simulate::problem::Law;
 
+/// How many times farther than at the present speed a joint may come in a step.
+const REACH: f64 = 4.0;
+
 impl Stepper<'_> {
+    /// How far from its stop a joint must be so as not to come there in this step, rad: with a multiple of the fastest speed
+    /// now or without contact, since impacts make other coordinates fast.
+    pub(super) fn reach(&self, time: f64) -> f64 {
+        let speeds = self.speed.iter().zip(&self.middle);
+        let fastest =
+            speeds.fold(0.0, |most: f64, (now, middle)| most.max(now.abs()).max((2.0 * middle - now).abs()));
+        REACH * time * fastest
+    }
+
     /// Lists the closed points: how many rows they have.
     pub(super) fn touch(&mut self) -> usize {
         let size = 1 + self.mechanics.tangents();
