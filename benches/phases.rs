@@ -26,7 +26,7 @@ fn main() {
         .unwrap()
         .driven_by(&controller);
     // A landing of the gait: after five steps from the scenario's beginning.
-    let mut x = robot.standing(&plant, &scenario).unwrap();
+    let (mut x, _) = robot.standing(&plant, &scenario).unwrap();
     let precision =
         |relative: f64| Precision { relative, absolute: relative, largest_step: 0.1, largest_look: 0.01 };
     let settled =

@@ -2,7 +2,7 @@
 //!
 //! It compiles everything once more, which takes minutes: `cargo test --workspace --test ui -- --ignored`
 //! (continuous integration does). `TRYBUILD=overwrite` before it writes the messages anew. The messages themselves are also
-//! tested in process, in `tests/front_ends.rs` of the project.
+//! tested in process, in `tests/compiled/front_ends.rs` of the project.
 #[test]
 #[ignore = "compiles everything once more"]
 fn a_mistake_gives_one_error_at_its_place() {

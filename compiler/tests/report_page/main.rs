@@ -3,6 +3,7 @@
 //!
 //! Skipped, and said so, where no browser is installed (Debian: `chromium`).
 mod browser;
+mod drawing;
 mod example;
 mod film;
 

@@ -84,7 +84,7 @@ pub fn run(data: &[u8]) {
     // The experiments open their files themselves.
     let file = std::env::temp_dir().join(format!("bipedc-fuzz-{}.csv", std::process::id()));
     let mut robot = ROBOT.lock().unwrap_or_else(|broken| broken.into_inner());
-    let robot = robot.get_or_insert_with(|| robot_or_why());
+    let robot = robot.get_or_insert_with(robot_or_why);
     std::fs::write(&file, table).expect("a temporary file");
     let told = found(robot, &file, &mapping);
     std::fs::remove_file(&file).expect("our own file");

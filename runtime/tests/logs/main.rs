@@ -1,0 +1,13 @@
+//! Logs: read or refused, filtered, compared with models.
+#![allow(missing_docs)]
+mod base;
+mod blocks;
+mod corpus;
+mod errors;
+mod examples;
+#[path = "../support/fuzz_log.rs"]
+mod fuzz_log;
+mod mapping;
+mod signal;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,0 +1,70 @@
+//! Operation counts of the peers' robots, pinned: a measure of speed without noise.
+//!
+//! Addition, subtraction, multiplication, division and square root count 1, a fused multiply-add 2, negation
+//! and sine or cosine 0. Shared subexpressions count once.
+use crate::support;
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::Wish;
+use std::fmt::Write as _;
+
+const FUNCTIONS: [&str; 12] = [
+    "inverse_dynamics",
+    "mass_matrix",
+    "bias",
+    "gravity",
+    "forward_dynamics",
+    "coriolis_matrix",
+    "inverse_dynamics_derivatives",
+    "forward_dynamics_derivatives",
+    "center_of_mass_with_jacobian",
+    "centroidal_momentum",
+    "zero_moment_point",
+    "inverse_dynamics_regressor",
+];
+
+/// Present counts in the order of [`FUNCTIONS`].
+const PINNED: [(&str, [usize; 12]); 3] = [
+    ("lower12", [1346, 764, 1293, 266, 2902, 2891, 6491, 20165, 516, 970, 1425, 3922]),
+    ("rabbit5", [121, 46, 73, 29, 209, 59, 245, 832, 85, 132, 127, 194]),
+    ("biped7", [193, 90, 123, 55, 359, 125, 453, 1633, 135, 210, 199, 338]),
+];
+
+/// What this compiler promises, whatever is pinned: (robot, function, at most).
+const PROMISED: [(&str, &str, usize); 4] = [
+    ("lower12", "inverse_dynamics", 1432),
+    ("lower12", "mass_matrix", 900),
+    ("rabbit5", "inverse_dynamics", 121),
+    ("rabbit5", "mass_matrix", 71),
+];
+
+fn counts(name: &str) -> [usize; 12] {
+    let robot = Robot::read(&support::project().join("benches/robots").join(name)).unwrap();
+    let wishes = FUNCTIONS.map(|family| Wish { family: family.to_owned(), subject: None });
+    let model = robot.compile_only(&wishes).unwrap_or_else(|e| panic!("{name}: {e}"));
+    std::array::from_fn(|k| model.functions[k].operations.total())
+}
+
+#[test]
+fn operation_counts_are_as_pinned_and_promised() {
+    let (mut differences, mut table) = (String::new(), String::new());
+    for (name, pinned) in PINNED {
+        let now = counts(name);
+        let _ = writeln!(table, "    (\"{name}\", {now:?}),");
+        for ((function, now), pinned) in FUNCTIONS.into_iter().zip(now).zip(pinned) {
+            if now != pinned {
+                let verdict = if now < pinned { "better" } else { "WORSE" };
+                let _ =
+                    writeln!(differences, "{name} {function}: {now} operations, pinned {pinned}: {verdict}");
+            }
+            for (_, _, most) in PROMISED.iter().filter(|p| (p.0, p.1) == (name, function)) {
+                assert!(now <= *most, "{name} {function}: {now} operations, promised at most {most}");
+            }
+        }
+    }
+    assert!(
+        differences.is_empty(),
+        "operation counts have changed:\n{differences}\
+         If that is meant, replace the rows of PINNED in {} by\n{table}",
+        file!(),
+    );
+}

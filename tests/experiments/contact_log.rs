@@ -1,0 +1,92 @@
+//! Logs with feet on the ground as experiments: known figures of the example, and effects against independent
+//! computations.
+use crate::support::measured::{Subjects, example, rms};
+use bipedc_runtime::compare::Options;
+use bipedc_runtime::diagnose::contact_log::{ContactExperiment, ContactRecording};
+use bipedc_runtime::diagnose::{Channel, Experiment, Recording};
+use bipedc_runtime::effect::{Effect, Location};
+use bipedc_runtime::log::Mapping;
+use bipedc_runtime::{Argument, Model, State};
+use tulip::Tulip;
+
+fn read<'a>(subjects: &'a Subjects, file: &str) -> ContactExperiment<'a> {
+    let path = example("swaying").join(file);
+    ContactExperiment::read(subjects.robot(&Tulip, &[]), &path, &Mapping::default(), &Options::default())
+        .unwrap()
+}
+
+/// Errors of the metric of the example: all components together per sample.
+fn errors(experiment: &dyn Experiment, effects: &[Effect]) -> [f64; 2] {
+    [Channel::BaseForce, Channel::BaseMoment].map(|channel| {
+        let rows: Vec<usize> =
+            (0..experiment.rows().len()).filter(|r| experiment.rows()[*r].channel == channel).collect();
+        rms(experiment, &rows, effects)
+    })
+}
+
+fn truth() -> Effect {
+    Effect::new("payload", Location::link("torso"), &[("mass", 0.9), ("x", 0.07), ("y", -0.03), ("z", 0.3)])
+}
+
+#[test]
+fn the_example_has_its_known_figures() {
+    let subjects = Subjects::named("tulip");
+    for (file, nominal, oracle, sole) in [
+        ("validation.csv.gz", [5.29581, 0.54569], [1.24085, 0.26651], 0.000412),
+        ("train.csv.gz", [5.31093, 0.49744], [1.30048, 0.2549], 0.000381),
+    ] {
+        let experiment = read(&subjects, file);
+        let found = [errors(&experiment, &[]), errors(&experiment, &[truth()])];
+        println!("{file}: nominal {:?}, oracle {:?} of {:?}", found[0], found[1], [nominal, oracle]);
+        for (r, row) in experiment.rows().iter().enumerate() {
+            println!(
+                "  {}: noise {:.4} {}, true model {:.4}",
+                row.name,
+                row.noise,
+                row.unit,
+                rms(&experiment, &[r], &[truth()])
+            );
+        }
+        for q in experiment.quantities(&[]) {
+            println!("  {}: {:.6} {} ({})", q.name, q.rms(), q.unit, q.meaning);
+        }
+        println!("  {}", experiment.recording().assumptions.join("\n  "));
+        // The known figure is of the two angles, the angle here is of both together.
+        let tilt =
+            experiment.quantities(&[]).iter().find(|q| q.name == "right_foot/sole/tilt").unwrap().rms();
+        assert!((tilt / 2f64.sqrt() / sole - 1.0).abs() < 0.05, "{tilt}");
+        for (found, expected) in found.iter().flatten().zip(nominal.iter().chain(&oracle)) {
+            assert!((found / expected - 1.0).abs() < 0.02, "{found} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn efforts_are_inverse_dynamics_without_the_feet() {
+    let subjects = Subjects::named("tulip");
+    let path = example("swaying").join("validation.csv.gz");
+    let (mapping, options) = (Mapping::default(), Options { cutoff_hz: Some(10.0), ..Options::default() });
+    let robot = subjects.robot(&Tulip, &[]);
+    let motion = Recording::read(&path, &mapping, &subjects.subject, &options).unwrap();
+    let feet = ContactRecording::read(&robot, &path, &mapping, &options, Some(1)).unwrap();
+    let ground = feet.generalised_forces(&robot, &motion.time, &motion.q).unwrap();
+    let function = Model::<f64>::function(&Tulip, "inverse_dynamics").unwrap();
+    for (j, joint) in subjects.subject.joints.iter().enumerate() {
+        let logged = motion.effort[j].as_ref().unwrap();
+        let (mut with, mut without) = (0.0, 0.0);
+        for (i, logged) in logged.iter().enumerate() {
+            let (q, v, a) = (&motion.q[19 * i..][..19], &motion.v[18 * i..][..18], &motion.a[18 * i..][..18]);
+            let mut tau = [0.0; 18];
+            let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::A, a);
+            Tulip.evaluate(function, &state, &mut tau).unwrap();
+            let needed = tau[6 + j];
+            without += (logged - needed).powi(2);
+            with += (logged - needed + ground[18 * i + 6 + j]).powi(2);
+        }
+        let rms = |sum: f64| (sum / logged.len() as f64).sqrt();
+        println!("{}: {:.4} N m without the feet's forces, {:.4} with", joint.name, rms(without), rms(with));
+        assert!(rms(with) < 0.5, "{}: {}", joint.name, rms(with));
+        // The moment about the vertical is not logged, so the yaw joints gain nothing.
+        assert!(joint.name.contains("yaw") || rms(with) < 0.3 * rms(without), "{}", joint.name);
+    }
+}

@@ -1,0 +1,265 @@
+//! Wrong use of logs is named before anything is searched for in them, and true effects are left alone.
+use crate::support::measured::{Subjects, example};
+use bipedc_runtime::compare::Options;
+use bipedc_runtime::diagnose::gate::inspect;
+use bipedc_runtime::diagnose::{Experiment, MotionExperiment, Recording};
+use bipedc_runtime::diagnostic::{Diagnostic, Severity};
+use bipedc_runtime::log::Mapping;
+use std::sync::OnceLock;
+use tulip::Tulip;
+
+/// Places of `left_knee_pitch`, `left_hip_pitch` and `left_hip_roll` in the order of the joints.
+const KNEE: usize = 9;
+const HIP: usize = 8;
+const ROLL: usize = 7;
+
+fn subjects() -> &'static Subjects {
+    static SUBJECTS: OnceLock<Subjects> = OnceLock::new();
+    SUBJECTS.get_or_init(|| Subjects::named("tulip"))
+}
+
+fn read(name: &str, file: &str) -> Recording {
+    let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
+    let path = example(name).join(file);
+    let mut recording = Recording::read(&path, &Mapping::default(), &subjects().subject, &options).unwrap();
+    recording.thin(4000);
+    recording
+}
+
+fn coulomb() -> Recording {
+    static LOG: OnceLock<Recording> = OnceLock::new();
+    LOG.get_or_init(|| read("coulomb", "train.csv.gz")).clone()
+}
+
+fn experiment(recording: Recording) -> MotionExperiment<'static> {
+    let subjects = subjects();
+    MotionExperiment::new(&Tulip, &subjects.subject, &subjects.anatomy, recording, &[]).unwrap()
+}
+
+fn judge(recording: Recording) -> Vec<Diagnostic> {
+    let found = inspect(&experiment(recording), None).training;
+    found.iter().for_each(|finding| println!("{finding}\n"));
+    found
+}
+
+/// The only error has all these words.
+fn assert_error(found: &[Diagnostic], words: &[&str]) {
+    let errors: Vec<String> =
+        found.iter().filter(|d| d.severity == Severity::Error).map(ToString::to_string).collect();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    for word in words {
+        assert!(errors[0].contains(word), "no `{word}` in {}", errors[0]);
+    }
+}
+
+fn assert_warning(found: &[Diagnostic], words: &[&str]) {
+    let fits = |d: &&Diagnostic| words.iter().all(|word| d.message.contains(word));
+    assert!(found.iter().any(|d| fits(&d)), "no warning with {words:?} in {found:?}");
+}
+
+/// Changes position, velocity and acceleration of joints, `[q, v, a]` by joint.
+fn moved(recording: &mut Recording, change: impl Fn(&mut [f64])) {
+    let joints = subjects().subject.joints.len();
+    let (samples, count) = (recording.samples(), joints);
+    for values in [&mut recording.q, &mut recording.v, &mut recording.a] {
+        let width = values.len() / samples;
+        values.chunks_exact_mut(width).for_each(|row| change(&mut row[width - count..]));
+    }
+}
+
+#[test]
+fn example_logs_pass() {
+    for (name, repeats) in [("coulomb", true), ("null", true), ("rotor_inertia", true), ("backlash", false)] {
+        let (train, other) = (read(name, "train.csv.gz"), read(name, "validation.csv.gz"));
+        let (train, other) = (experiment(train), experiment(other));
+        let found = inspect(&train, Some(&other));
+        assert!(found.training.is_empty() && found.validation.is_empty(), "{name}: {found:?}");
+        // Their motions are sums of sines with a common period of 10 s; of the last only a tenth comes again.
+        let alone = inspect(&train, None).training;
+        assert_eq!(alone.len(), usize::from(repeats), "{name}: {alone:?}");
+        if repeats {
+            assert_warning(&alone, &["the log repeats its motion every 10.0"]);
+        }
+    }
+}
+
+#[test]
+fn a_flipped_torque_is_named() {
+    let mut log = coulomb();
+    log.effort[KNEE].as_mut().unwrap().iter_mut().for_each(|u| *u = -*u);
+    let found = judge(log);
+    assert_error(
+        &found,
+        &["`left_knee_pitch/effort` has the wrong sign", "\"left_knee_pitch/effort\" = { sign = -1 }"],
+    );
+}
+
+#[test]
+fn torques_in_another_unit_are_named() {
+    for (factor, words) in [(1e3, "mN m"), (1e-3, "kN m")] {
+        let mut log = coulomb();
+        log.effort[KNEE].as_mut().unwrap().iter_mut().for_each(|u| *u *= factor);
+        log.noise[KNEE] *= factor;
+        assert_error(&judge(log), &["`left_knee_pitch/effort`", "unit", words]);
+    }
+}
+
+#[test]
+fn positions_in_degrees_are_named() {
+    let mut log = coulomb();
+    moved(&mut log, |joints| joints[KNEE] = joints[KNEE].to_degrees());
+    assert_error(&judge(log), &["`left_knee_pitch/position` is in degrees", "scale = 0.0174532925"]);
+}
+
+#[test]
+fn a_flipped_position_is_named() {
+    let mut log = coulomb();
+    moved(&mut log, |joints| joints[KNEE] = -joints[KNEE]);
+    assert_error(&judge(log), &["`left_knee_pitch/position` has the wrong sign"]);
+}
+
+#[test]
+fn swapped_positions_are_named() {
+    let mut log = coulomb();
+    moved(&mut log, |joints| joints.swap(KNEE, HIP));
+    assert_error(&judge(log), &["`left_hip_pitch/position`, `left_knee_pitch/position` are swapped"]);
+}
+
+#[test]
+fn swapped_torques_are_named() {
+    for (other, name) in [(HIP, "left_hip_pitch"), (ROLL, "left_hip_roll")] {
+        let mut log = coulomb();
+        log.effort.swap(KNEE, other);
+        log.noise.swap(KNEE, other);
+        assert_error(&judge(log), &[&format!("`{name}/effort`, `left_knee_pitch/effort` are swapped")]);
+    }
+}
+
+#[test]
+fn gains_and_strong_friction_are_no_mix_up() {
+    for gain in [0.5, 2.0] {
+        let mut log = coulomb();
+        let samples = log.samples();
+        let (width, offset) = (log.v.len() / samples, log.v.len() / samples - 12 + KNEE);
+        let v: Vec<f64> = log.v.iter().skip(offset).step_by(width).copied().collect();
+        for (u, v) in log.effort[KNEE].as_mut().unwrap().iter_mut().zip(v) {
+            *u = gain * *u + 3.0 * (v / 0.02).tanh();
+        }
+        let found = judge(log);
+        assert!(found.iter().all(|d| d.message.contains("repeats its motion")), "{found:?}");
+    }
+}
+
+#[test]
+fn torques_of_another_robot_are_doubted() {
+    let mut log = coulomb();
+    // Every joint's torque from another time: the same joints, another motion.
+    for effort in log.effort.iter_mut().flatten() {
+        let count = effort.len();
+        effort.rotate_left(count / 3);
+    }
+    assert_warning(&judge(log), &["little to do with the model's"]);
+}
+
+#[test]
+fn joints_that_hardly_move_are_named() {
+    let mut log = coulomb();
+    moved(&mut log, |joints| joints[KNEE] *= 1e-3);
+    assert_warning(&judge(log), &["joint `left_knee_pitch` hardly moves: friction cannot be told from bias"]);
+}
+
+#[test]
+fn short_logs_are_doubted() {
+    let options = Options { cutoff_hz: Some(16.0), to_s: Some(2.0), ..Options::default() };
+    let path = example("coulomb").join("train.csv.gz");
+    let log = Recording::read(&path, &Mapping::default(), &subjects().subject, &options).unwrap();
+    assert_warning(&judge(log), &["only 1.", "s of motion"]);
+}
+
+#[test]
+fn clipped_torques_are_named() {
+    let mut log = coulomb();
+    let effort = log.effort[KNEE].as_mut().unwrap();
+    let limit = 0.6 * effort.iter().copied().fold(0.0, f64::max);
+    effort.iter_mut().for_each(|u| *u = u.min(limit));
+    assert_warning(&judge(log), &["the effort of `left_knee_pitch` is clipped at"]);
+}
+
+#[test]
+fn a_stuck_encoder_is_named() {
+    let mut log = coulomb();
+    let samples = log.samples();
+    let (from, to) = (samples / 3, samples / 2);
+    for (values, still) in [(&mut log.q, false), (&mut log.v, true), (&mut log.a, true)] {
+        let width = values.len() / samples;
+        let held = values[from * width + width - 12 + KNEE];
+        for row in values.chunks_exact_mut(width).take(to).skip(from) {
+            row[width - 12 + KNEE] = if still { 0.0 } else { held };
+        }
+    }
+    assert_warning(&judge(log), &["the position of `left_knee_pitch` does not change at all"]);
+}
+
+#[test]
+fn the_same_motion_twice_is_named() {
+    let log = coulomb();
+    // The first half again after itself.
+    let half = log.samples() / 2;
+    let mut twice = log.clone();
+    for values in [&mut twice.q, &mut twice.v, &mut twice.a] {
+        let width = values.len() / log.samples();
+        values.copy_within(..half * width, half * width);
+    }
+    let period = log.time[half] - log.time[0];
+    let found = judge(twice);
+    assert_warning(&found, &["the log repeats its motion", &format!("every {period:.1}"), "optimistic"]);
+    // And between logs: the second half of a log judges the whole.
+    let second = Recording {
+        time: log.time[half..].to_vec(),
+        segments: std::iter::once(0..log.samples() - half).collect(),
+        q: log.q[half * (log.q.len() / log.samples())..].to_vec(),
+        v: log.v[half * (log.v.len() / log.samples())..].to_vec(),
+        a: log.a[half * (log.a.len() / log.samples())..].to_vec(),
+        effort: log.effort.iter().map(|e| e.as_ref().map(|e| e[half..].to_vec())).collect(),
+        transmission: log.transmission.iter().map(|e| e.as_ref().map(|e| e[half..].to_vec())).collect(),
+        ..log.clone()
+    };
+    let (train, other) = (experiment(log), experiment(second));
+    let found = inspect(&train, Some(&other as &dyn Experiment)).training;
+    assert_warning(&found, &["shows the motion of the training log again"]);
+}
+
+/// `cargo run --release --example hidden_effects -- --generate DIR`, then `HIDDEN_EFFECTS=DIR cargo test --release
+/// --test data_gate -- --ignored --nocapture`.
+#[test]
+#[ignore = "needs the logs of the scoreboard"]
+fn effects_of_the_library_are_no_mix_ups() {
+    let folder = std::env::var_os("HIDDEN_EFFECTS").expect("HIDDEN_EFFECTS names a folder");
+    let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
+    let (mut logs, mut errors) = (0, Vec::new());
+    for case in std::fs::read_dir(folder).unwrap() {
+        let case = case.unwrap().path();
+        // Feet on the ground: `diagnose` reads these logs otherwise.
+        if case.to_string_lossy().contains("swaying") {
+            continue;
+        }
+        let [train, other] = ["train.csv", "validation.csv"].map(|file| {
+            let read = Recording::read(&case.join(file), &Mapping::default(), &subjects().subject, &options);
+            read.ok().map(|mut recording| {
+                recording.thin(10_000);
+                experiment(recording)
+            })
+        });
+        let (Some(train), Some(other)) = (train, other) else { continue };
+        logs += 1;
+        let found = inspect(&train, Some(&other as &dyn Experiment));
+        for finding in found.training.iter().chain(&found.validation) {
+            println!("{}: {}", case.display(), finding.message);
+            if finding.severity == Severity::Error {
+                errors.push(format!("{}: {}", case.display(), finding.message));
+            }
+        }
+    }
+    println!("{logs} cases with joint torques");
+    assert!(logs > 20 && errors.is_empty(), "{errors:#?}");
+}
