@@ -3,7 +3,7 @@
 //! The inverse dynamics is the plainest recursion of all; everything else has to agree with it: the mass matrix is its
 //! slope along accelerations, the forward dynamics undoes it, and the derivatives of both are those of dual numbers. A
 //! disagreement is a mistake of this compiler, and says so. Rounding is 1e-9 and less, mistakes have been 1e-3 and more.
-use crate::compile::{CompiledModel, Function, Wish, compile, compile_what_there_is};
+use crate::compile::{CompiledModel, Function, Wish, compile};
 use crate::description::model::RobotDescription;
 use crate::exact::Random;
 use crate::program::{Dual, Evaluator};
@@ -33,7 +33,7 @@ const CHECKED: [&str; 7] = [
 /// the way there and back with the effects.
 ///
 /// # Errors
-/// A function that contradicts the inverse dynamics: a mistake of this compiler. Also what [`compile`] refuses.
+/// A function that contradicts the inverse dynamics: a mistake of this compiler. Also what [`crate::compile::compile`] refuses.
 pub fn self_check(description: &RobotDescription, compiled: &CompiledModel) -> Result<(), Diagnostic> {
     let has = |name: &str| compiled.functions.iter().any(|f| f.name == name);
     let present: Vec<&str> = CHECKED[1..].iter().copied().filter(|name| has(name)).collect();
@@ -48,9 +48,11 @@ pub fn self_check(description: &RobotDescription, compiled: &CompiledModel) -> R
     }
     let rigid = description.clone().without_effects();
     let tree = Tree::new(&rigid, &rigid.base)?;
-    // Without a rotor's inertia there may be no forward dynamics.
-    let wishes: Vec<Wish> = present.iter().map(|name| wish(name)).collect();
-    let compiled = compile_what_there_is(&rigid, &tree, &wishes)?;
+    let mut compiled = compile(&rigid, &tree, &[wish(CHECKED[0])])?;
+    for name in &present {
+        // Without a rotor's inertia there may be no forward dynamics.
+        compiled.functions.extend(compile(&rigid, &tree, &[wish(name)]).into_iter().flat_map(|c| c.functions));
+    }
     let there = |name: &&str| compiled.functions.iter().any(|f| f.name == **name);
     let present: Vec<&str> = present.into_iter().filter(there).collect();
     Checked::new(&rigid, &compiled, &present)?.check(&present)
@@ -92,7 +94,10 @@ impl<'a> Checked<'a> {
             .map(|name| match find(name) {
                 _ if !needed(name) => Ok(None),
                 Some(function) => Ok(Some(evaluator(function))),
-                None => Ok(Some(evaluator(&compile(description, tree, &[wish(name)])?.functions[0]))),
+                // Where no inertia resists a joint there is no forward dynamics.
+                None => Ok(compile(description, tree, &[wish(name)])
+                    .ok()
+                    .and_then(|compiled| compiled.functions.first().map(evaluator))),
             })
             .collect::<Result<Vec<_>, Diagnostic>>()?;
         let parameters = compiled.base_parameters;

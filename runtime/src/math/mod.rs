@@ -25,7 +25,7 @@ pub const COMMON_RANGE_F32: f32 = 1024.0;
 
 /// Bound on the error of sine and cosine in `f64`, in units of 2⁻⁵³, over all finite arguments.
 ///
-/// Tested in `tests/sin_cos.rs`: largest error seen 1.10 where [`FUSED`], 1.25 elsewhere.
+/// Tested in `tests/numbers/sin_cos.rs`: largest error seen 1.10 where [`FUSED`], 1.25 elsewhere.
 pub const ERROR_BOUND_F64: f64 = 1.5;
 
 /// Bound on the error of sine and cosine in `f32`, in units of 2⁻²⁴, over all finite arguments.
@@ -41,7 +41,7 @@ pub const ERROR_BOUND_ULP: f64 = if FUSED { 2.0 } else { 2.5 };
 /// Bound on the error of [`Real::exp`] and [`Real::tanh`], in units in the last place of the result (of the
 /// smallest normal number below it).
 ///
-/// Tested in `tests/exponential.rs`.
+/// Tested in `tests/numbers/exponential.rs`.
 pub const ERROR_BOUND_EXPONENTIAL_ULP: f64 = 3.0;
 
 /// Sine and cosine of an angle (rad).
