@@ -51,7 +51,9 @@ pub fn self_check(description: &RobotDescription, compiled: &CompiledModel) -> R
     let mut compiled = compile(&rigid, &tree, &[wish(CHECKED[0])])?;
     for name in &present {
         // Without a rotor's inertia there may be no forward dynamics.
-        compiled.functions.extend(compile(&rigid, &tree, &[wish(name)]).into_iter().flat_map(|c| c.functions));
+        compiled
+            .functions
+            .extend(compile(&rigid, &tree, &[wish(name)]).into_iter().flat_map(|c| c.functions));
     }
     let there = |name: &&str| compiled.functions.iter().any(|f| f.name == **name);
     let present: Vec<&str> = present.into_iter().filter(there).collect();
