@@ -174,7 +174,7 @@ impl<'a> Checked<'a> {
         let mut moving: Values<Dual> =
             values.each_ref().map(|list| list.iter().map(|&x| Dual(x, 0.0)).collect());
         let rates = match argument {
-            Argument::Q => configuration_rate(self.tree, &values[Argument::Q as usize], direction),
+            Argument::Q => self.tree.configuration_rate(&values[Argument::Q as usize], direction),
             _ => direction.to_vec(),
         };
         for (x, rate) in moving[argument as usize].iter_mut().zip(rates) {
@@ -309,27 +309,6 @@ fn times(columns: &[f64], x: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let n = x.len();
     let sum = |r: usize, f: fn(f64) -> f64| (0..n).map(|c| f(columns[c * n + r] * x[c])).sum::<f64>();
     ((0..n).map(|r| sum(r, |y| y)).collect(), (0..n).map(|r| sum(r, f64::abs)).collect())
-}
-
-/// q̇ under the velocity `v`: twist of a floating base in its own axes.
-fn configuration_rate(tree: &Tree, q: &[f64], v: &[f64]) -> Vec<f64> {
-    if tree.base != BaseKind::Floating {
-        return v.to_vec();
-    }
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
-    let (u, w) = ([q[3], q[4], q[5]], q[6]);
-    let (linear, angular) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]]);
-    // R v = v + 2 (w u × v + u × (u × v)); the quaternion's rate is half of itself times (ω, 0).
-    let once = cross(u, linear);
-    let twice = cross(u, once);
-    let turn = cross(u, angular);
-    let mut out: Vec<f64> = (0..3).map(|k| linear[k] + 2.0 * (w * once[k] + twice[k])).collect();
-    out.extend((0..3).map(|k| 0.5 * (w * angular[k] + turn[k])));
-    out.push(-0.5 * (u[0] * angular[0] + u[1] * angular[1] + u[2] * angular[2]));
-    out.extend(&v[6..]);
-    out
 }
 
 #[cfg(test)]

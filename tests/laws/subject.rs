@@ -118,21 +118,7 @@ impl Subject {
 
     /// q̇ under the velocity `v`.
     pub fn rate(&self, values: &Values<f64>, v: &[f64]) -> Vec<f64> {
-        if self.tree().base != BaseKind::Floating {
-            return v.to_vec();
-        }
-        let q = values.of(Argument::Q);
-        let (u, w) = ([q[3], q[4], q[5]], q[6]);
-        let (linear, angular) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]]);
-        // R v = v + 2 (w u × v + u × (u × v)); the quaternion's rate is half of itself times (ω, 0).
-        let once = cross(u, linear);
-        let twice = cross(u, once);
-        let turn = cross(u, angular);
-        let mut out: Vec<f64> = (0..3).map(|k| linear[k] + 2.0 * (w * once[k] + twice[k])).collect();
-        out.extend((0..3).map(|k| 0.5 * (w * angular[k] + turn[k])));
-        out.push(-0.5 * dot(&u, &angular));
-        out.extend(&v[6..]);
-        out
+        self.tree().configuration_rate(values.of(Argument::Q), v)
     }
 
     /// The time derivative of a function of q and v along the motion.

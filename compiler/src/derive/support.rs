@@ -1,7 +1,7 @@
 //! Which rows a set of contacts means, from geometry alone: no rows that repeat each other on one foot.
 use super::contact::{is_planar, zero_rotations};
 use crate::description::model::{Contact, ContactPart, Foot};
-use crate::tree::{BaseKind, Motion, Tree};
+use crate::tree::{BaseKind, Motion, NEARLY_RIGHT, Tree};
 use bipedc_runtime::diagnostic::Diagnostic;
 
 /// Lengths (m) and direction cosines below this are rounding.
@@ -48,9 +48,9 @@ pub enum SupportKind {
 }
 
 impl Support {
-    /// The same in [`Tree::structure`]: directions within 1e-4 of a coordinate axis or plane lie in it.
+    /// The same in [`Tree::structure`]: directions within [`NEARLY_RIGHT`] of a coordinate axis or plane lie in it.
     pub(super) fn straightened(&self) -> Self {
-        let straight = |d: &[f64; 3]| unit(d.map(|x| if x.abs() < 1e-4 { 0.0 } else { x }));
+        let straight = |d: &[f64; 3]| unit(d.map(|x| if x.abs() < NEARLY_RIGHT { 0.0 } else { x }));
         let all = |list: &[[f64; 3]]| list.iter().map(straight).collect::<Vec<_>>();
         let kind = match &self.kind {
             SupportKind::Point { linear } => SupportKind::Point { linear: all(linear) },
@@ -248,11 +248,11 @@ fn mean(points: &[[f64; 3]]) -> [f64; 3] {
     })
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

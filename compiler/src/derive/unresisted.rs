@@ -3,6 +3,7 @@
 //! A point mass on a joint's axis, two joints about one axis with nothing between them, a whole robot that is a
 //! thin rod: no torque belongs to an acceleration there. Found in numbers, because a zero that went through a
 //! rotation by an odd angle is dust in the expressions, and its inverse a number of no meaning.
+use super::support::{cross, dot};
 use crate::tree::{Inertia, Motion, Placement, Rotation, Tree, matrix_vector};
 
 /// A pivot below this part of the inertia of everything that the joint carries is rounding.
@@ -141,12 +142,4 @@ fn in_parent(placement: &Placement, (force, moment): Pair) -> Pair {
 
 fn unit(axis: usize) -> [f64; 3] {
     [0, 1, 2].map(|k| if k == axis { 1.0 } else { 0.0 })
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|i| a[i] * b[i]).sum()
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -9,9 +9,10 @@
 //!
 //! What is exact, and of what: numbers of the description are read as the short decimals they were written
 //! as, tan(θ/2) of constant angles as a fraction within rounding, and what is analysed is the robot of
-//! [`crate::tree::Tree::structure`]: angles within 1e-4 rad of right angles are right there. For that robot rank and certified coefficients are right up to a chance of the
-//! order of 2⁻⁴⁰ per analysis. Lengths that the tree has moved into frames turned by odd angles carry the
-//! rounding of that step (1e-17 m): it can leave coefficients of 1e-16, which are kept and not printed.
+//! [`crate::tree::Tree::structure`]: angles within 1e-4 rad of right angles are right there. For that robot
+//! rank and certified coefficients are right up to a chance of the order of 2⁻⁴⁰ per analysis. Lengths that the
+//! tree has moved into frames turned by odd angles carry the rounding of that step (1e-17 m): it can leave
+//! coefficients of 1e-16, which are kept and not printed.
 mod arithmetic;
 mod coefficients;
 mod columns;

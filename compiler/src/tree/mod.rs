@@ -5,10 +5,12 @@ mod build;
 mod effects;
 mod inertia;
 mod placement;
+mod rates;
 mod right_angles;
 
 pub use anatomy::anatomy;
 pub use inertia::Inertia;
+pub(crate) use placement::NEARLY_RIGHT;
 pub use placement::{Placement, Rotation, exact_sin_cos, matrix_vector};
 
 /// How a body moves relative to its parent.

@@ -15,7 +15,7 @@ pub(super) const SNAP: f64 = 2e-13;
 
 /// Angles this close (rad) to a multiple of π/2 are right in [`crate::tree::Tree::structure`], and listed in
 /// [`crate::tree::Tree::nearly_right_angles`].
-pub(super) const NEARLY_RIGHT: f64 = 1e-4;
+pub(crate) const NEARLY_RIGHT: f64 = 1e-4;
 
 impl Rotation {
     /// From URDF roll, pitch, yaw about fixed axes.

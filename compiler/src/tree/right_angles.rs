@@ -92,7 +92,8 @@ fn straighten_axis(joint: &mut Joint, name: &str, assumed: &mut Vec<(String, f64
     let kept = axis.map(|x| if x.abs() < NEARLY_RIGHT { 0.0 } else { x });
     let off = (0..3).filter(|&k| kept[k] == 0.0).fold(0.0, |sum: f64, k| sum.hypot(axis[k]));
     let length = kept.iter().fold(0.0, |sum: f64, x| sum.hypot(*x));
-    if off == 0.0 || length == 0.0 {
+    // Beyond that, two small components are a direction beside the coordinate axis, as for the frame of the digits' tree.
+    if off == 0.0 || off >= NEARLY_RIGHT {
         return;
     }
     if off > SNAP {

@@ -44,26 +44,6 @@ fn state(random: &mut Random, tree: &Tree) -> Values<f64> {
     [q, random.vector(tree.nv, 2.0), random.vector(tree.nv, 5.0), random.vector(tree.nv, 20.0)]
 }
 
-/// Rate of q under the velocity v.
-fn rate(tree: &Tree, q: &[f64], v: &[f64]) -> Vec<f64> {
-    if tree.base != BaseKind::Floating {
-        return v.to_vec();
-    }
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
-    let (u, w) = ([q[3], q[4], q[5]], q[6]);
-    let (linear, angular) = ([v[0], v[1], v[2]], [v[3], v[4], v[5]]);
-    let once = cross(u, linear);
-    let twice = cross(u, once);
-    let turn = cross(u, angular);
-    let mut out: Vec<f64> = (0..3).map(|k| linear[k] + 2.0 * (w * once[k] + twice[k])).collect();
-    out.extend((0..3).map(|k| 0.5 * (w * angular[k] + turn[k])));
-    out.push(-0.5 * (u[0] * angular[0] + u[1] * angular[1] + u[2] * angular[2]));
-    out.extend(&v[6..]);
-    out
-}
-
 fn with_rates(values: &Values<f64>, rates: [Option<Vec<f64>>; 4]) -> Values<Dual> {
     let mut rates = rates.into_iter();
     values.each_ref().map(|x| {
@@ -82,7 +62,7 @@ fn dual_columns(
     let unit = |k: usize| (0..tree.nv).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
     let column = |k: usize| {
         let rates = match argument {
-            Argument::Q => [Some(rate(tree, &values[0], &unit(k))), None, None, None],
+            Argument::Q => [Some(tree.configuration_rate(&values[0], &unit(k))), None, None, None],
             Argument::V => [None, Some(unit(k)), None, None],
             _ => [None, None, None, Some(unit(k))],
         };
@@ -213,7 +193,8 @@ fn coriolis_matrix_gives_the_coriolis_forces_and_a_skew_difference() {
         let forces: Vec<f64> = (0..n).map(|r| (0..n).map(|k| c[r * n + k] * values[1][k]).sum()).collect();
         let expected = newton_euler::generalised_forces(&model, coriolis_only, false);
         close(&forces, &run(&evaluator(&graph, &expected), &values), 1e-12, what);
-        let along = with_rates(&values, [Some(rate(tree, &values[0], &values[1])), None, None, None]);
+        let along =
+            with_rates(&values, [Some(tree.configuration_rate(&values[0], &values[1])), None, None, None]);
         let d = run(&evaluator(&graph, &flat(composite::mass_matrix(&model))), &along);
         let sum: Vec<f64> = (0..n * n).map(|k| c[k] + c[k % n * n + k / n]).collect();
         let rates: Vec<f64> = d.iter().map(|x| x.1).collect();
