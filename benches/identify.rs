@@ -5,11 +5,11 @@
 //! sorting by stretch of motion, triangles, on two threads; then the estimate with error bars. The states are made before
 //! the clock starts and used again and again, because a million of them would be memory of the bench's own.
 #![allow(missing_docs)]
+use bipedc::identification::base_regressor;
+use bipedc_analysis::compare::{BaseKind, Joint, Subject};
+use bipedc_analysis::diagnose::Recording;
+use bipedc_analysis::identify::{Design, Estimate, ExtraChoice, Method, Settings, Sums, fold};
 use bipedc_compiler::Robot;
-use bipedc_compiler::identification::base_regressor;
-use bipedc_runtime::compare::{BaseKind, Joint, Subject};
-use bipedc_runtime::diagnose::Recording;
-use bipedc_runtime::identify::{Design, Estimate, ExtraChoice, Method, Settings, Sums, fold};
 use bipedc_runtime::nalgebra::DVector;
 use std::path::Path;
 use std::time::Instant;

@@ -1,9 +1,9 @@
 //! One hybrid step of the five-link walker, from landing to landing, with the emitted model: `cargo bench --bench phases`.
+use bipedc::simulation::{plant, walker};
+use bipedc_analysis::simulate::Scenario;
+use bipedc_analysis::simulate::control::Controller;
+use bipedc_analysis::simulate::phases::{Assumptions, Effort, End, PhasedRobot, Precision, Start, walk};
 use bipedc_compiler::Robot;
-use bipedc_compiler::simulation::{plant, walker};
-use bipedc_runtime::simulate::Scenario;
-use bipedc_runtime::simulate::control::Controller;
-use bipedc_runtime::simulate::phases::{Assumptions, Effort, End, PhasedRobot, Precision, Start, walk};
 use five_link::FiveLink;
 use std::path::Path;
 use std::time::Instant;

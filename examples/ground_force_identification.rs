@@ -5,18 +5,18 @@
 #[path = "reproduction/mod.rs"]
 mod reproduction;
 
-use bipedc_compiler::compile::Wish;
-use bipedc_compiler::exact::Model;
-use bipedc_compiler::program::ProgramRegressor;
-use bipedc_compiler::standing::{Root, Standing as Rooted};
-use bipedc_runtime::compare::{Batch, Options};
-use bipedc_runtime::diagnose::Experiment;
-use bipedc_runtime::diagnose::contact_log::ContactExperiment;
-use bipedc_runtime::identify::cop::least_squares;
-use bipedc_runtime::identify::{
+use bipedc::ProgramRegressor;
+use bipedc::standing::{Root, Standing as Rooted};
+use bipedc_analysis::compare::{Batch, Options};
+use bipedc_analysis::diagnose::Experiment;
+use bipedc_analysis::diagnose::contact_log::ContactExperiment;
+use bipedc_analysis::identify::cop::least_squares;
+use bipedc_analysis::identify::{
     BaseSet, BatchRegressor, Feed, Options as IdentifyOptions, Parts, Survey, identify,
 };
-use bipedc_runtime::log::{Mapping, Reader};
+use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_compiler::compile::Wish;
+use bipedc_compiler::exact::Model;
 use bipedc_runtime::nalgebra::{DMatrix, DVector};
 use bipedc_runtime::{Argument, State};
 use reproduction::{Failure, Noise, Stood, one, other, said, tulip};

@@ -5,12 +5,12 @@
 #[path = "reproduction/mod.rs"]
 mod reproduction;
 
+use bipedc::standing::{Root, Standing as Rooted};
+use bipedc_analysis::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
+use bipedc_analysis::identify::excite::{Criterion, Scaling};
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::exact::Model;
 use bipedc_compiler::program::ProgramModel;
-use bipedc_compiler::standing::{Root, Standing as Rooted};
-use bipedc_runtime::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
-use bipedc_runtime::identify::excite::{Criterion, Scaling};
 use reproduction::{Failure, one, said, tulip};
 
 /// Initial and optimised condition numbers of the thesis, run by run; of another robot's joint limits.

@@ -5,16 +5,16 @@
 #[path = "reproduction/mod.rs"]
 mod reproduction;
 
-use bipedc_compiler::exact::Model;
-use bipedc_compiler::standing::{Root, Standing as Rooted};
-use bipedc_runtime::diagnose::postures::PostureExperiment;
-use bipedc_runtime::identify::BaseSet;
-use bipedc_runtime::identify::cop::{
+use bipedc::standing::{Root, Standing as Rooted};
+use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::identify::BaseSet;
+use bipedc_analysis::identify::cop::{
     PostureTable, PressureErrors, held_out, least_squares, pressure_errors, simplified,
 };
-use bipedc_runtime::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
-use bipedc_runtime::identify::excite::{Criterion, Scaling};
-use bipedc_runtime::log::{Mapping, Reader};
+use bipedc_analysis::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
+use bipedc_analysis::identify::excite::{Criterion, Scaling};
+use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_compiler::exact::Model;
 use reproduction::{Failure, Noise, Stood, one, other, said, tulip};
 use std::fmt::Write as _;
 use std::io::Cursor;

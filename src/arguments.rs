@@ -5,8 +5,8 @@ use crate::output;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{Entry, Scope, Wish, entry};
 use bipedc_compiler::description::model::Base;
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::files::Ledger;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::Ledger;
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! Where generated crates go, what they are called after and where they find the runtime.
 use bipedc_compiler::emit::{CARRIED, Runtime, is_generated};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use std::path::{Component, Path, PathBuf, absolute};
 
 /// The name of a robot's folder, for the default of `--out`.
@@ -78,7 +78,7 @@ fn is_runtime(folder: &Path) -> bool {
 
 fn runtime_above(folder: &Path) -> Option<PathBuf> {
     let folder = absolute(folder).ok()?;
-    folder.ancestors().map(|ancestor| ancestor.join("runtime")).find(|path| is_runtime(path))
+    folder.ancestors().map(|ancestor| ancestor.join("runtime/core")).find(|path| is_runtime(path))
 }
 
 fn dependency_on(runtime: &Path, out: &Path) -> Result<Runtime, Diagnostic> {

@@ -5,11 +5,11 @@
 //! `coulomb_friction`, seen through the gear, become effects of the model at that joint, unless the description has effects
 //! of these kinds there: those were estimated and say it better.
 use crate::failure::Failure;
+use bipedc_analysis::log::{Kind, Mapping, Reader, Source};
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Drive, DriveKind};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::effect::{Effect, Location};
-use bipedc_runtime::log::{Kind, Mapping, Reader, Source};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::{Effect, Location};
 use std::path::Path;
 
 /// A robot and a mapping by which currents are read as efforts.
@@ -63,7 +63,7 @@ pub fn prepare(robot: &Robot, logs: &[&Path], mapping: &Mapping) -> Result<Prepa
     }
     if !efforts && !prepared.warnings.is_empty() {
         let error = |mut warning: Diagnostic| {
-            warning.severity = bipedc_runtime::diagnostic::Severity::Error;
+            warning.severity = bipedc_effects::diagnostic::Severity::Error;
             warning
         };
         return Err(Failure(prepared.warnings.into_iter().map(error).collect()));

@@ -3,15 +3,15 @@ use crate::currents::{self, Prepared};
 use crate::failure::Failure;
 use crate::measurements::{Content, Loaded, Measured};
 use crate::output;
-use bipedc_compiler::Robot;
-use bipedc_runtime::compare;
-use bipedc_runtime::diagnose::gate::{Findings, inspect};
-use bipedc_runtime::diagnose::{
+use bipedc_analysis::compare;
+use bipedc_analysis::diagnose::gate::{Findings, inspect};
+use bipedc_analysis::diagnose::{
     Diagnosis, Experiment, Options, Selected, diagnose, errors, estimate, summary, support,
 };
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics, Severity};
-use bipedc_runtime::effect::Effect;
-use bipedc_runtime::log::Mapping;
+use bipedc_analysis::log::Mapping;
+use bipedc_compiler::Robot;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
+use bipedc_effects::effect::Effect;
 use std::path::{Path, PathBuf};
 
 /// What is to be diagnosed, and how.

@@ -1,5 +1,5 @@
 //! Where the energy of a simulated run went, as a table.
-use bipedc_runtime::simulate::EnergyBalance;
+use bipedc_analysis::simulate::EnergyBalance;
 use std::fmt::Write;
 
 /// Stored energies, works and losses in J; what is zero is left out.

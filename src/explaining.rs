@@ -5,8 +5,8 @@ use crate::arguments::RobotArguments;
 use crate::diagnosing::{Request, diagnose_files, estimate_files};
 use crate::failure::{Failure, Outcome};
 use crate::output;
-use bipedc_runtime::diagnose::Diagnosis;
-use bipedc_runtime::effect::Effect;
+use bipedc_analysis::diagnose::Diagnosis;
+use bipedc_effects::effect::Effect;
 use std::fmt::Write;
 use std::process::ExitCode;
 

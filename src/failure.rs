@@ -1,5 +1,5 @@
 //! Why a command gave up.
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::process::ExitCode;
 
 /// Everything found wrong; printed on the error stream, exit code 1.

@@ -2,14 +2,14 @@
 use crate::failure::Failure;
 use crate::measurements::{Content, subject};
 use crate::output;
+use bipedc_analysis::compare::{FreeRun, Options, Subject, free_run};
+use bipedc_analysis::diagnose::Recording;
+use bipedc_analysis::log::{Mapping, Reader};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::tree::BaseKind;
-use bipedc_runtime::compare::{FreeRun, Options, Subject, free_run};
-use bipedc_runtime::diagnose::Recording;
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::log::{Mapping, Reader};
+use bipedc_effects::diagnostic::Diagnostic;
 use std::fmt::Write;
 use std::path::Path;
 

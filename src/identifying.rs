@@ -2,16 +2,15 @@
 use crate::failure::Failure;
 use crate::measurements::{Content, Loaded, Measured, subject};
 use crate::output;
+use bipedc::identification::base_regressor;
+use bipedc::{ProgramRegressor, anatomy};
+use bipedc_analysis::compare::Subject;
+use bipedc_analysis::diagnose::{Anatomy, Channel, Experiment};
+use bipedc_analysis::identify::elastic::{Look, Train, Transmission};
+use bipedc_analysis::identify::{BaseSet, Log, Parts, Survey, survey};
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Drive, DriveKind};
-use bipedc_compiler::identification::base_regressor;
-use bipedc_compiler::program::ProgramRegressor;
-use bipedc_compiler::tree::anatomy;
-use bipedc_runtime::compare::Subject;
-use bipedc_runtime::diagnose::{Anatomy, Channel, Experiment};
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_runtime::identify::elastic::{Look, Train, Transmission};
-use bipedc_runtime::identify::{BaseSet, Log, Parts, Survey, survey};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::path::PathBuf;
 
 /// A robot ready for identification.

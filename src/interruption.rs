@@ -1,5 +1,5 @@
 //! Ctrl-C: what is done so far is kept, and no temporary file stays behind.
-use bipedc_runtime::files::remove_temporaries;
+use bipedc_effects::files::remove_temporaries;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};

@@ -46,7 +46,7 @@ struct Cli {
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
-    bipedc_runtime::input::keep_pipes();
+    bipedc_effects::input::keep_pipes();
     match interruption::watch().map_err(failure::Failure::from).and_then(|()| cli.command.run()) {
         Ok(code) => code,
         Err(failure) => {

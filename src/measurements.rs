@@ -1,19 +1,20 @@
 //! Measurement files as experiments: what `diagnose` and `amend` work on.
 use crate::failure::Failure;
+use bipedc::{ProgramTorques, anatomy, feet};
+use bipedc_analysis::compare::{self, Joint, Options, Subject, compare_file};
+use bipedc_analysis::diagnose::anatomy::Anatomy;
+use bipedc_analysis::diagnose::contact_log::{ContactExperiment, WalkingExperiment};
+use bipedc_analysis::diagnose::impacts::ImpactExperiment;
+use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::diagnose::{Experiment, Foot, MotionExperiment, Recording, Robot, Source};
+use bipedc_analysis::log::{Kind, Mapping, Reader};
 use bipedc_compiler::Robot as Described;
-use bipedc_compiler::compile::{Wish, feet};
+use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::Base;
-use bipedc_compiler::program::{ProgramModel, ProgramTorques};
-use bipedc_compiler::tree::{BaseKind, Tree, anatomy};
-use bipedc_runtime::compare::{self, Joint, Options, Subject, compare_file};
-use bipedc_runtime::diagnose::anatomy::Anatomy;
-use bipedc_runtime::diagnose::contact_log::{ContactExperiment, WalkingExperiment};
-use bipedc_runtime::diagnose::impacts::ImpactExperiment;
-use bipedc_runtime::diagnose::postures::PostureExperiment;
-use bipedc_runtime::diagnose::{Experiment, Foot, MotionExperiment, Recording, Robot, Source};
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_runtime::effect::Effect;
-use bipedc_runtime::log::{Kind, Mapping, Reader};
+use bipedc_compiler::program::ProgramModel;
+use bipedc_compiler::tree::{BaseKind, Tree};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::effect::Effect;
 use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 

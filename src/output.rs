@@ -1,6 +1,6 @@
 //! Printing: results to the output stream, messages and progress to the error stream.
-use bipedc_runtime::diagnostic::{Diagnostic, Severity};
-use bipedc_runtime::files::to_standard_output;
+use bipedc_effects::diagnostic::{Diagnostic, Severity};
+use bipedc_effects::files::to_standard_output;
 use comfy_table::{CellAlignment, Table};
 use indicatif::ProgressBar;
 use serde::Serialize;

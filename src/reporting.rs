@@ -3,17 +3,17 @@ use crate::amendment::history::History;
 use crate::failure::Failure;
 use crate::measurements::{Content, Loaded, Measured};
 use crate::output;
-use bipedc_compiler::Robot;
-use bipedc_compiler::drawing::drawing;
-use bipedc_runtime::diagnose::{Diagnosis, Experiment, Fall};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::files::Ledger;
-use bipedc_runtime::identify::Identification;
-use bipedc_runtime::identify::elastic::DriveSummary;
-use bipedc_runtime::report::{
+use bipedc::drawing::drawing;
+use bipedc_analysis::diagnose::{Diagnosis, Experiment, Fall};
+use bipedc_analysis::identify::Identification;
+use bipedc_analysis::identify::elastic::DriveSummary;
+use bipedc_analysis::report::{
     Abscissa, Drawing, Estimated, Fact, Film, HistoryStep, Report, Row, rows_of, write, write_film,
     write_strobe, write_svg,
 };
+use bipedc_compiler::Robot;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::Ledger;
 use clap::Args;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

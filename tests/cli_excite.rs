@@ -4,11 +4,12 @@
 mod cli;
 mod support;
 
+use bipedc::feet;
+use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Motion};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Wish, feet};
+use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::Argument;
-use bipedc_runtime::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Motion};
 use bipedc_runtime::nalgebra::DMatrix;
 use cli::{Run, bipedc, scratch, text};
 use serde_json::Value;

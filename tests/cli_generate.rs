@@ -52,10 +52,10 @@ fn the_runtime_is_a_folder_or_a_version() {
     let manifest = || std::fs::read_to_string(out.join("Cargo.toml")).unwrap();
     bipedc(&["generate", ROBOT, "--out", text(&out), "--runtime", "0.1.0"]).ok();
     assert!(manifest().contains("bipedc-runtime = { version = \"0.1.0\""), "{}", manifest());
-    bipedc(&["generate", ROBOT, "--out", text(&out), "--runtime", "runtime"]).ok();
+    bipedc(&["generate", ROBOT, "--out", text(&out), "--runtime", "runtime/core"]).ok();
     let text_of = manifest();
     let path = text_of.split("path = \"").nth(1).unwrap().split('"').next().unwrap();
-    assert!(path.starts_with("..") && path.ends_with("/runtime"), "{path}");
+    assert!(path.starts_with("..") && path.ends_with("/runtime/core"), "{path}");
     assert!(out.join(path).join("Cargo.toml").is_file(), "{path}");
     bipedc(&["generate", ROBOT, "--out", text(&out), "--runtime", "compiler"])
         .fails_with(&["no crate `bipedc-runtime`", "--runtime takes"]);

@@ -34,11 +34,11 @@ fn cases_are_as_many_as_promised() {
     assert_eq!((count(Group::Cad), count(Group::CadAndEffect), count(Group::Outside)), (5, 10, 6));
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     for part in plans.iter().filter(|plan| plan.group != Group::Outside).flat_map(|plan| &plan.parts) {
-        assert!(bipedc_runtime::effect::kind(part.kind).is_some(), "no kind `{}`", part.kind);
+        assert!(bipedc_effects::effect::kind(part.kind).is_some(), "no kind `{}`", part.kind);
         *kinds.entry(part.kind).or_default() += 1;
     }
     let unseen = ["formula", "point_feet", "no_impact", "single_mass", "decoupled_planes"];
-    for kind in bipedc_runtime::effect::KINDS.iter().filter(|kind| !unseen.contains(&kind.name)) {
+    for kind in bipedc_effects::effect::KINDS.iter().filter(|kind| !unseen.contains(&kind.name)) {
         let cases = kinds.get(kind.name).copied().unwrap_or(0);
         assert!(cases >= 2, "`{}` is in {cases} cases", kind.name);
     }

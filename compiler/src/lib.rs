@@ -3,23 +3,17 @@
 //! The stages, each with a type of its own:
 //! [`description`] → tree → expression → derive → optimise → program →
 //! emit (Rust tokens) or evaluate (in process).
-pub mod absolute;
 pub mod build;
 pub mod compile;
 pub mod derive;
 pub mod description;
-pub mod drawing;
 pub mod emit;
 pub mod exact;
 pub mod expression;
-pub mod film;
 pub mod front;
-pub mod identification;
 pub mod program;
 pub mod robot;
 mod self_check;
-pub mod simulation;
-pub mod standing;
 pub mod states;
 pub mod tree;
 

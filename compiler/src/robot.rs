@@ -3,14 +3,13 @@ use crate::compile::{
     CompiledModel, Solvable, Wish, compile, compile_what_there_is, inertia_help, no_inertia, wishes,
 };
 use crate::derive::effects::JointLaws;
-use crate::description::SourceFiles;
 use crate::description::model::{Base, RobotDescription};
+use crate::description::{SourceFiles, mesh_file};
 use crate::emit::{Origin, Package, Runtime, package};
-use crate::film::meshes::mesh_file;
 use crate::self_check::self_check;
 use crate::tree::Tree;
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_runtime::files::Ledger;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::files::Ledger;
 use std::path::Path;
 
 /// Version of the emitted code's form; part of the hash, so that old output counts as stale.
@@ -160,7 +159,7 @@ impl Robot {
     }
 
     /// The robot's crate. `source` is what its header names, `runtime` where it finds `bipedc-runtime`: the
-    /// dependency's value, such as `path = "../../runtime"`, or [`Runtime::Carried`].
+    /// dependency's value, such as `path = "../../runtime/core"`, or [`Runtime::Carried`].
     ///
     /// # Errors
     /// Functions or frames that do not exist.

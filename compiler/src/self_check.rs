@@ -8,7 +8,7 @@ use crate::description::model::RobotDescription;
 use crate::exact::Random;
 use crate::program::{Dual, Evaluator};
 use crate::tree::{BaseKind, Tree};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::{Argument, Real, State};
 
 /// Random states of each robot.

@@ -2,10 +2,10 @@
 use super::findings::Released;
 use super::rocker::{Landing, Rocked, Rocker};
 use super::trials::{Failure, Trial, range, tulip};
+use bipedc::simulation::filmed_model;
+use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::simulate::{Mechanics, Scenario};
 use bipedc_compiler::Robot;
-use bipedc_compiler::simulation::filmed_model;
-use bipedc_runtime::compare::BaseKind;
-use bipedc_runtime::simulate::{Mechanics, Scenario};
 
 /// What a model says of the release; `None`: it says nothing.
 #[derive(Debug, Clone, Default)]

@@ -1,7 +1,7 @@
 //! The robot as a rigid body that rocks from one ankle to the other in the frontal plane.
 use super::trials::Failure;
+use bipedc_analysis::simulate::Mechanics;
 use bipedc_runtime::nalgebra::{DVector, Vector2};
-use bipedc_runtime::simulate::Mechanics;
 
 /// Half the angle between the legs, rad.
 const APART: f64 = 0.3;

@@ -1,7 +1,7 @@
 //! A hobby servo that swings a pendulum: friction that grows with the load.
 use crate::run::{Failure, Part, Program, failure, robot, text};
 use crate::table::write;
-use bipedc_runtime::signal::{Butterworth, Grid, resample};
+use bipedc_analysis::signal::{Butterworth, Grid, resample};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! An arm whose wrist couples two joints.
 use crate::run::{Failure, Part, Program, failure, robot, text};
 use crate::table::{read, write};
-use bipedc_runtime::signal::Butterworth;
+use bipedc_analysis::signal::Butterworth;
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -1,13 +1,14 @@
 //! What the reproductions share: TUlip, a TUlip whose parameters are others, postures, and numbers that look random.
 #![allow(dead_code)]
+use bipedc::feet;
+use bipedc::standing::Standing as Rooted;
+use bipedc_analysis::compare::{BaseKind, Joint, Subject};
+use bipedc_analysis::diagnose::{Foot, Robot as Parts};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Wish, feet};
+use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::Foot as Described;
 use bipedc_compiler::program::ProgramModel;
-use bipedc_compiler::standing::Standing as Rooted;
-use bipedc_runtime::compare::{BaseKind, Joint, Subject};
-use bipedc_runtime::diagnose::{Foot, Robot as Parts};
-use bipedc_runtime::diagnostic::Diagnostics;
+use bipedc_effects::diagnostic::Diagnostics;
 use std::path::Path;
 
 /// Whatever went wrong, in words.
@@ -19,7 +20,7 @@ pub fn said(found: Diagnostics) -> Failure {
 }
 
 /// A diagnostic as a failure.
-pub fn one(found: bipedc_runtime::diagnostic::Diagnostic) -> Failure {
+pub fn one(found: bipedc_effects::diagnostic::Diagnostic) -> Failure {
     found.to_string().into()
 }
 

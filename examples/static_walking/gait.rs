@@ -147,7 +147,7 @@ pub fn trajectory(steps: &[Step]) -> Result<Trajectory, Failure> {
 struct Table {
     text: String,
     wished: Vec<Vec<f64>>,
-    mechanics: bipedc_runtime::simulate::Mechanics<'static>,
+    mechanics: bipedc_analysis::simulate::Mechanics<'static>,
     q: Vec<f64>,
     rows: usize,
 }

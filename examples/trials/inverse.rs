@@ -1,8 +1,8 @@
 //! Inverse kinematics of TUlip: postures with given feet, torso and centre of mass.
 use super::Failure;
-use bipedc_runtime::compare::BaseKind;
+use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::simulate::{Frame, Mechanics};
 use bipedc_runtime::nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
-use bipedc_runtime::simulate::{Frame, Mechanics};
 
 /// What a posture shall reach; world axes, x forward, y to the left, z up.
 #[derive(Debug, Clone, Copy)]

@@ -3,10 +3,10 @@
 pub mod figure;
 pub mod inverse;
 
+use bipedc::simulation::plant;
+use bipedc_analysis::simulate::{Mechanics, Run, Scenario, Simulation, Summary};
 use bipedc_compiler::Robot;
-use bipedc_compiler::simulation::plant;
 use bipedc_runtime::Model;
-use bipedc_runtime::simulate::{Mechanics, Run, Scenario, Simulation, Summary};
 use std::path::{Path, PathBuf};
 
 /// Whatever went wrong, in words.
@@ -44,7 +44,7 @@ impl Trial {
         scenario: &str,
         edit: impl FnOnce(&mut Scenario),
     ) -> Result<Self, Failure> {
-        let said = |found: bipedc_runtime::diagnostic::Diagnostic| found.to_string();
+        let said = |found: bipedc_effects::diagnostic::Diagnostic| found.to_string();
         let tree = robot.tree().map_err(said)?;
         let plant = plant(&robot.description, &tree).map_err(said)?;
         let path = tulip_file(&format!("scenarios/{scenario}.toml"));

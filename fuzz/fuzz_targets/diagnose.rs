@@ -2,7 +2,7 @@
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../compiler/tests/support/fuzz_diagnose.rs"]
+#[path = "../../tests/support/fuzz_diagnose.rs"]
 mod fuzz_diagnose;
 
 fuzz_target!(|data: &[u8]| fuzz_diagnose::run(data));

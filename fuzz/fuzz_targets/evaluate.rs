@@ -2,7 +2,7 @@
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../compiler/tests/support/fuzz_evaluate.rs"]
+#[path = "../../tests/support/fuzz_evaluate.rs"]
 mod fuzz_evaluate;
 
 fuzz_target!(|text: &str| fuzz_evaluate::run(text));

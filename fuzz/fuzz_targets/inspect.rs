@@ -2,7 +2,7 @@
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../compiler/tests/support/fuzz_inspect.rs"]
+#[path = "../../tests/support/fuzz_inspect.rs"]
 mod fuzz_inspect;
 
 fuzz_target!(|text: &str| fuzz_inspect::run(text));

@@ -5,9 +5,9 @@ use super::text::{self, Written};
 use super::{Proposal, Proposed, Wish, description_path, is_same, now, words};
 use bipedc_compiler::description::SourceFiles;
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics, Severity};
-use bipedc_runtime::effect::Effect;
-use bipedc_runtime::files::Batch;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
+use bipedc_effects::effect::Effect;
+use bipedc_effects::files::Batch;
 use std::path::{Path, PathBuf};
 
 /// What was done.

@@ -1,8 +1,8 @@
 //! From a diagnosis to a proposal.
 use super::history::{ChannelError, Fall};
 use super::{Proposal, Proposed, Wish, is_same};
-use bipedc_runtime::diagnose::{Diagnosis, Fall as Measured, Found};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_analysis::diagnose::{Diagnosis, Fall as Measured, Found};
+use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 use std::path::Path;
 

@@ -2,9 +2,9 @@
 use crate::diagnosing::{Request, estimate_files};
 use crate::failure::Failure;
 use crate::output;
+use bipedc_analysis::diagnose::Diagnosis;
 use bipedc_compiler::Robot;
-use bipedc_runtime::diagnose::Diagnosis;
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use std::path::Path;
 
 /// What an estimator is asked.

@@ -1,7 +1,7 @@
 //! Texts that are ready to take their places, and one writer at a time.
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::files::{Output, sweep};
-use bipedc_runtime::input;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::{Output, sweep};
+use bipedc_effects::input;
 use std::fs::File;
 use std::io;
 use std::path::Path;

@@ -7,10 +7,10 @@
 use super::files::read_text;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use bipedc_analysis::diagnose::Source;
 use bipedc_compiler::robot::fnv1a;
-use bipedc_runtime::diagnose::Source;
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::Effect;
 use flate2::Compression;
 use flate2::read::{DeflateDecoder, DeflateEncoder};
 use serde::{Deserialize, Serialize};

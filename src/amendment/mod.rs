@@ -17,10 +17,10 @@ pub mod words;
 pub use apply::{Amended, amend};
 pub use undo::{Undone, undo};
 
+use bipedc_analysis::diagnose::Source;
 use bipedc_compiler::description::DESCRIPTION_FILE;
-use bipedc_runtime::diagnose::Source;
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::Effect;
 use history::{ChannelError, History};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! `[[effect]]` tables as text: only the bytes of the change are touched, so that comments, order, spacing and line
 //! ends of everything else stay by construction. The crate `toml_edit` says where tables and values stand.
 use super::words::{self, COMMENT};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::effect::{Effect, Role};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::{Effect, Role};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml_edit::{Document, Item, Table, Value};
@@ -280,7 +280,7 @@ fn key(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bipedc_runtime::effect::{Location, OwnParameter};
+    use bipedc_effects::effect::{Location, OwnParameter};
 
     static NONE: BTreeMap<String, [f64; 2]> = BTreeMap::new();
 

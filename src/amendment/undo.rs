@@ -2,8 +2,8 @@
 use super::files::{Lock, prepared};
 use super::history::{History, Standing, Step};
 use super::{now, open};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::files::Batch;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::Batch;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! How numbers, units and effects are said, in comments and on the terminal.
 use super::Proposed;
 use super::history::{ChannelError, Fall, Step};
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use std::fmt::Write;
 
 /// How comments that amend writes begin.

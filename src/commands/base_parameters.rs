@@ -3,7 +3,7 @@ use crate::arguments::RobotArguments;
 use crate::failure::Outcome;
 use crate::output;
 use bipedc_compiler::exact::{Model, ParameterList, Question};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
 use std::process::ExitCode;
 

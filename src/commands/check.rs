@@ -5,7 +5,7 @@ use crate::output::{self, Message};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::wishes;
 use bipedc_compiler::description::{CheckReport, check_report};
-use bipedc_runtime::diagnostic::{Diagnostic, Severity};
+use bipedc_effects::diagnostic::{Diagnostic, Severity};
 use clap::Args;
 use serde::Serialize;
 use std::process::ExitCode;

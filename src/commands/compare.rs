@@ -8,16 +8,16 @@ use crate::free_running;
 use crate::measurements::{Content, Measured, content, subject};
 use crate::output;
 use crate::reporting::{self, Outputs};
-use bipedc_compiler::Robot;
-use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramTorques;
-use bipedc_runtime::compare::{
+use bipedc::ProgramTorques;
+use bipedc_analysis::compare::{
     Comparison, FreeRun, Options, Reading, VelocitySource, channels_of, compare_file,
 };
-use bipedc_runtime::diagnose::{Breakdown, breakdowns};
-use bipedc_runtime::effect::{Effect, Law};
-use bipedc_runtime::log::Mapping;
-use bipedc_runtime::report::Report;
+use bipedc_analysis::diagnose::{Breakdown, breakdowns};
+use bipedc_analysis::log::Mapping;
+use bipedc_analysis::report::Report;
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::Wish;
+use bipedc_effects::effect::{Effect, Law};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@ use super::amend::demand_kind;
 use crate::amendment::words::unit_words;
 use crate::failure::Outcome;
 use crate::output;
-use bipedc_runtime::effect::{KINDS, Kind, Law, Parameter, Place, Role};
+use bipedc_effects::effect::{KINDS, Kind, Law, Parameter, Place, Role};
 use clap::Args;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -187,7 +187,7 @@ fn as_json(kind: &Kind) -> Value {
         })
     };
     let confounder =
-        |c: &bipedc_runtime::effect::Confounder| json!({ "kind": c.kind, "experiment": c.experiment });
+        |c: &bipedc_effects::effect::Confounder| json!({ "kind": c.kind, "experiment": c.experiment });
     json!({
         "kind": kind.name, "title": kind.title, "place": place(kind).0, "meaning": kind.meaning, "law": law(kind),
         "symptom": kind.symptom, "experiment": kind.experiment,

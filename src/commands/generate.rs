@@ -7,7 +7,7 @@ use crate::output;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{CompiledModel, Function};
 use bipedc_compiler::emit::{Package, is_generated};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -2,8 +2,8 @@
 use crate::failure::Outcome;
 use crate::output;
 use bipedc_compiler::description::{DESCRIPTION_FILE, init};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::files::{Ledger, write};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::{Ledger, write};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -3,7 +3,7 @@ use bipedc_compiler::Robot;
 use std::path::{Path, PathBuf};
 
 /// What `bipedc generate` writes into `generated/` for `bipedc-runtime`.
-const RUNTIME: &str = "path = \"../../runtime\"";
+const RUNTIME: &str = "path = \"../../runtime/core\"";
 
 fn folders(of: &str) -> Vec<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(of);

@@ -3,14 +3,14 @@
 //! The data are read in place; without them the test says so and passes.
 use crate::support::measured::Subjects;
 use crate::support::project;
+use bipedc_analysis::compare::Options;
+use bipedc_analysis::diagnose::Experiment;
+use bipedc_analysis::diagnose::contact_log::{ContactExperiment, ContactRecording, Quantity};
+use bipedc_analysis::log::Mapping;
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramModel;
-use bipedc_runtime::compare::Options;
-use bipedc_runtime::diagnose::Experiment;
-use bipedc_runtime::diagnose::contact_log::{ContactExperiment, ContactRecording, Quantity};
-use bipedc_runtime::effect::{Effect, Location};
-use bipedc_runtime::log::Mapping;
+use bipedc_effects::effect::{Effect, Location};
 use std::path::{Path, PathBuf};
 
 fn data() -> Option<PathBuf> {

@@ -1,9 +1,9 @@
 //! Impacts as an experiment: known figures of the example, and every effect against an independent computation.
 use crate::support::measured::{Subjects, example, inertial_error, rms};
-use bipedc_runtime::diagnose::Experiment;
-use bipedc_runtime::diagnose::impacts::ImpactExperiment;
-use bipedc_runtime::effect::{Effect, Location};
-use bipedc_runtime::log::{Mapping, Reader};
+use bipedc_analysis::diagnose::Experiment;
+use bipedc_analysis::diagnose::impacts::ImpactExperiment;
+use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::nalgebra::{DMatrix, DVector};
 use bipedc_runtime::{Argument, Model, State};
 use five_link::FiveLink;

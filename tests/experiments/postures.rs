@@ -1,9 +1,9 @@
 //! Static postures as an experiment: known figures of the example, and every effect against an independent computation.
 use crate::support::measured::{Subjects, example, inertial_error, rms};
-use bipedc_runtime::diagnose::postures::PostureExperiment;
-use bipedc_runtime::diagnose::{Channel, Experiment};
-use bipedc_runtime::effect::{Effect, Location};
-use bipedc_runtime::log::{Mapping, Reader};
+use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::diagnose::{Channel, Experiment};
+use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 use bipedc_runtime::{Argument, Model, State};
 use std::io::Cursor;

@@ -1,9 +1,9 @@
 //! Wrong use: what is said names the column, the joint or the posture.
 use crate::cli::{bipedc, scratch, text};
 use crate::support::measured::{Subjects, example};
-use bipedc_runtime::diagnose::postures::PostureExperiment;
-use bipedc_runtime::identify::cop::check_postures;
-use bipedc_runtime::log::{Mapping, Reader};
+use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::identify::cop::check_postures;
+use bipedc_analysis::log::{Mapping, Reader};
 use flate2::read::GzDecoder;
 use std::io::{Cursor, Read as _};
 use std::path::Path;

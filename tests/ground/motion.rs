@@ -1,8 +1,8 @@
 //! A robot in motion on one foot: its mass and moments from encoders, vertical force and centre of pressure.
 use crate::cli::{bipedc, scratch, text};
 use crate::stood::{Noise, model, other, rooted, tulip};
+use bipedc::standing::Root;
 use bipedc_compiler::exact::Model;
-use bipedc_compiler::standing::Root;
 use bipedc_runtime::{Argument, State};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;

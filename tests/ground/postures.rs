@@ -2,12 +2,12 @@
 use crate::cli::{bipedc, scratch, text};
 use crate::stood::{Noise, call, model, other, rooted, standing, tulip, write_postures};
 use crate::support::measured::{Subjects, example};
+use bipedc::standing::Root;
+use bipedc_analysis::diagnose::Experiment;
+use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::identify::cop::{PostureTable, least_squares, simplified};
+use bipedc_analysis::log::Mapping;
 use bipedc_compiler::exact::Model;
-use bipedc_compiler::standing::Root;
-use bipedc_runtime::diagnose::Experiment;
-use bipedc_runtime::diagnose::postures::PostureExperiment;
-use bipedc_runtime::identify::cop::{PostureTable, least_squares, simplified};
-use bipedc_runtime::log::Mapping;
 use bipedc_runtime::nalgebra::DVector;
 use serde_json::Value;
 use tulip::Tulip;
@@ -73,7 +73,7 @@ fn derivatives_of_a_standing_robot() {
             (0..3).for_each(|axis| close(numeric[axis], rate[axis]));
         }
         let frame =
-            |b: &bipedc_runtime::identify::excite::postures::Bodies| b.frame(&standing.parts.soles[1].place);
+            |b: &bipedc_analysis::identify::excite::postures::Bodies| b.frame(&standing.parts.soles[1].place);
         let ((p, r), (p_up, r_up), (p_down, r_down)) = (frame(&bodies), frame(&up), frame(&down));
         let _ = p;
         let numeric = (p_up - p_down) / 2e-6;

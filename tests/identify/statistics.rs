@@ -1,6 +1,6 @@
 //! Error bars that hold, estimators that forgive, and what data cannot tell.
 use crate::subject::{CELLS, Noise, Simulated, friction};
-use bipedc_runtime::identify::{Estimate, Extra, Method, Settings, Sums, Weighting, essential, fold};
+use bipedc_analysis::identify::{Estimate, Extra, Method, Settings, Sums, Weighting, essential, fold};
 
 /// Noise that lasts: an autoregressive process with this memory per sample.
 const MEMORY: f64 = 0.95;

@@ -1,13 +1,14 @@
 //! A robot whose samples are computed instead of measured.
 use crate::support::project;
+use bipedc::identification::base_regressor;
+use bipedc::{ProgramRegressor, anatomy};
+use bipedc_analysis::compare::{BaseKind, Joint, Subject};
+use bipedc_analysis::diagnose::{Anatomy, Recording};
+use bipedc_analysis::identify::{BaseSet, Design, Extra, Law, Settings, Sums, fold};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::identification::base_regressor;
-use bipedc_compiler::program::{ProgramModel, ProgramRegressor};
-use bipedc_compiler::tree::{BaseKind as Kind, anatomy};
-use bipedc_runtime::compare::{BaseKind, Joint, Subject};
-use bipedc_runtime::diagnose::{Anatomy, Recording};
-use bipedc_runtime::identify::{BaseSet, Design, Extra, Law, Settings, Sums, fold};
+use bipedc_compiler::program::ProgramModel;
+use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_runtime::nalgebra::DVector;
 use bipedc_runtime::{Argument, Model, State};
 
@@ -158,11 +159,11 @@ impl Simulated {
     /// Unknowns of the description, with these extras.
     pub fn truth(&self, design: &Design<'_>, extras: &[(Extra, f64)]) -> DVector<f64> {
         let parameters = self.anatomy.parameters();
-        let value = |sum: &[(bipedc_runtime::identify::Part, f64)]| -> f64 {
+        let value = |sum: &[(bipedc_analysis::identify::Part, f64)]| -> f64 {
             sum.iter()
                 .map(|(part, factor)| match part {
-                    bipedc_runtime::identify::Part::Inertial(k) => factor * parameters[*k],
-                    bipedc_runtime::identify::Part::Extra(k) => {
+                    bipedc_analysis::identify::Part::Inertial(k) => factor * parameters[*k],
+                    bipedc_analysis::identify::Part::Extra(k) => {
                         let wanted = design.extras[*k];
                         factor * extras.iter().find(|(e, _)| *e == wanted).map_or(0.0, |(_, x)| *x)
                     }

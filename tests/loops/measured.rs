@@ -2,12 +2,12 @@
 //! command line, on a copy of a robot.
 use crate::cli::{bipedc, scratch, text};
 use crate::support::measured::{Subjects, example};
+use bipedc_analysis::compare::Options;
+use bipedc_analysis::diagnose::{Experiment, MotionExperiment, Recording};
+use bipedc_analysis::log::Mapping;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramModel;
-use bipedc_runtime::compare::Options;
-use bipedc_runtime::diagnose::{Experiment, MotionExperiment, Recording};
-use bipedc_runtime::log::Mapping;
 use bipedc_runtime::{Argument, Model, State};
 use serde_json::Value;
 use std::path::{Path, PathBuf};

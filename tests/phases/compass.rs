@@ -1,7 +1,7 @@
 //! The passive compass gait on 3 degrees (Goswami, Thuilot and Espiau, 1998): fixed point, period and multipliers.
 use super::{passive, phased, ready};
+use bipedc_analysis::simulate::phases::{Assumptions, End, PhasedRobot, Precision, Start, walk};
 use bipedc_runtime::nalgebra::{Matrix3, Vector3};
-use bipedc_runtime::simulate::phases::{Assumptions, End, PhasedRobot, Precision, Start, walk};
 use std::f64::consts::PI;
 
 const SLOPE: f64 = PI / 60.0;
@@ -17,7 +17,7 @@ fn standing(section: &Section) -> Vec<f64> {
     vec![s, c, angle, -2.0 * angle, stance * c, -stance * s, stance, swing - stance]
 }
 
-fn robot(walker: &bipedc_compiler::simulation::Walker) -> PhasedRobot<'_> {
+fn robot(walker: &bipedc::simulation::Walker) -> PhasedRobot<'_> {
     // Without knees the swing foot passes through the ground.
     let assumptions = Assumptions { scuffing: f64::INFINITY, shortest_step: 0.05, ..Assumptions::default() };
     phased(walker, assumptions, &passive)

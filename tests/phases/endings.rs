@@ -1,6 +1,6 @@
 //! How the phases of the robots end, and feet that tip.
 use super::{phased, ready};
-use bipedc_runtime::simulate::phases::{Assumptions, End, Ending, Precision, Start, walk};
+use bipedc_analysis::simulate::phases::{Assumptions, End, Ending, Precision, Start, walk};
 
 #[test]
 fn phases_end_as_the_thesis_says() {

@@ -1,6 +1,6 @@
 //! The five-link walker: event times against a tighter tolerance, and time stepping beside it.
 use super::{scenario_text, time_stepped, walked};
-use bipedc_runtime::simulate::Sample;
+use bipedc_analysis::simulate::Sample;
 
 const FOLDER: &str = "robots/five_link";
 const SCENARIO: &str = "robots/five_link/scenarios/gait.toml";

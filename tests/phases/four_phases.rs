@@ -1,7 +1,7 @@
 //! The four changes of Table 4.1 on a robot with feet, each ended by its own event.
 use super::verdicts_feet::{LIFTED, Leg, STRAIGHT, scenario};
 use super::walked;
-use bipedc_runtime::simulate::phases::PhaseChange;
+use bipedc_analysis::simulate::phases::PhaseChange;
 
 const SEVEN: &str = "robots/seven_link";
 

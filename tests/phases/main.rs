@@ -9,12 +9,12 @@ mod verdicts;
 mod verdicts_feet;
 mod wheel;
 
+use bipedc::simulation::{Walker, driven_model, in_world, plant, true_walker, walker};
+use bipedc_analysis::simulate::control::Driven;
+use bipedc_analysis::simulate::phases::{Assumptions, PhasedRobot, Torque, WalkSummary, Walking};
+use bipedc_analysis::simulate::{Mechanics, Run, Sample, Scenario, Simulation};
 use bipedc_compiler::Robot;
-use bipedc_compiler::simulation::{Walker, driven_model, in_world, plant, true_walker, walker};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::simulate::control::Driven;
-use bipedc_runtime::simulate::phases::{Assumptions, PhasedRobot, Torque, WalkSummary, Walking};
-use bipedc_runtime::simulate::{Mechanics, Run, Sample, Scenario, Simulation};
+use bipedc_effects::diagnostic::Diagnostic;
 use std::path::Path;
 
 /// A robot below the repository's root.

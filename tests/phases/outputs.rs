@@ -1,8 +1,8 @@
 //! Virtual constraints: under the controller's torques every output obeys ÿ = v, in the plane and in space.
 use super::described;
-use bipedc_compiler::simulation::{plant, true_walker};
-use bipedc_runtime::simulate::control::{Controller, Feedback};
-use bipedc_runtime::simulate::{Frame, Mechanics, Scenario};
+use bipedc::simulation::{plant, true_walker};
+use bipedc_analysis::simulate::control::{Controller, Feedback};
+use bipedc_analysis::simulate::{Frame, Mechanics, Scenario};
 use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! The three-link walker with its published gait and controller (Grizzle, Abba and Plestan, 2001).
 use super::{scenario_text, walked};
-use bipedc_runtime::simulate::Sample;
+use bipedc_analysis::simulate::Sample;
 
 const SCENARIO: &str = "robots/three_link/scenarios/published_gait.toml";
 

@@ -1,6 +1,6 @@
 //! Every assumption has a scenario that violates it, and the verdict says what happened.
 use super::{scenario_text, walked};
-use bipedc_runtime::simulate::phases::Violation;
+use bipedc_analysis::simulate::phases::Violation;
 
 /// What ended the walk.
 pub fn verdict(folder: &str, text: &str) -> Violation {

@@ -1,9 +1,9 @@
 //! The rimless wheel: a closed form for the gait, by events and by time stepping.
 use super::{described, passive, phased, ready};
-use bipedc_compiler::simulation::true_model;
-use bipedc_runtime::compare::BaseKind;
-use bipedc_runtime::simulate::phases::{Assumptions, End, Precision, Start, walk};
-use bipedc_runtime::simulate::{Ground, Mechanics, Motion, Stepper, Tolerance};
+use bipedc::simulation::true_model;
+use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::simulate::phases::{Assumptions, End, Precision, Start, walk};
+use bipedc_analysis::simulate::{Ground, Mechanics, Motion, Stepper, Tolerance};
 use std::f64::consts::PI;
 
 const FOLDER: &str = "tests/data/simulate/rimless_wheel";

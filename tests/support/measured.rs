@@ -1,11 +1,11 @@
 //! Robots with measurements: what the experiments need, from a description.
 use super::{project, read_robot};
+use bipedc::{anatomy, feet};
+use bipedc_analysis::compare::{BaseKind, Joint, Subject};
+use bipedc_analysis::diagnose::{Anatomy, AnyModel, Experiment, Foot, Robot};
 use bipedc_compiler::Robot as Described;
-use bipedc_compiler::compile::feet;
-use bipedc_compiler::tree::{BaseKind as Kind, anatomy};
-use bipedc_runtime::compare::{BaseKind, Joint, Subject};
-use bipedc_runtime::diagnose::{Anatomy, AnyModel, Experiment, Foot, Robot};
-use bipedc_runtime::effect::Effect;
+use bipedc_compiler::tree::BaseKind as Kind;
+use bipedc_effects::effect::Effect;
 use std::path::PathBuf;
 
 /// All but the model.

@@ -1,12 +1,12 @@
 //! Minimal and absolute coordinates are two ways to one motion.
-use bipedc_compiler::Robot;
-use bipedc_compiler::absolute::{free_bodies, free_coordinates, joint_order};
-use bipedc_compiler::simulation::true_model;
-use bipedc_runtime::compare::BaseKind;
-use bipedc_runtime::nalgebra::DVector;
-use bipedc_runtime::simulate::{
+use bipedc::absolute::{free_bodies, free_coordinates, joint_order};
+use bipedc::simulation::true_model;
+use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::simulate::{
     FreeBodies, FreeStepper, Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance,
 };
+use bipedc_compiler::Robot;
+use bipedc_runtime::nalgebra::DVector;
 use std::path::Path;
 
 /// Springs of the joints, N m/rad, and the posture they hold, rad.

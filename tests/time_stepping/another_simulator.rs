@@ -1,8 +1,8 @@
 //! Standing, falling and rocking as MuJoCo has it, with its soft contacts made stiff.
 use super::in_process::tulip;
+use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
 use bipedc_runtime::Model;
-use bipedc_runtime::compare::BaseKind;
-use bipedc_runtime::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
 use serde_json::Value;
 
 /// TUlip on springs, with its feet's impulses.

@@ -2,7 +2,7 @@
 use super::humanoid::{Case, Humanoid, STANDING};
 use super::in_process::tulip;
 use super::laws::energy;
-use bipedc_runtime::simulate::{Compliance, Cone, Ground};
+use bipedc_analysis::simulate::{Compliance, Cone, Ground};
 
 const FIRM: Ground = Ground {
     friction: 0.6,

@@ -1,7 +1,7 @@
 //! TUlip in a posture, on its emitted code.
+use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepped, Stepper, Tolerance};
 use bipedc_runtime::Model;
-use bipedc_runtime::compare::BaseKind;
-use bipedc_runtime::simulate::{Ground, JointLaw, Mechanics, Motion, Stepped, Stepper, Tolerance};
 
 /// A case: posture with bent knees, springs in the joints.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! Energy, momentum and order of convergence of whole robots.
 use super::humanoid::{Case, Humanoid, STANDING};
-use bipedc_runtime::compare::BaseKind;
-use bipedc_runtime::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
+use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
 
 /// Energy of TUlip, J.
 pub fn energy(mechanics: &Mechanics<'_>, motion: &Motion) -> f64 {

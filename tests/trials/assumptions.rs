@@ -1,7 +1,7 @@
 //! What the simplifications of section 4.2 leave out.
 use super::levels::{frontal_plane, rockers, simulated};
 use super::trials::tulip;
-use bipedc_runtime::simulate::Scenario;
+use bipedc_analysis::simulate::Scenario;
 
 #[test]
 fn rigid_bodies_on_ankles_keep_their_momentum_or_their_energy() {

@@ -19,8 +19,8 @@ mod side_steps;
 mod walked;
 mod walking;
 
+use bipedc::simulation::filmed_model;
 use bipedc_compiler::program::ProgramModel;
-use bipedc_compiler::simulation::filmed_model;
 use std::sync::LazyLock;
 use trials::{Failure, Trial};
 

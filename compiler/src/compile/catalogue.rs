@@ -6,7 +6,7 @@ use super::quantity::Quantity;
 use crate::description::model::Phase;
 use crate::description::source::did_you_mean;
 use crate::program::Order;
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 
 /// What a function is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

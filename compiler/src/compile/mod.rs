@@ -1,7 +1,6 @@
 //! The pipeline: from a tree and a wish list to optimised programs.
 mod catalogue;
 mod families;
-mod feet;
 mod names;
 mod notes;
 mod quantity;
@@ -12,7 +11,6 @@ mod readable;
 mod solvable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};
-pub use feet::feet;
 pub use names::{crate_name, distinct, identifier};
 pub use quantity::Quantity;
 pub use readable::{Readable, readable};
@@ -25,8 +23,8 @@ use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph};
 use crate::program::{Operations, Program, lower};
 use crate::tree::{BaseKind, Tree};
+use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
-use bipedc_runtime::diagnostic::Diagnostic;
 
 /// A derived function, ready to be emitted or run.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 use super::catalogue::entry;
 use crate::derive::effects::JointLaws;
 use crate::description::model::RobotDescription;
-use bipedc_runtime::effect::{Effect, Law};
+use bipedc_effects::effect::{Effect, Law};
 
 /// Where an effect shows in the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use crate::derive::effects::JointLaws;
 use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph, Input, write_infix};
 use crate::tree::{BaseKind, Tree};
+use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
-use bipedc_runtime::diagnostic::Diagnostic;
 
 /// A function as formulas.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use crate::derive::{InertiaMode, RobotModel};
 use crate::description::model::{Base, Contact, ContactPart, RobotDescription};
 use crate::expression::Graph;
 use crate::tree::{BaseKind, Tree};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use std::cell::OnceCell;
 
 /// What stands in the way of functions of one robot; found when first asked for.

@@ -6,8 +6,8 @@ use super::support::{Support, SupportKind, supports};
 use crate::description::model::{Contact, Foot};
 use crate::expression::{Matrix3, Sym, Vector3};
 use crate::tree::Motion;
+use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
-use bipedc_runtime::diagnostic::Diagnostic;
 
 /// Constraint rows of a phase: J v = 0 with J = Wᵀ (4.23c), m rows, in the order of [`Constraints::names`].
 ///

@@ -4,7 +4,7 @@ use super::contact::{is_planar, zero_rotations};
 use crate::description::model::{JointKind, RobotDescription};
 use crate::expression::Sym;
 use crate::tree::{BaseKind, Body, Motion, Tree};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 
 /// `offset + Σ factor · x[index]`
 #[derive(Debug, Clone, PartialEq)]

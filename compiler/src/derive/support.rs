@@ -2,7 +2,7 @@
 use super::contact::{is_planar, zero_rotations};
 use crate::description::model::{Contact, ContactPart, Foot};
 use crate::tree::{BaseKind, Motion, NEARLY_RIGHT, Tree};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 
 /// Lengths (m) and direction cosines below this are rounding.
 const TOLERANCE: f64 = 1e-9;

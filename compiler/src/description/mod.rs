@@ -4,6 +4,7 @@
 mod check;
 pub(crate) mod geometry;
 mod init;
+mod mesh_files;
 pub mod model;
 mod settings;
 pub(crate) mod source;
@@ -11,11 +12,12 @@ pub(crate) mod urdf;
 
 pub use check::{CheckReport, LinkReport, check_report};
 pub use init::{init, init_text};
+pub use mesh_files::mesh_file;
 pub use source::suggest;
 pub use urdf::with_inertials;
 
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_runtime::input;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::input;
 use model::RobotDescription;
 use settings::{DEFAULT_URDF, describe, urdf_name};
 use source::{Messages, finish};

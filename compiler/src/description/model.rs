@@ -1,5 +1,5 @@
 //! The checked description of a robot: plain data, names resolved by string, SI units.
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 
 /// A URDF and its `biped.toml`, read and checked; nothing in it refers to something undefined.
 #[derive(Debug, Clone, PartialEq)]

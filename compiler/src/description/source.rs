@@ -1,5 +1,5 @@
 //! Texts with their line numbers, and the collection of everything found wrong in them.
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics, Severity};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use std::path::{Path, PathBuf};
 
 /// A text and where its lines begin, so that a byte offset becomes line and column in logarithmic time.

@@ -1,7 +1,7 @@
 //! Writing a package to disk, and comparing it with what stands there.
 use super::package::{CARRIED, Package};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::files::{Batch, Output};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::{Batch, Output};
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;

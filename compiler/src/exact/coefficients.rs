@@ -7,7 +7,7 @@ use super::least_squares::solve;
 use super::random::Random;
 use super::regressor::Regressor;
 use super::states::StateSpace;
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use num_bigint::BigInt;
 use num_traits::ToPrimitive;
 

@@ -2,7 +2,7 @@
 //! standard ones.
 use super::arithmetic::Arithmetic;
 use crate::tree::Tree;
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -40,7 +40,7 @@ pub use report::{BaseParameter, BaseParameters, Term};
 pub use states::StateSpace;
 
 use crate::expression::{Expr, Graph};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 
 /// Seed of the random states; the answer does not depend on it.
 const SEED: u64 = 0x5eed;

@@ -4,7 +4,7 @@ use crate::derive::{InertiaMode, Motions, RobotModel, momentum, newton_euler};
 use crate::description::model::{Base, RobotDescription, Side};
 use crate::expression::{Expr, Graph, Sym};
 use crate::tree::{BaseKind, Tree};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 
 /// A quantity that is linear in the inertial parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use super::evaluate::{Assignment, Evaluator};
 use super::random::Random;
 use super::states::StateSpace;
 use crate::expression::{Expr, Graph, separate};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
 /// How often a state is drawn anew when an equation has no solution in the field.

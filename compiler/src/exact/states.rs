@@ -5,7 +5,8 @@ use super::flat::{Turning, level};
 use super::random::Random;
 use crate::expression::Input;
 use crate::tree::{BaseKind, Frame, Motion, Tree, exact_sin_cos};
-use bipedc_runtime::{Argument, diagnostic::Diagnostic};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::Argument;
 
 /// The states in which a model is observed.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 use super::keys::{Keys, Source};
 use super::{items_for, module};
 use crate::description::SourceFiles;
-use bipedc_runtime::diagnostic::Diagnostics;
+use bipedc_effects::diagnostic::Diagnostics;
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 use std::path::{Path, PathBuf};

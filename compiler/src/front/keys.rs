@@ -2,7 +2,7 @@
 use super::attribute::without_prefix;
 use super::{Request, unknown_functions};
 use crate::description::source::suggest;
-use bipedc_runtime::diagnostic::Diagnostics;
+use bipedc_effects::diagnostic::Diagnostics;
 use syn::parse::{Parse, ParseStream};
 use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;

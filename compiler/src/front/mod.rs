@@ -10,7 +10,7 @@ use crate::description::model::Base;
 use crate::description::source::suggest;
 use crate::emit::{Options, items};
 use crate::robot::Robot;
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use proc_macro2::{Ident, TokenStream};
 use quote::quote;
 

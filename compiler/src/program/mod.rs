@@ -4,18 +4,14 @@ mod dual;
 mod evaluate;
 mod lower;
 mod model;
-mod regressor;
 mod schedule;
-mod torques;
 
 pub use count::Operations;
 pub use dual::Dual;
 pub use evaluate::Evaluator;
 pub use lower::{Order, lower};
 pub use model::ProgramModel;
-pub use regressor::ProgramRegressor;
 pub use schedule::schedule;
-pub use torques::ProgramTorques;
 
 use crate::expression::Call;
 use bipedc_runtime::{Argument, Arguments};

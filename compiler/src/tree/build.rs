@@ -2,7 +2,7 @@
 use super::placement::NEARLY_RIGHT;
 use super::{BaseKind, Body, Frame, Inertia, Motion, Placement, Rotation, Tree, TreeJoint};
 use crate::description::model::{Base, Foot, Joint, JointKind, Pose, RobotDescription};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::{HashMap, HashSet, VecDeque};
 
 type Result<T> = std::result::Result<T, Diagnostic>;

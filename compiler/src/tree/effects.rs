@@ -4,7 +4,7 @@
 use super::placement::matrix_vector;
 use crate::description::model::{Inertial, Link, RobotDescription};
 use crate::tree::{Inertia, Rotation};
-use bipedc_runtime::effect::{Effect, Law};
+use bipedc_effects::effect::{Effect, Law};
 use std::borrow::Cow;
 
 /// The robot with the masses, inertias and gravity that it truly has.

@@ -1,6 +1,5 @@
 //! The kinematic tree: bodies with one joint each, parents before children, fixed joints lumped, rooted at
 //! any link or contact point.
-mod anatomy;
 mod build;
 mod effects;
 mod inertia;
@@ -8,7 +7,6 @@ mod placement;
 mod rates;
 mod right_angles;
 
-pub use anatomy::anatomy;
 pub use inertia::Inertia;
 pub(crate) use placement::NEARLY_RIGHT;
 pub use placement::{Placement, Rotation, exact_sin_cos, matrix_vector};

@@ -6,7 +6,7 @@
 use super::placement::{NEARLY_RIGHT, Rotation, SNAP, snap};
 use super::{Placement, Tree};
 use crate::description::model::{Base, Joint, Pose, RobotDescription};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 
 /// Lengths below this (m) are dust of an export: nobody means a nanometre.
 const DUST: f64 = 1e-9;

@@ -1,6 +1,5 @@
 //! Descriptions of robots: every mistake has its message, hostile text does no harm.
 #![allow(missing_docs)]
-mod corpus;
 mod files;
 mod robots;
 mod toml;

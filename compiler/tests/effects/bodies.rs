@@ -1,6 +1,6 @@
 //! Effects that make another rigid body, against that body; shifted encoders and a tilted world.
 use super::support::*;
-use bipedc_runtime::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location};
 
 const FUNCTIONS: [&str; 3] = ["inverse_dynamics", "forward_dynamics", "mass_matrix"];
 

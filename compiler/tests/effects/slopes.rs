@@ -1,7 +1,7 @@
 //! Derivatives with effects, against dual numbers through the functions themselves.
 use super::support::*;
 use bipedc_compiler::program::Dual;
-use bipedc_runtime::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location};
 
 fn moving(values: &Values, argument: usize, k: usize) -> Values<Dual> {
     let lists = [&values.q, &values.v, &values.a, &values.tau, &values.forces];

@@ -2,8 +2,8 @@
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::{Robot, compile};
-use bipedc_runtime::effect::formula::Formula;
-use bipedc_runtime::effect::{Effect, Law, Location, Place, VARIABLES};
+use bipedc_effects::effect::formula::Formula;
+use bipedc_effects::effect::{Effect, Law, Location, Place, VARIABLES};
 use bipedc_runtime::{Argument, Model, Real, State};
 use std::path::Path;
 
@@ -112,7 +112,7 @@ pub fn joint_effects(joint: &str, other: &str) -> Vec<Effect> {
         ("torque_ripple", &[("amplitude", 0.2), ("periods_per_turn", 7.0), ("phase", 0.3)]),
         ("coupling", &[("inertia", 0.1), ("damping", 0.2), ("coulomb", 0.3), ("stiffness", 0.4)]),
     ];
-    let location = |kind: &str| match bipedc_runtime::effect::kind(kind).unwrap().place {
+    let location = |kind: &str| match bipedc_effects::effect::kind(kind).unwrap().place {
         Place::JointPair => Location::pair(joint, other),
         _ => Location::joint(joint),
     };

@@ -2,9 +2,9 @@
 use super::support::*;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_compiler::program::ProgramModel;
+use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::Argument;
 use bipedc_runtime::Model;
-use bipedc_runtime::effect::{Effect, Location};
 use bipedc_runtime::lanes::F64x4;
 
 const ROBOTS: [(&str, &str, &str); 3] = [

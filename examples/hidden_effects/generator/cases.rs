@@ -1,6 +1,6 @@
 //! The list of cases. The random numbers of a case follow from its name; sampling and encoders take turns.
 use super::truth::{Experiment, Group, Part, Plan};
-use bipedc_runtime::effect::Location;
+use bipedc_effects::effect::Location;
 
 /// Robot, kind, place (`joint`, `joint<other`, `link:…`, `sensor:…` or nothing).
 type Entry = (&'static str, &'static str, &'static str);

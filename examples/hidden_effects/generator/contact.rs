@@ -1,6 +1,6 @@
 //! Feet on the ground: corner forces and what pressure sensors make of them.
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// A parameter of the first effect of this kind.

@@ -5,7 +5,7 @@ use super::outside;
 use super::random::Random;
 use super::truth::{Alternative, Part, Plan, Scales, Truth};
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_runtime::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location};
 
 /// Draws all effects of a plan into its truth.
 pub fn effects(plan: &Plan, description: &RobotDescription, truth: &mut Truth, random: &mut Random) {

@@ -1,7 +1,7 @@
 //! What sits between the reported torque and the link, one joint at a time.
 use super::outside::{self, Outsider};
 use super::{Failure, failure};
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 
 /// Dry friction: how much of it the joint can show in either direction, N m.
 #[derive(Debug, Clone, Copy, PartialEq)]

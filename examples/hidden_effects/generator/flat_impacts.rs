@@ -5,8 +5,8 @@ use super::model::{Rigid, read};
 use super::random::Random;
 use super::truth::{Plan, Truth};
 use super::{Failure, Made, draw, failure};
+use bipedc_effects::effect::Effect;
 use bipedc_runtime::Argument;
-use bipedc_runtime::effect::Effect;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::path::Path;
 

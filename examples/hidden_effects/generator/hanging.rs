@@ -105,7 +105,7 @@ fn scales(rigid: &Rigid, run: &Recording) -> std::collections::BTreeMap<String, 
 /// Simulates joints with these effects on a given motion.
 pub fn run(
     rigid: &Rigid,
-    effects: &[bipedc_runtime::effect::Effect],
+    effects: &[bipedc_effects::effect::Effect],
     motion: &[JointMotion],
     duration: f64,
     rate: f64,

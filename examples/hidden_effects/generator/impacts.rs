@@ -4,8 +4,8 @@ use super::random::Random;
 use super::table::Table;
 use super::truth::{Plan, Truth};
 use super::{Failure, Made, contact, draw};
+use bipedc_effects::effect::Effect;
 use bipedc_runtime::Argument;
-use bipedc_runtime::effect::Effect;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::path::Path;
 

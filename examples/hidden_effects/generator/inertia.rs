@@ -2,7 +2,7 @@
 use super::random::Random;
 use super::{Failure, failure};
 use bipedc_compiler::description::model::{Inertial, RobotDescription};
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Puts an effect into the description. `false` if it is none of mass, inertia or gravity.

@@ -4,7 +4,7 @@ use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::robot::Robot;
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 

@@ -2,10 +2,10 @@
 use super::drive::{Drive, Dry, Mechanism, Moving, mechanism, smooth_torque};
 use super::model::Rigid;
 use super::{Failure, failure};
+use bipedc_analysis::signal::{Butterworth, Spline};
 use bipedc_compiler::robot::Robot;
+use bipedc_effects::effect::Effect;
 use bipedc_runtime::Argument;
-use bipedc_runtime::effect::Effect;
-use bipedc_runtime::signal::{Butterworth, Spline};
 
 /// Cut-offs that are tried, Hz; the one with the smallest error counts.
 const CUTOFFS: [f64; 6] = [10.0, 16.0, 25.0, 40.0, 60.0, 90.0];

@@ -1,6 +1,6 @@
 //! Causes that the library does not have.
 use super::drive::Moving;
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 
 /// A cause outside of the library.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,8 +8,8 @@ use super::table::Table;
 use super::truth::{Plan, Truth};
 use super::{Failure, Made};
 use bipedc_compiler::robot::Robot;
+use bipedc_effects::effect::Effect;
 use bipedc_runtime::Argument;
-use bipedc_runtime::effect::Effect;
 use std::f64::consts::TAU;
 
 /// Noise per size of the effect: the range that cases are drawn from.

@@ -7,10 +7,10 @@ use super::sway::Sample;
 use super::table::Table;
 use super::truth::{Plan, Truth};
 use super::{Failure, Made, failure};
+use bipedc_analysis::signal::{Butterworth, Spline, rotation};
 use bipedc_compiler::robot::Robot;
+use bipedc_effects::effect::Effect;
 use bipedc_runtime::Argument;
-use bipedc_runtime::effect::Effect;
-use bipedc_runtime::signal::{Butterworth, Spline, rotation};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
 

@@ -1,5 +1,5 @@
 //! What a case hides.
-use bipedc_runtime::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

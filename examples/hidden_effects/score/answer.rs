@@ -1,7 +1,7 @@
 //! The diagnosis' answer, asked for through the command line.
 use super::Context;
 use crate::generator::{Failure, failure};
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -4,7 +4,7 @@ use super::judge::{Scored, judge};
 use super::{Context, logs};
 use crate::generator::model::{Rigid, read, with_effects};
 use crate::generator::{Experiment, Failure, Plan, Truth, failure, generate, oracle};
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;

@@ -4,7 +4,7 @@ use super::answer::{Answer, ask};
 use super::case::explained;
 use super::judge::{Scored, judge};
 use crate::generator::{Experiment, Failure, Group, Truth, failure};
-use bipedc_runtime::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;

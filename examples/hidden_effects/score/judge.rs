@@ -2,7 +2,7 @@
 use super::answer::Answer;
 use super::parameters::{TOLERANCE, error};
 use crate::generator::{Group, Truth};
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use serde::Serialize;
 
 /// The score of one case.

@@ -1,6 +1,6 @@
 //! How far found numbers are from the true ones.
 use crate::generator::Scales;
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -77,7 +77,7 @@ fn vector(truth: &Effect, found: &Effect, names: &[&str], weights: &[f64]) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bipedc_runtime::effect::Location;
+    use bipedc_effects::effect::Location;
 
     #[test]
     fn rules_are_as_the_help_says() {

@@ -1,7 +1,7 @@
 //! The arguments of `amend` that clap leaves as texts.
 use bipedc_compiler::description::suggest;
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::effect::{self, Effect, KINDS, Law, OwnParameter};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::{self, Effect, KINDS, Law, OwnParameter};
 
 /// Refuses kinds that the library does not know.
 ///

@@ -1,6 +1,6 @@
 //! Where a model fails, for people: sentences, then tables.
 use crate::output;
-use bipedc_runtime::diagnose::{AT_NOISE, Breakdown, Part, Window};
+use bipedc_analysis::diagnose::{AT_NOISE, Breakdown, Part, Window};
 
 /// Sentences about every row, then its error by motion, phase and time.
 pub fn text(rows: &[Breakdown]) -> String {

@@ -1,6 +1,6 @@
 //! Foot placements and centres of pressure from above.
-use bipedc_runtime::identify::excite::polygon::Polygon;
-use bipedc_runtime::identify::excite::postures::{DesignedPostures, Standing};
+use bipedc_analysis::identify::excite::polygon::Polygon;
+use bipedc_analysis::identify::excite::postures::{DesignedPostures, Standing};
 use std::fmt::Write as _;
 
 /// Size of a panel and of its margin, px.

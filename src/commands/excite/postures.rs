@@ -3,17 +3,17 @@ use super::plot;
 use crate::failure::Outcome;
 use crate::interruption;
 use crate::output::{self, table};
+use bipedc::standing::{Root, Standing as Rooted};
+use bipedc_analysis::identify::excite::postures::{
+    DesignedPostures, PostureRequest, Run, Standing, Tolerance, design_postures,
+};
+use bipedc_analysis::identify::excite::{Criterion, Scaling};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::exact::Model;
 use bipedc_compiler::program::ProgramModel;
-use bipedc_compiler::standing::{Root, Standing as Rooted};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::files::{Batch, Ledger, Output};
-use bipedc_runtime::identify::excite::postures::{
-    DesignedPostures, PostureRequest, Run, Standing, Tolerance, design_postures,
-};
-use bipedc_runtime::identify::excite::{Criterion, Scaling};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::{Batch, Ledger, Output};
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -221,7 +221,7 @@ fn csv(standing: &Standing<'_>, found: &DesignedPostures) -> String {
 fn joints(standing: &Standing<'_>, found: &DesignedPostures) -> Vec<Joint> {
     let parts = &standing.parts;
     let joint =
-        |(j, (name, place)): (usize, (&String, &bipedc_runtime::identify::excite::postures::JointPlace))| {
+        |(j, (name, place)): (usize, (&String, &bipedc_analysis::identify::excite::postures::JointPlace))| {
             let positions = found.postures.iter().map(|posture| posture.joints[j]);
             let position = positions
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q), high.max(q)));

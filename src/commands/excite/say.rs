@@ -1,6 +1,6 @@
 //! The answer, for people and as JSON.
 use crate::output::table;
-use bipedc_runtime::identify::excite::{Designed, Family, Limits, Machine, MotionQuality, Peaks, Request};
+use bipedc_analysis::identify::excite::{Designed, Family, Limits, Machine, MotionQuality, Peaks, Request};
 use serde::Serialize;
 use std::fmt;
 use std::path::{Path, PathBuf};

@@ -1,15 +1,16 @@
 //! A robot ready for the design of motions.
 use crate::failure::Failure;
 use crate::measurements::subject;
+use bipedc::identification::base_regressor;
+use bipedc::{ProgramRegressor, ProgramTorques, feet};
+use bipedc_analysis::compare::{BaseKind, Subject};
+use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Limits, Machine};
+use bipedc_analysis::identify::joint;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Wish, feet};
+use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::{Joint, JointKind};
-use bipedc_compiler::identification::base_regressor;
-use bipedc_compiler::program::{ProgramModel, ProgramRegressor, ProgramTorques};
-use bipedc_runtime::compare::{BaseKind, Subject};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Limits, Machine};
-use bipedc_runtime::identify::joint;
+use bipedc_compiler::program::ProgramModel;
+use bipedc_effects::diagnostic::Diagnostic;
 use std::cell::RefCell;
 use std::f64::consts::PI;
 

@@ -4,22 +4,22 @@ use super::ground::{Center, Ground, GroundAnswer, InMetres, Mass, ModelErrors, p
 use crate::failure::Failure;
 use crate::measurements::Measured;
 use crate::output;
-use bipedc_compiler::Robot;
-use bipedc_compiler::exact::Model;
-use bipedc_compiler::standing::{Root, Standing};
-use bipedc_runtime::compare::Batch;
-use bipedc_runtime::diagnose::postures::PostureExperiment;
-use bipedc_runtime::diagnose::{Anatomy, Channel, Experiment};
-use bipedc_runtime::diagnostic::{Diagnostic, Severity};
-use bipedc_runtime::identify::cop::{
+use bipedc::standing::{Root, Standing};
+use bipedc_analysis::compare::Batch;
+use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::diagnose::{Anatomy, Channel, Experiment};
+use bipedc_analysis::identify::cop::{
     Confounded, PostureTable, TILTED, check_postures, confounded, held_out, least_squares, pressure_errors,
     simplified, swing_tilt,
 };
-use bipedc_runtime::identify::physical::Bound;
-use bipedc_runtime::identify::{
+use bipedc_analysis::identify::physical::Bound;
+use bipedc_analysis::identify::{
     Answer, BaseSet, BatchRegressor, Feed, Identification, Judge, Options, Parts, Survey, identify,
 };
-use bipedc_runtime::log::Mapping;
+use bipedc_analysis::log::Mapping;
+use bipedc_compiler::Robot;
+use bipedc_compiler::exact::Model;
+use bipedc_effects::diagnostic::{Diagnostic, Severity};
 use std::path::PathBuf;
 
 /// Rows come from tables: no regressor is evaluated.

@@ -4,12 +4,12 @@ use crate::failure::{Failure, Outcome};
 use crate::identifying::Drives;
 use crate::output;
 use crate::reporting::of_identification;
-use bipedc_compiler::Robot;
-use bipedc_runtime::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_runtime::identify::elastic::{
+use bipedc_analysis::identify::elastic::{
     Elastic, ElasticParts, Estimator as Kind, Laws, Look, Steps as Way, identify_elastic, look,
 };
-use bipedc_runtime::identify::{Log, Survey};
+use bipedc_analysis::identify::{Log, Survey};
+use bipedc_compiler::Robot;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use clap::ValueEnum;
 use std::process::ExitCode;
 

@@ -1,10 +1,10 @@
 //! What `--method cop` and `--method zmp` say beside the parameters: mass, centre of pressure, causes alike.
 use crate::measurements::Measured;
 use crate::output::table;
-use bipedc_runtime::diagnose::{Anatomy, Experiment};
-use bipedc_runtime::identify::cop::{Confounded, PressureErrors};
-use bipedc_runtime::identify::physical::Inertia;
-use bipedc_runtime::identify::{BaseSet, Identification};
+use bipedc_analysis::diagnose::{Anatomy, Experiment};
+use bipedc_analysis::identify::cop::{Confounded, PressureErrors};
+use bipedc_analysis::identify::physical::Inertia;
+use bipedc_analysis::identify::{BaseSet, Identification};
 use serde::Serialize;
 use std::fmt::Write as _;
 

@@ -1,8 +1,8 @@
 //! Options of `identify` that are more than a number.
-use bipedc_runtime::compare::Subject;
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::identify::physical::Bound;
-use bipedc_runtime::identify::{ExtraChoice, joint};
+use bipedc_analysis::compare::Subject;
+use bipedc_analysis::identify::physical::Bound;
+use bipedc_analysis::identify::{ExtraChoice, joint};
+use bipedc_effects::diagnostic::Diagnostic;
 
 /// What joints add.
 pub fn extras(

@@ -1,7 +1,7 @@
 //! The answer for people.
 use crate::output::table;
-use bipedc_runtime::identify::elastic::{DriveSummary, MotorErrors};
-use bipedc_runtime::identify::{Identification, Models, Value};
+use bipedc_analysis::identify::elastic::{DriveSummary, MotorErrors};
+use bipedc_analysis::identify::{Identification, Models, Value};
 use std::fmt::Write as _;
 
 /// Most parameters' worth of letters of a name.

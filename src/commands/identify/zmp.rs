@@ -6,14 +6,14 @@ use crate::failure::Failure;
 use crate::identifying::{Identified, loaded, table_survey};
 use crate::measurements::{Content, Loaded, Measured, content, subject};
 use crate::output;
+use bipedc::standing::{Root, Standing};
+use bipedc_analysis::compare;
+use bipedc_analysis::diagnose::{Anatomy, Channel, Experiment};
+use bipedc_analysis::identify::cop::confounded;
+use bipedc_analysis::identify::{Answer, Feed, Judge, Log, Parts, Survey, identify};
 use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
-use bipedc_compiler::standing::{Root, Standing};
-use bipedc_runtime::compare;
-use bipedc_runtime::diagnose::{Anatomy, Channel, Experiment};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::identify::cop::confounded;
-use bipedc_runtime::identify::{Answer, Feed, Judge, Log, Parts, Survey, identify};
+use bipedc_effects::diagnostic::Diagnostic;
 use std::path::PathBuf;
 
 /// Estimates from logs; with the motion of the base the rows of the base, else those of the standing foot.

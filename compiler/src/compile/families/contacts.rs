@@ -11,8 +11,8 @@ use crate::derive::relabel::Relabelling;
 use crate::description::model::Phase;
 use crate::expression::Sym;
 use crate::tree::Tree;
+use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
-use bipedc_runtime::diagnostic::Diagnostic;
 
 fn velocity_units(tree: &Tree) -> Vec<String> {
     (0..tree.nv).map(|r| if tree.row_is_linear(r) { "m/s" } else { "rad/s" }.to_owned()).collect()

@@ -8,7 +8,7 @@ use crate::derive::{InertiaMode, Motions, RobotModel, momentum as whole};
 use crate::exact::{BaseParameters, ParameterList, StateSpace, base_parameters as analyse};
 use crate::expression::{Expr, Graph, Sym, separate};
 use crate::tree::Tree;
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 
 /// Names of the ten standard parameters of every body.
 pub fn parameter_names(tree: &Tree) -> Vec<String> {

@@ -1,6 +1,6 @@
 //! A law's formula as an expression with its slopes.
 use crate::expression::{Call, Sym};
-use bipedc_runtime::effect::formula::{Binary, Formula, Function, Term};
+use bipedc_effects::effect::formula::{Binary, Formula, Function, Term};
 use std::collections::BTreeMap;
 
 /// A value with its derivatives with respect to a list of quantities that the caller keeps.

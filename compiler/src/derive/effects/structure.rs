@@ -1,9 +1,9 @@
 //! What laws must be like so that forward dynamics can take them back: linear in accelerations, and in the
 //! load but for its sign. Tried with numbers at seeded states, which finds what formulas hide.
 use super::{Joint, JointLaws, Signal, TorqueLaw};
-use bipedc_runtime::diagnostic::Diagnostic;
-use bipedc_runtime::effect::VARIABLES;
-use bipedc_runtime::effect::formula::Bound;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::VARIABLES;
+use bipedc_effects::effect::formula::Bound;
 
 const STATES: usize = 40;
 /// Places in [`VARIABLES`].

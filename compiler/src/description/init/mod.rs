@@ -8,7 +8,7 @@ use super::model::{JointKind, Side};
 use super::settings::DEFAULT_URDF;
 use super::source::{Messages, finish};
 use super::urdf::{Tree, UrdfRobot, WORLD, read_urdf};
-use bipedc_runtime::diagnostic::Diagnostics;
+use bipedc_effects::diagnostic::Diagnostics;
 use feet::FootGuess;
 use std::fmt::Write as _;
 use std::path::Path;

@@ -4,7 +4,7 @@ use super::formula::{self, read_formula};
 use super::table::{Entry, Section};
 use crate::description::model::Foot;
 use crate::description::source::{Messages, Place as At, list_names, short, suggest};
-use bipedc_runtime::effect::{self, Effect, KINDS, Kind, Law, Location, Parameter, Place, Role};
+use bipedc_effects::effect::{self, Effect, KINDS, Kind, Law, Location, Parameter, Place, Role};
 
 /// All keys that say where.
 const PLACES: [&str; 4] = ["joint", "other_joint", "link", "sensor"];

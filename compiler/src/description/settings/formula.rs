@@ -4,8 +4,8 @@ use super::effects::range;
 use super::table::{Entry, Section};
 use crate::derive::effects::Text;
 use crate::description::source::{Messages, short, suggest};
-use bipedc_runtime::effect::formula::{Formula, SMOOTHING};
-use bipedc_runtime::effect::{Effect, OwnParameter, VARIABLES};
+use bipedc_effects::effect::formula::{Formula, SMOOTHING};
+use bipedc_effects::effect::{Effect, OwnParameter, VARIABLES};
 
 /// Keys of a formula beside its place and its settings.
 pub(super) const KEYS: [&str; 3] = ["name", "torque", "parameters"];

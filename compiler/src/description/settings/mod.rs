@@ -12,7 +12,7 @@ use super::geometry::Frame;
 use super::model::{Base, Drive, Foot, Generate, JointKind, Phase, RobotDescription, SymmetricPair};
 use super::source::{Messages, Place, short, suggest};
 use super::urdf::UrdfRobot;
-use bipedc_runtime::effect::Effect;
+use bipedc_effects::effect::Effect;
 pub(crate) use feet::side_of_name;
 pub(crate) use symmetry::mirror_sign;
 use table::Section;

@@ -1,6 +1,6 @@
 //! Typed access to TOML tables that reports what is missing, mistyped or unknown, with its place.
 use crate::description::source::{Messages, Place, short, suggest};
-use bipedc_runtime::magnitude;
+use bipedc_effects::magnitude;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

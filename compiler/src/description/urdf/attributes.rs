@@ -1,6 +1,6 @@
 //! Attributes of URDF elements: numbers that are numbers, names that are known.
 use crate::description::source::{Messages, Place, did_you_mean, short};
-use bipedc_runtime::magnitude;
+use bipedc_effects::magnitude;
 use roxmltree::Node;
 
 /// The element of this name.

@@ -2,7 +2,7 @@
 use super::xml;
 use crate::description::model::Inertial;
 use crate::description::source::{Messages, short};
-use bipedc_runtime::diagnostic::Diagnostic;
+use bipedc_effects::diagnostic::Diagnostic;
 use roxmltree::Node;
 use std::ops::Range;
 use std::path::Path;

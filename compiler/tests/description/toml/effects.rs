@@ -327,7 +327,7 @@ parameters.k = { value = 0.1, unit = \"N m s/rad\", min = 0.0, max = 2.0 }\npara
 fn every_kind_and_parameter_stands_in_the_documentation() {
     let text = include_str!("../../../../robots/README.md");
     let text = text.split_once("### `[[effect]]`").unwrap().1;
-    for kind in bipedc_runtime::effect::KINDS {
+    for kind in bipedc_effects::effect::KINDS {
         let row = format!("| `{}` |", kind.name);
         let line = text.lines().find(|line| line.starts_with(&row));
         let line = line.unwrap_or_else(|| panic!("robots/README.md has no row `{row}`"));

@@ -1,0 +1,134 @@
+//! Comparisons of measurements of any kind, by way of their experiments.
+use super::report::{Channel, Comparison, Cutoff, KindError, Missing};
+use crate::diagnose::Experiment;
+use bipedc_effects::diagnostic::Diagnostic;
+use std::collections::BTreeMap;
+
+/// Kinds of channels, those that a table is about first.
+const KINDS: [&str; 6] =
+    ["post_impact_velocity", "cop", "effort", "base_force", "base_moment", "transmission"];
+
+/// How a file was read.
+#[derive(Debug, Clone, Default)]
+pub struct Reading {
+    /// What samples run over: `time`, `posture` or `impact`.
+    pub abscissa: &'static str,
+    /// Hz; 0 for tables.
+    pub cutoff_hz: f64,
+    /// Left out at both ends, s.
+    pub trim_s: f64,
+    /// What could not be compared and why.
+    pub missing: Vec<Missing>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// What is odd about the file.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// One channel per row of an experiment.
+pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
+    let rows = experiment.rows().iter().enumerate();
+    let channel = |(index, row): (usize, &crate::diagnose::Row)| {
+        let residual = experiment.residual(index);
+        let rms =
+            |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt();
+        let measured = experiment.measured(index).map(|values| rms(&values)).filter(|size| *size > 0.0);
+        Channel {
+            name: row.name.clone(),
+            unit: row.unit.to_owned(),
+            rms: rms(residual),
+            max: residual.iter().fold(0.0, |max, r| max.max(r.abs())),
+            relative: measured.map(|size| rms(residual) / size),
+            samples: residual.len(),
+            noise: row.noise,
+            kind: row.channel.name(),
+        }
+    };
+    rows.map(channel).collect()
+}
+
+/// Errors over all channels of a kind.
+pub(super) fn by_kind(channels: &[Channel]) -> BTreeMap<&'static str, KindError> {
+    let mut kinds: BTreeMap<&'static str, KindError> = BTreeMap::new();
+    for channel in channels {
+        let new = || KindError { unit: channel.unit.clone(), rms: 0.0 };
+        let kind = kinds.entry(channel.kind).or_insert_with(new);
+        if kind.unit != channel.unit {
+            "mixed".clone_into(&mut kind.unit);
+        }
+    }
+    for (name, kind) in &mut kinds {
+        let own = || channels.iter().filter(|c| c.kind == *name);
+        let squares: f64 = own().map(|c| c.rms * c.rms * c.samples as f64).sum();
+        kind.rms = (squares / own().map(|c| c.samples).sum::<usize>().max(1) as f64).sqrt();
+    }
+    kinds
+}
+
+/// The kind that a table is about: `cop` of postures, but the efforts of a log where both are.
+fn main_kind(kinds: &BTreeMap<&'static str, KindError>, abscissa: &str) -> KindError {
+    let mut order = KINDS;
+    if abscissa == "time" {
+        order.swap(1, 2);
+    }
+    let first = order.iter().find_map(|name| kinds.get(name)).cloned();
+    first.unwrap_or(KindError { unit: String::new(), rms: 0.0 })
+}
+
+impl Comparison {
+    /// The errors of an experiment's rows.
+    pub fn of_experiment(experiment: &dyn Experiment, reading: Reading) -> Self {
+        let channels = channels_of(experiment);
+        let kinds = by_kind(&channels);
+        let main = main_kind(&kinds, reading.abscissa);
+        let time = experiment.time();
+        let (from_s, to_s) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
+        let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_unstable_by(f64::total_cmp);
+        let step = steps.get(steps.len() / 2).copied().filter(|s| *s > 0.0 && reading.abscissa == "time");
+        Self {
+            channels,
+            kinds,
+            rms: main.rms,
+            abscissa: reading.abscissa,
+            unit: main.unit,
+            cutoff_hz: reading.cutoff_hz,
+            cutoffs: Vec::new(),
+            trim_s: reading.trim_s,
+            from_s,
+            to_s,
+            samples: time.len(),
+            sampling_hz: step.map_or(0.0, |step| 1.0 / step),
+            segments: 1 + steps
+                .iter()
+                .rev()
+                .take_while(|s| step.is_some_and(|step| **s > 3.0 * step))
+                .count(),
+            missing: reading.missing,
+            assumptions: reading.assumptions,
+            warnings: reading.warnings,
+        }
+    }
+
+    /// Puts errors in the place of those found so far that were computed another way, by cut-off; channels are known
+    /// by their names, and the cut-off with the smallest total error stands.
+    pub fn judged_again(&mut self, by_cutoff: Vec<(f64, Vec<Channel>)>) {
+        let own: Vec<&str> = self.channels.iter().map(|c| c.name.as_str()).collect();
+        let mut best: Option<(f64, f64, Vec<Channel>)> = None;
+        let mut cutoffs = Vec::new();
+        for (cutoff_hz, mut channels) in by_cutoff {
+            channels.retain(|c| own.contains(&c.name.as_str()));
+            let rms = by_kind(&channels).get("effort").map_or(0.0, |kind| kind.rms);
+            let logs: Vec<f64> = channels.iter().filter(|c| c.rms > 0.0).map(|c| c.rms.ln()).collect();
+            let geometric_mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
+            cutoffs.push(Cutoff { cutoff_hz, rms, geometric_mean });
+            if best.as_ref().is_none_or(|(_, least, _)| rms < *least) {
+                best = Some((cutoff_hz, rms, channels));
+            }
+        }
+        if let Some((cutoff_hz, rms, channels)) = best {
+            self.kinds = by_kind(&channels);
+            (self.cutoff_hz, self.rms, self.channels, self.cutoffs) = (cutoff_hz, rms, channels, cutoffs);
+        }
+    }
+}

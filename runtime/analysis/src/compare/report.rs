@@ -1,0 +1,175 @@
+//! The result of a comparison, for people and for programs.
+use bipedc_effects::diagnostic::Diagnostic;
+use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// The error of one joint.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Channel {
+    /// Of the joint.
+    pub name: String,
+    /// Of `rms` and `max`: `N m` or `N`.
+    pub unit: String,
+    /// Root mean square of logged minus predicted effort.
+    pub rms: f64,
+    /// Largest absolute value of it.
+    pub max: f64,
+    /// `rms` / root mean square of the logged effort; `None` (JSON: null) if that is zero.
+    pub relative: Option<f64>,
+    /// How many samples count.
+    pub samples: usize,
+    /// Estimated noise of the measurement as the residual has it, one standard deviation, unit of `rms`.
+    pub noise: f64,
+    /// What kind of quantity: `effort`, `base_force`, `base_moment`, `cop`, `transmission`, `post_impact_velocity`.
+    pub kind: &'static str,
+}
+
+/// The total error of one kind of channels.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct KindError {
+    /// Of `rms`; `mixed` if the channels differ.
+    pub unit: String,
+    /// Root mean square over all channels of the kind and all samples.
+    pub rms: f64,
+}
+
+/// The total error under one cut-off that was tried.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Cutoff {
+    /// Hz
+    pub cutoff_hz: f64,
+    /// As [`Comparison::rms`].
+    pub rms: f64,
+    /// Geometric mean of the channels' root mean squares: one channel that the model explains badly does not
+    /// choose the filter of all others.
+    pub geometric_mean: f64,
+}
+
+/// A joint that could not be compared.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Missing {
+    /// Of the joint.
+    pub name: String,
+    /// Such as the column that is not there.
+    pub reason: String,
+}
+
+/// What a model predicts against what was logged. Its JSON keys are its field names.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// One per joint with an effort, in the order of the model.
+    pub channels: Vec<Channel>,
+    /// By kind of channel.
+    pub kinds: BTreeMap<&'static str, KindError>,
+    /// Root mean square over all channels and samples of the kind that the table is about: velocities after impacts,
+    /// else centres of pressure of postures, else efforts, else forces on the base.
+    pub rms: f64,
+    /// What samples run over: `time`, `posture` or `impact`.
+    pub abscissa: &'static str,
+    /// Of `rms`: that of the channels, `mixed` if they differ.
+    pub unit: String,
+    /// Of the filter in use, Hz.
+    pub cutoff_hz: f64,
+    /// All cut-offs that were tried.
+    pub cutoffs: Vec<Cutoff>,
+    /// Left out at both ends of the log and on both sides of gaps, s.
+    pub trim_s: f64,
+    /// Times (log's clock, s) of the first and last sample that count.
+    pub from_s: f64,
+    /// See `from_s`.
+    pub to_s: f64,
+    /// Samples that count; a sample has a value in every channel.
+    pub samples: usize,
+    /// Hz, one over the median step.
+    pub sampling_hz: f64,
+    /// Stretches of the log without gaps.
+    pub segments: usize,
+    /// What could not be compared and why.
+    pub missing: Vec<Missing>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// As texts in JSON.
+    #[serde(serialize_with = "as_texts")]
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Comparison {
+    /// The cut-off with the smallest geometric mean of the channels' errors, Hz.
+    pub fn quietest_cutoff(&self) -> f64 {
+        let best = self.cutoffs.iter().min_by(|a, b| a.geometric_mean.total_cmp(&b.geometric_mean));
+        best.map_or(self.cutoff_hz, |cutoff| cutoff.cutoff_hz)
+    }
+}
+
+fn as_texts<S: Serializer>(warnings: &[Diagnostic], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(warnings.iter().map(Diagnostic::to_string))
+}
+
+impl fmt::Display for Comparison {
+    /// A table, then what it rests on. Warnings are not part of it: they belong on the error stream.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_table(f)?;
+        writeln!(f)?;
+        let (from, to, samples) = (self.from_s, self.to_s, self.samples);
+        if self.cutoff_hz > 0.0 {
+            let tried: Vec<_> = self.cutoffs.iter().map(|c| format!("{} Hz", c.cutoff_hz)).collect();
+            let choice =
+                if tried.len() > 1 { format!(", the best of {}", tried.join(", ")) } else { String::new() };
+            writeln!(f, "filter: zero-phase 4th-order Butterworth, cut-off {} Hz{choice}", self.cutoff_hz)?;
+        }
+        if self.abscissa == "time" {
+            writeln!(
+                f,
+                "samples: {samples} from {from:.3} s to {to:.3} s at {:.6} Hz; {} s left out at both ends",
+                self.sampling_hz, self.trim_s
+            )?;
+        } else {
+            writeln!(f, "samples: {samples}, {} {from} to {to}", self.abscissa)?;
+        }
+        for assumption in &self.assumptions {
+            writeln!(f, "assumed: {assumption}")?;
+        }
+        for missing in &self.missing {
+            writeln!(f, "not compared: {}: {}", missing.name, missing.reason)?;
+        }
+        Ok(())
+    }
+}
+
+impl Comparison {
+    fn write_table(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let wide = |texts: &mut dyn Iterator<Item = usize>, least: usize| texts.fold(least, usize::max);
+        let name = wide(&mut self.channels.iter().map(|c| c.name.chars().count()), 5);
+        let unit = wide(&mut self.channels.iter().map(|c| c.unit.len()), self.unit.len());
+        let column = 10 + unit;
+        let what = if self.channels.iter().all(|c| c.kind == "effort") { "joint" } else { "row" };
+        writeln!(
+            f,
+            "{what:name$}  {:>column$}  {:>column$}  {:>column$}  {:>10}  {:>8}",
+            "rms", "max", "noise", "relative", "samples"
+        )?;
+        for c in &self.channels {
+            let relative = c.relative.map_or_else(|| "-".to_owned(), |r| format!("{:.2} %", 100.0 * r));
+            let [rms, max, noise] = [c.rms, c.max, c.noise].map(number);
+            writeln!(
+                f,
+                "{:name$}  {rms:>9} {:unit$}  {max:>9} {:unit$}  {noise:>9} {:unit$}  {relative:>10}  {:>8}",
+                c.name, c.unit, c.unit, c.unit, c.samples
+            )?;
+        }
+        if self.kinds.len() <= 1 {
+            return writeln!(f, "{:name$}  {:>9} {:unit$}", "total", number(self.rms), self.unit);
+        }
+        for (kind, total) in &self.kinds {
+            let title = format!("all of {kind}");
+            writeln!(f, "{title:name$}  {:>9} {:unit$}", number(total.rms), total.unit)?;
+        }
+        Ok(())
+    }
+}
+
+/// Four decimals as long as they show something and are no crowd.
+fn number(x: f64) -> String {
+    if x == 0.0 || (0.01..1e7).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
+}

@@ -1,0 +1,364 @@
+//! The comparison itself: one pass over the log, all cut-offs at once.
+use super::columns::{JointColumns, Plan};
+use super::dynamics::{Batch, InverseDynamics};
+use super::experiment::by_kind;
+use super::influence::depends_on;
+use super::options::{Options, Subject};
+use super::report::{Channel, Comparison, Cutoff, Missing};
+use super::statistics::Sums;
+use super::trajectory::{Even, States, Unusable};
+use crate::diagnose::{white_noise, within};
+use crate::log::{Block, Blocks, MOST_GAPS, Mapping, Reader, Sampling};
+use crate::signal::{Butterworth, FilterError};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Samples that the spline needs beyond the filter's overlap: 0.43⁴⁰ is 2e-15.
+const SPLINE_OVERLAP: usize = 40;
+
+/// Sums of squares of anything smaller are finite, N m.
+const LARGEST_EFFORT: f64 = 1e140;
+
+/// One cut-off on trial.
+struct Candidate {
+    cutoff_hz: f64,
+    filter: Butterworth,
+    /// One per joint; joints that are not compared stay empty.
+    sums: Vec<Sums>,
+}
+
+impl Candidate {
+    fn total(&self) -> Sums {
+        self.sums.iter().fold(Sums::default(), |total, s| total.merged(s))
+    }
+    fn geometric_mean(&self) -> f64 {
+        let used = self.sums.iter().filter(|s| s.samples > 0 && s.error_squares > 0.0);
+        let (sum, count) = used.fold((0.0, 0.0_f64), |(sum, n), s| (sum + s.rms().ln(), n + 1.0));
+        (sum / count.max(1.0)).exp()
+    }
+}
+
+/// Everything that stays the same from block to block.
+struct Run<'a> {
+    file: PathBuf,
+    subject: &'a Subject,
+    plan: Plan,
+    /// Which joints are compared.
+    compared: Vec<bool>,
+    step: f64,
+    candidates: Vec<Candidate>,
+    /// Noise of the logged efforts by joint, from the first stretch.
+    noise: Vec<f64>,
+    /// First and last time that counted, s.
+    span: Option<(f64, f64)>,
+}
+
+/// Compares a log file; see [`compare`].
+///
+/// # Errors
+/// As [`compare`] and [`Reader::open`].
+pub fn compare_file(
+    model: &mut dyn InverseDynamics,
+    subject: &Subject,
+    log: &Path,
+    mapping: &Mapping,
+    options: &Options,
+) -> Result<Comparison, Diagnostics> {
+    compare(model, subject, Reader::open(log, mapping)?, options)
+}
+
+/// Compares logged efforts with those that the model predicts from the logged motion.
+///
+/// The log is read once. `subject` names the model's joints in the order of `v`.
+///
+/// # Errors
+/// Options without meaning; the table is no log; no joint of the robot has position and effort; any error in a
+/// row; a log that is too short; a model that does not fit its joints or gives numbers that are not finite.
+pub fn compare(
+    model: &mut dyn InverseDynamics,
+    subject: &Subject,
+    mut reader: Reader,
+    options: &Options,
+) -> Result<Comparison, Diagnostics> {
+    check(model, subject, options)?;
+    let file = reader.file().to_path_buf();
+    let mut plan = Plan::new(subject, &mut reader, options)?;
+    let compared = compared_joints(model, subject, &mut plan).map_err(|e| one(e.in_file(&file)))?;
+    let sampling = Sampling::probe(reader)?;
+    let step = sampling.step();
+    let candidates =
+        candidates(&mut plan, subject, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
+    let overlap = candidates.iter().map(|c| c.filter.overlap()).max().unwrap_or(0) + SPLINE_OVERLAP;
+    let mut blocks = Blocks::new(sampling, overlap, options.trim_s);
+    let mut run = Run { file, subject, plan, compared, step, candidates, noise: Vec::new(), span: None };
+    while let Some(block) = blocks.next_block()? {
+        let range = within(&block, options);
+        if !range.is_empty() {
+            run.add(model, &block, range)?;
+        }
+    }
+    run.finish(&blocks, options)
+}
+
+fn one(error: Diagnostic) -> Diagnostics {
+    Diagnostics(vec![error])
+}
+
+fn check(model: &dyn InverseDynamics, subject: &Subject, options: &Options) -> Result<(), Diagnostics> {
+    let joints = subject.joints.len();
+    let (nq, nv) = (subject.base.nq() + joints, subject.base.nv() + joints);
+    let mut errors = Vec::new();
+    if (model.nq(), model.nv()) != (nq, nv) {
+        let found = format!("the model has nq {} and nv {}", model.nq(), model.nv());
+        errors.push(Diagnostic::error(format!("{found}, its base and {joints} joints make {nq} and {nv}")));
+    }
+    if !(options.trim_s >= 0.0 && options.trim_s.is_finite()) {
+        let message = format!("{} s cannot be left out at the ends", options.trim_s);
+        errors.push(Diagnostic::error(message).help("give a number of seconds that is not negative"));
+    }
+    if let (Some(from), Some(to)) = (options.from_s, options.to_s)
+        && from.partial_cmp(&to) != Some(std::cmp::Ordering::Less)
+    {
+        let message = format!("no time lies between {from} s and {to} s");
+        errors.push(Diagnostic::error(message).help("the first time must be before the last"));
+    }
+    if options.cutoff_hz.is_none() && options.candidates.is_empty() {
+        errors.push(Diagnostic::error("no cut-off frequency to try").help("give one, or candidates"));
+    }
+    if errors.is_empty() { Ok(()) } else { Err(Diagnostics(errors)) }
+}
+
+/// Joints with an effort whose prediction depends on no joint without a position.
+fn compared_joints(
+    model: &mut dyn InverseDynamics,
+    subject: &Subject,
+    plan: &mut Plan,
+) -> Result<Vec<bool>, Diagnostic> {
+    let mut compared: Vec<bool> = plan.joints.iter().map(|c| c.effort.is_some()).collect();
+    for (moved, joint) in subject.joints.iter().enumerate() {
+        if plan.joints[moved].position.is_some() {
+            continue;
+        }
+        let rows = depends_on(model, subject, moved).map_err(|e| Diagnostic::error(e.to_string()))?;
+        for (other, _) in rows.iter().enumerate().filter(|(_, depends)| **depends) {
+            if std::mem::replace(&mut compared[other], false) {
+                let reason = format!("its effort depends on `{}`, which has no position column", joint.name);
+                plan.missing.push(Missing { name: subject.joints[other].name.clone(), reason });
+            }
+        }
+    }
+    if compared.contains(&true) {
+        return Ok(compared);
+    }
+    let reasons: Vec<_> = plan.missing.iter().map(|m| format!("{}: {}", m.name, m.reason)).collect();
+    Err(Diagnostic::error("no joint can be compared")
+        .help(format!("log position and effort of all joints ({})", reasons.join("; "))))
+}
+
+fn candidates(
+    plan: &mut Plan,
+    subject: &Subject,
+    options: &Options,
+    rate: f64,
+) -> Result<Vec<Candidate>, Diagnostic> {
+    let tried = options.cutoff_hz.map_or_else(|| options.candidates.clone(), |c| vec![c]);
+    let mut candidates = Vec::new();
+    let mut refused = Vec::new();
+    let mut reason = String::new();
+    for cutoff_hz in tried {
+        match Butterworth::new(cutoff_hz, rate) {
+            Ok(filter) => {
+                candidates.push(Candidate {
+                    cutoff_hz,
+                    filter,
+                    sums: vec![Sums::default(); subject.joints.len()],
+                });
+            }
+            Err(error) => {
+                refused.push(format!("{cutoff_hz} Hz"));
+                reason = match error {
+                    FilterError::OutOfRange => {
+                        format!("not below half the sampling rate of {} Hz", hertz(rate))
+                    }
+                    FilterError::TooLow => {
+                        format!("less than a ten-thousandth of the sampling rate of {} Hz", hertz(rate))
+                    }
+                };
+            }
+        }
+    }
+    if candidates.is_empty() {
+        return Err(Diagnostic::error(format!("the cut-off of {} is {reason}", refused.join(", ")))
+            .help("choose a cut-off between the robot's motion and half the sampling rate"));
+    }
+    if !refused.is_empty() {
+        plan.assumptions.push(format!("cut-offs not tried because {reason}: {}", refused.join(", ")));
+    }
+    Ok(candidates)
+}
+
+/// With digits that say something, however slow.
+fn hertz(rate: f64) -> String {
+    if rate < 1e-3 { format!("{rate:.3e}") } else { format!("{rate:.6}") }
+}
+
+impl Run<'_> {
+    fn add(
+        &mut self,
+        model: &mut dyn InverseDynamics,
+        block: &Block<'_>,
+        range: Range<usize>,
+    ) -> Result<(), Diagnostics> {
+        let even = Even::new(&self.plan, block, self.step);
+        if self.noise.is_empty() {
+            let effort = |joint: &JointColumns| joint.effort.map_or(0.0, |c| white_noise(&block.columns[c]));
+            self.noise = self.plan.joints.iter().map(effort).collect();
+        }
+        let (first, last) = (block.time[range.start], block.time[range.end - 1]);
+        self.span = Some((self.span.map_or(first, |s| s.0), last));
+        for index in 0..self.candidates.len() {
+            let filter = &self.candidates[index].filter;
+            let states = even.states(&self.plan, self.subject, filter, block.time, range.clone());
+            let states = states.map_err(|e| one(self.unusable(e)))?;
+            self.judge(model, index, block, range.start, &states)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the errors of consecutive samples under one cut-off.
+    fn judge(
+        &mut self,
+        model: &mut dyn InverseDynamics,
+        candidate: usize,
+        block: &Block<'_>,
+        first: usize,
+        states: &States,
+    ) -> Result<(), Diagnostics> {
+        let nv = model.nv();
+        let mut tau = vec![0.0; states.count * nv];
+        let batch = Batch { count: states.count, q: &states.q, v: &states.v, a: &states.a };
+        model
+            .torques(&batch, &mut tau)
+            .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
+        for (joint, columns) in self.plan.joints.iter().enumerate().filter(|(j, _)| self.compared[*j]) {
+            let Some(effort) = columns.effort else { continue };
+            let logged = &block.columns[effort][first..];
+            let row = self.subject.base.nv() + joint;
+            for (i, tau) in tau.chunks_exact(nv).enumerate() {
+                // Its square must be a number too.
+                if tau[row].abs().partial_cmp(&LARGEST_EFFORT) != Some(std::cmp::Ordering::Less) {
+                    let name = &self.subject.joints[joint].name;
+                    let time = block.time[first + i];
+                    let message = format!("the model's effort of `{name}` at {time} s is {:e}", tau[row]);
+                    let help = "check the masses of the description and the positions at that time";
+                    return Err(one(Diagnostic::error(message).in_file(&self.file).help(help)));
+                }
+                self.candidates[candidate].sums[joint].add(logged[i], tau[row]);
+            }
+        }
+        Ok(())
+    }
+
+    fn unusable(&self, reason: Unusable) -> Diagnostic {
+        match reason {
+            Unusable::TooFew => Diagnostic::error("a stretch of the log has fewer than 8 samples")
+                .help("leave out more at the ends, or record longer"),
+            Unusable::ZeroQuaternion(time) => Diagnostic::error(format!(
+                "base/orientation is no rotation at {time} s: its quaternion is zero"
+            ))
+            .help("a unit quaternion x, y, z, w is expected"),
+        }
+        .in_file(&self.file)
+    }
+
+    fn finish(self, blocks: &Blocks, options: &Options) -> Result<Comparison, Diagnostics> {
+        let report = blocks.report();
+        let Some((from_s, to_s)) = self.span else { return Err(one(self.nothing(blocks, options))) };
+        let best = self.candidates.iter().min_by(|a, b| a.total().rms().total_cmp(&b.total().rms()));
+        let Some(best) = best else { return Err(one(self.nothing(blocks, options))) };
+        let channels = self.subject.joints.iter().zip(&best.sums).zip(&self.noise);
+        let channels: Vec<Channel> = channels
+            .filter(|((_, sums), _)| sums.samples > 0)
+            .map(|((joint, sums), noise)| channel(&joint.name, joint.unit(), sums, *noise))
+            .collect();
+        let kinds = by_kind(&channels);
+        let mut warnings = self.plan.warnings;
+        warnings.extend(uneven(blocks, self.step, &self.file));
+        warnings.extend(report.warnings.iter().cloned());
+        if report.gaps > MOST_GAPS {
+            let message =
+                format!("the log has {} gaps in all; the first {MOST_GAPS} are listed", report.gaps);
+            warnings.push(
+                Diagnostic::warning(message).in_file(&self.file).help("check the recorder for lost messages"),
+            );
+        }
+        Ok(Comparison {
+            rms: best.total().rms(),
+            unit: kinds.values().next().map_or_else(String::new, |kind| kind.unit.clone()),
+            kinds,
+            abscissa: "time",
+            cutoff_hz: best.cutoff_hz,
+            trim_s: options.trim_s,
+            from_s,
+            to_s,
+            samples: channels.first().map_or(0, |c| c.samples),
+            sampling_hz: 1.0 / self.step,
+            segments: report.segments,
+            missing: self.plan.missing,
+            assumptions: self.plan.assumptions,
+            warnings,
+            channels,
+            cutoffs: self
+                .candidates
+                .iter()
+                .map(|c| Cutoff {
+                    cutoff_hz: c.cutoff_hz,
+                    rms: c.total().rms(),
+                    geometric_mean: c.geometric_mean(),
+                })
+                .collect(),
+        })
+    }
+
+    /// No sample counted: why.
+    fn nothing(&self, blocks: &Blocks, options: &Options) -> Diagnostic {
+        let rows = blocks.reader().rows();
+        let (step, trim) = (self.step, options.trim_s);
+        let message = if blocks.report().segments == 0 {
+            format!(
+                "the log is too short: {rows} rows at {step:.6} s leave nothing after {trim} s are dropped at both ends"
+            )
+        } else {
+            let end = |time: Option<f64>, end: &str| time.map_or(end.to_owned(), |t| format!("{t} s"));
+            let (from, to) = (end(options.from_s, "its start"), end(options.to_s, "its end"));
+            format!("no sample of the log counts between {from} and {to} ({trim} s are dropped at both ends)")
+        };
+        let help = "record longer, leave out less, or choose times that the log has";
+        Diagnostic::error(message).in_file(&self.file).help(help)
+    }
+}
+
+fn channel(name: &str, unit: &str, sums: &Sums, noise: f64) -> Channel {
+    Channel {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        rms: sums.rms(),
+        max: sums.max_error,
+        relative: sums.relative(),
+        samples: sums.samples,
+        noise,
+        kind: "effort",
+    }
+}
+
+/// A warning if the samples were not evenly spaced.
+fn uneven(blocks: &Blocks, step: f64, file: &Path) -> Option<Diagnostic> {
+    let report = blocks.report();
+    let (line, (shortest, longest)) = (report.first_uneven?, report.steps?);
+    let message = format!(
+        "the sampling is not even: steps from {shortest:.6} s to {longest:.6} s (most are {step:.6} s), first in this line"
+    );
+    let help = "positions are interpolated on an even grid before filtering; a steady clock gives better accelerations";
+    Some(Diagnostic::warning(message).in_file(file).at(line, 0).help(help))
+}

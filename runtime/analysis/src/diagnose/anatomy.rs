@@ -1,0 +1,183 @@
+//! The links behind the inertial parameters: how payloads, shifted centres of mass and CAD errors change them.
+use bipedc_effects::effect::{Effect, Law};
+use serde::{Deserialize, Serialize};
+
+type Matrix = [[f64; 3]; 3];
+
+/// A link of the robot, with the place of its frame in the body that it belongs to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Link {
+    /// URDF name.
+    pub name: String,
+    /// Index of the body, in the order of the inertial parameters.
+    pub body: usize,
+    /// Axes of the link frame in the frame that the body's parameters are stated in.
+    pub rotation: Matrix,
+    /// Origin of the link frame in that frame, m.
+    pub translation: [f64; 3],
+    /// kg
+    pub mass: f64,
+    /// Centre of mass in the link frame, m.
+    pub center: [f64; 3],
+    /// About the centre of mass, link axes, kg m².
+    pub inertia: Matrix,
+}
+
+/// All links of a robot.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Anatomy {
+    /// In the order of the URDF.
+    pub links: Vec<Link>,
+    /// Names of the bodies' main links.
+    pub bodies: Vec<String>,
+}
+
+/// How far CAD data are usually off: one standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CadError {
+    /// Relative error of masses.
+    pub mass: f64,
+    /// Of each coordinate of a centre of mass, m.
+    pub center: f64,
+    /// Relative error of inertias about the centre of mass.
+    pub inertia: f64,
+}
+
+impl Default for CadError {
+    fn default() -> Self {
+        Self { mass: 0.02, center: 0.002, inertia: 0.04 }
+    }
+}
+
+/// Ten parameters of a point mass, or of a body: m, m c, second moment about the origin.
+fn parameters(mass: f64, c: [f64; 3], about_center: &Matrix) -> [f64; 10] {
+    let square: f64 = c.iter().map(|x| x * x).sum();
+    let second =
+        |r: usize, k: usize| about_center[r][k] + mass * (if r == k { square } else { 0.0 } - c[r] * c[k]);
+    [
+        mass,
+        mass * c[0],
+        mass * c[1],
+        mass * c[2],
+        second(0, 0),
+        second(0, 1),
+        second(0, 2),
+        second(1, 1),
+        second(1, 2),
+        second(2, 2),
+    ]
+}
+
+fn product(m: &Matrix, x: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|r| (0..3).map(|k| m[r][k] * x[k]).sum())
+}
+
+impl Link {
+    /// A point of the link frame in the body's frame.
+    fn point(&self, x: [f64; 3]) -> [f64; 3] {
+        let turned = product(&self.rotation, x);
+        [0, 1, 2].map(|i| self.translation[i] + turned[i])
+    }
+
+    /// A symmetric matrix in link axes, in the body's axes.
+    fn turned(&self, m: &Matrix) -> Matrix {
+        let half = [0, 1, 2].map(|r| product(m, self.rotation[r]));
+        [0, 1, 2].map(|r| [0, 1, 2].map(|c| (0..3).map(|k| self.rotation[c][k] * half[r][k]).sum()))
+    }
+
+    /// Ten parameters in the body's frame, with mass, centre and inertia (about the centre) changed.
+    fn changed(&self, mass: f64, shift: [f64; 3], inertia: &Matrix) -> [f64; 10] {
+        let center = [0, 1, 2].map(|i| self.center[i] + shift[i]);
+        let about = [0, 1, 2].map(|r| [0, 1, 2].map(|c| self.inertia[r][c] + inertia[r][c]));
+        parameters(self.mass + mass, self.point(center), &self.turned(&about))
+    }
+}
+
+impl Anatomy {
+    /// The link of this name.
+    pub fn link(&self, name: &str) -> Option<&Link> {
+        self.links.iter().find(|link| link.name == name)
+    }
+
+    /// Nominal parameters of all bodies, ten each.
+    pub fn parameters(&self) -> Vec<f64> {
+        let mut all = vec![0.0; 10 * self.bodies.len()];
+        for link in &self.links {
+            add(&mut all, link.body, &link.changed(0.0, [0.0; 3], &[[0.0; 3]; 3]), 1.0);
+        }
+        all
+    }
+
+    /// What inertial effects add to the parameters; zero for other effects and unknown links.
+    pub fn change(&self, effects: &[Effect]) -> Vec<f64> {
+        let mut all = vec![0.0; 10 * self.bodies.len()];
+        for effect in effects {
+            let Some(law) = effect.definition().map(|kind| kind.law) else { continue };
+            let Some(link) = effect.location.link.as_deref().and_then(|name| self.link(name)) else {
+                continue;
+            };
+            let vector = ["x", "y", "z"].map(|axis| effect.value(axis));
+            let nothing = [[0.0; 3]; 3];
+            let unchanged = link.changed(0.0, [0.0; 3], &nothing);
+            match law {
+                Law::Payload => {
+                    add(
+                        &mut all,
+                        link.body,
+                        &parameters(effect.value("mass"), link.point(vector), &nothing),
+                        1.0,
+                    );
+                }
+                Law::CenterOfMassOffset => {
+                    add(&mut all, link.body, &link.changed(0.0, vector, &nothing), 1.0);
+                    add(&mut all, link.body, &unchanged, -1.0);
+                }
+                Law::InertiaError => {
+                    let [xx, xy, xz, yy, yz, zz] =
+                        ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| effect.value(name));
+                    let more = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+                    add(&mut all, link.body, &link.changed(0.0, [0.0; 3], &more), 1.0);
+                    add(&mut all, link.body, &unchanged, -1.0);
+                }
+                _ => {}
+            }
+        }
+        all
+    }
+
+    /// Directions in parameter space, each with the length of one standard deviation of a usual CAD error:
+    /// per link its mass, three coordinates of its centre of mass, six of its inertia.
+    ///
+    /// Body (index) and ten numbers; the link's index comes with them.
+    pub fn cad_directions(&self, error: &CadError) -> Vec<(usize, usize, [f64; 10])> {
+        let mut directions = Vec::new();
+        for (index, link) in self.links.iter().enumerate().filter(|(_, link)| link.mass > 0.0) {
+            let nothing = [[0.0; 3]; 3];
+            let base = link.changed(0.0, [0.0; 3], &nothing);
+            let mut push = |changed: [f64; 10]| {
+                directions.push((index, link.body, std::array::from_fn(|k| changed[k] - base[k])));
+            };
+            let mass = error.mass * link.mass;
+            // A heavier link of the same shape has more inertia too.
+            push(link.changed(mass, [0.0; 3], &link.inertia.map(|row| row.map(|x| error.mass * x))));
+            for axis in 0..3 {
+                let mut shift = [0.0; 3];
+                shift[axis] = error.center;
+                push(link.changed(0.0, shift, &nothing));
+            }
+            let size = error.inertia * (0..3).map(|i| link.inertia[i][i]).sum::<f64>() / 3.0;
+            for (r, c) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+                let mut more = nothing;
+                (more[r][c], more[c][r]) = (size, size);
+                push(link.changed(0.0, [0.0; 3], &more));
+            }
+        }
+        directions
+    }
+}
+
+fn add(all: &mut [f64], body: usize, change: &[f64; 10], factor: f64) {
+    for (a, c) in all[10 * body..].iter_mut().zip(change) {
+        *a += factor * c;
+    }
+}

@@ -1,0 +1,394 @@
+//! The diagnosis of a log: search, final estimate, what is left, in numbers and words.
+use super::doubtful::idle;
+use super::polish::{Amended, Polished, polish};
+use super::remainder::unexplained;
+use super::search::{Outcome, search};
+use super::setting::{BLOCKS, Setting};
+use super::simplest::simplest;
+use super::words;
+use crate::diagnose::anatomy::CadError;
+use crate::diagnose::{Channel, Diagnosis, Experiment, Fall, Found, Rejected, Step};
+use bipedc_effects::effect::{Effect, Location, Role};
+use std::collections::BTreeMap;
+
+/// Most searches with a lower floor.
+const WEIGHINGS: usize = 2;
+
+/// How to diagnose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// How far CAD data are usually off.
+    pub cad: CadError,
+    /// CAD errors are taken this many times wider; large: inertial parameters are estimated freely.
+    pub widening: f64,
+    /// Most effects that are looked for.
+    pub most: usize,
+    /// Effects that stand from the start: they are estimated with the rest, are not judged, and do not count among
+    /// what was found. The experiment must not have them already.
+    pub standing: Vec<Effect>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { cad: CadError::default(), widening: 1.0, most: 8, standing: Vec::new() }
+    }
+}
+
+/// Finds what is missing. `train` is estimated from; `validation` judges, or blocks of `train` where there is none.
+/// `progress` is told the fraction that is done.
+///
+/// Both experiments must have the same rows. The data sources, cut-off, warnings and assumptions of the answer are
+/// left to the caller.
+pub fn diagnose(
+    train: &dyn Experiment,
+    validation: Option<&dyn Experiment>,
+    options: &Options,
+    progress: &dyn Fn(f64),
+) -> Diagnosis {
+    let mut places = train.candidates();
+    for (kind, place) in places_of(&options.standing) {
+        if !places.iter().any(|(other, at)| *other == kind && *at == place) {
+            places.push((kind, place));
+        }
+    }
+    let mut setting = Setting::new(train, validation, &places, options, &|part| progress(0.5 * part));
+    let left_out = setting.keep(&options.standing, setting.has_corrections());
+    let entered = |count: usize| progress(0.5 + 0.3 * (count as f64 / (count as f64 + 2.0)));
+    let Some(mut outcome) = search(&mut setting, options.most, &entered) else { return Diagnosis::default() };
+    for _ in 0..WEIGHINGS {
+        if !setting.reweigh(&outcome.trial) {
+            break;
+        }
+        let Some(again) = search(&mut setting, options.most, &entered) else { break };
+        outcome = again;
+    }
+    simplest(&setting, &mut outcome);
+    progress(0.85);
+    let mut retries = 4;
+    let polished = loop {
+        let effects = estimates(&setting, &outcome);
+        let polished = polish(train, effects, &setting.spread, &setting.weights, outcome.corrected);
+        let Some((idle, impossible)) = idle(&setting, &polished) else { break polished };
+        if impossible && retries > 0 {
+            // What the exact estimate makes impossible hid something else: look again without it.
+            retries -= 1;
+            setting.ban(outcome.active[idle]);
+            let Some(again) = search(&mut setting, options.most, &entered) else { break polished };
+            outcome = again;
+            simplest(&setting, &mut outcome);
+            continue;
+        }
+        let mut fewer = outcome.active.clone();
+        fewer.remove(idle);
+        let Some(trial) = setting.trial(&fewer, outcome.corrected) else { break polished };
+        (outcome.active, outcome.trial) = (fewer, trial);
+    };
+    progress(0.95);
+    let mut answer =
+        Answer { setting: &setting, outcome: &outcome, polished: &polished }.write(train, validation);
+    answer.warnings.extend(left_out.into_iter().map(|effect| {
+        format!("{effect} was left out: this data cannot tell it from the other effects of the description")
+    }));
+    answer.summary = words::summary(&answer);
+    progress(1.0);
+    answer
+}
+
+/// Estimates parameters of given effects; those that are stated are where the search starts, others are found.
+///
+/// As [`diagnose`], but nothing else is tried and nothing is dropped.
+pub fn estimate(
+    train: &dyn Experiment,
+    validation: Option<&dyn Experiment>,
+    effects: &[Effect],
+    options: &Options,
+) -> Diagnosis {
+    let setting = Setting::new(train, validation, &places_of(effects), options, &|_| ());
+    let starts: Vec<Effect> = effects.iter().map(|effect| start(&setting, effect)).collect();
+    let corrected = setting.has_corrections();
+    let Some(trial) = setting.trial(&[], corrected) else { return Diagnosis::default() };
+    let outcome = Outcome { active: Vec::new(), trial, corrected, reasons: BTreeMap::new() };
+    let polished = polish(train, starts, &setting.spread, &setting.weights, corrected);
+    let mut answer =
+        Answer { setting: &setting, outcome: &outcome, polished: &polished }.write(train, validation);
+    answer.summary = words::summary(&answer);
+    answer
+}
+
+fn places_of(effects: &[Effect]) -> Vec<(&'static str, Location)> {
+    let place = |effect: &Effect| Some((effect.definition()?.name, effect.location.clone()));
+    effects.iter().filter_map(place).collect()
+}
+
+/// Root mean square errors by kind of channel, without and with effects.
+pub fn errors(experiment: &dyn Experiment, effects: &[Effect]) -> BTreeMap<String, Fall> {
+    grouped(experiment, &Amended::new(experiment, effects), &|_, _| true).1
+}
+
+/// Where the final estimate of an effect starts.
+fn start(setting: &Setting<'_>, effect: &Effect) -> Effect {
+    let stated = |name: &str| effect.parameters.get(name).copied();
+    let forms = setting.candidates.iter().enumerate();
+    let mine = forms.filter(|(_, c)| c.form.is_of(effect) && c.form.fixed.is_empty());
+    let best = mine
+        .filter_map(|(index, _)| {
+            let trial = setting.trial(&[index], setting.has_corrections())?;
+            setting.impossible(&[index], &trial).is_none().then_some((index, trial))
+        })
+        .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let mut start = match best {
+        Some((index, trial)) => {
+            setting.candidates[index].form.effect(setting.coefficients(&[index], &trial, 0))
+        }
+        None => effect.clone(),
+    };
+    (start.name, start.torque, start.own) = (effect.name.clone(), effect.torque.clone(), effect.own.clone());
+    for (name, value) in &effect.parameters {
+        start.parameters.entry(name.clone()).or_insert(*value);
+    }
+    // A kind that no column finds starts from what is stated, or from the middle of what is usual.
+    if let Some(kind) = effect.definition() {
+        for parameter in kind.estimated() {
+            let middle = 0.1 * (parameter.plausible.0 + parameter.plausible.1);
+            let value = stated(parameter.name).unwrap_or(middle);
+            start.parameters.entry(parameter.name.to_owned()).or_insert(value);
+        }
+    }
+    start
+}
+
+/// The effects of a search, with the values of its fit.
+fn estimates(setting: &Setting<'_>, outcome: &Outcome) -> Vec<Effect> {
+    (0..outcome.active.len())
+        .map(|k| {
+            let coefficients = setting.coefficients(&outcome.active, &outcome.trial, k);
+            setting.candidates[outcome.active[k]].form.effect(coefficients)
+        })
+        .collect()
+}
+
+pub(super) struct Answer<'s> {
+    pub setting: &'s Setting<'s>,
+    pub outcome: &'s Outcome,
+    pub polished: &'s Polished,
+}
+
+impl Answer<'_> {
+    fn write(&self, train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Diagnosis {
+        let judge = validation.unwrap_or(train);
+        let counts = |i: usize, n: usize| validation.is_some() || (i * BLOCKS / n.max(1)) % 3 == 1;
+        let effects = &self.polished.effects;
+        let change = self.setting.spread.change(&self.polished.corrections);
+        let standing = self.setting.standing.len();
+        let steps = self.sequence(judge, &counts);
+        let order: Vec<usize> = {
+            let mut order: Vec<usize> = (standing..effects.len()).collect();
+            order.sort_by(|a, b| steps[b - standing].0.total_cmp(&steps[a - standing].0));
+            order
+        };
+        let mut final_train = Amended::new(train, effects);
+        let mut final_judge = Amended::new(judge, effects);
+        if !change.is_empty() {
+            final_train.correct(&change);
+            final_judge.correct(&change);
+        }
+        let mut diagnosis = Diagnosis::default();
+        (diagnosis.rows, diagnosis.rms) = grouped(judge, &final_judge, &counts);
+        diagnosis.rms_training = grouped(train, &final_train, &|_, _| true).1;
+        let main = main_channel(&diagnosis);
+        if let Some(fall) = diagnosis.rms.get(main) {
+            (diagnosis.rms_before, diagnosis.rms_after) = (fall.before, fall.after);
+        }
+        for &k in &order {
+            diagnosis.effects.push(self.found(k, steps[k - standing].0));
+        }
+        diagnosis.standing = (0..standing).map(|k| self.found(k, 0.0)).collect();
+        diagnosis.steps = steps.into_iter().map(|(_, step)| step).collect();
+        diagnosis.inertial_corrections = self.corrections(train, &change);
+        diagnosis.indistinguishable = self.alternatives(&diagnosis.effects, &order);
+        diagnosis.unexplained_parts = unexplained(&final_train, &final_judge, &counts, effects);
+        diagnosis.unexplained = !diagnosis.unexplained_parts.is_empty();
+        diagnosis.suspects = diagnosis.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
+        diagnosis.rejected = self.rejected(&diagnosis);
+        diagnosis
+    }
+
+    /// Shares of the held-out squared error, and errors, as the effects entered one after the other.
+    fn sequence(&self, judge: &dyn Experiment, counts: &dyn Fn(usize, usize) -> bool) -> Vec<(f64, Step)> {
+        let weights = &self.setting.weights;
+        let main = main_rows(judge);
+        let errors = |count: usize| -> (f64, f64) {
+            let amended = Amended::new(judge, &self.polished.effects[..count]);
+            let (mut weighted, mut plain, mut n) = (0.0, 0.0, 0usize);
+            for (row, weight) in weights.iter().enumerate() {
+                let values = amended.residual(row);
+                let kept: Vec<f64> =
+                    (0..values.len()).filter(|&i| counts(i, values.len())).map(|i| values[i]).collect();
+                let squares: f64 = kept.iter().map(|x| x * x).sum();
+                weighted += weight * squares;
+                if main.contains(&row) {
+                    plain += squares;
+                    n += kept.len();
+                }
+            }
+            (weighted, (plain / n.max(1) as f64).sqrt())
+        };
+        let standing = self.setting.standing.len();
+        let prefixes = standing..=self.polished.effects.len();
+        let all: Vec<(f64, f64)> = match prefixes.clone().map(|n| self.corrected(n, &main)).collect() {
+            Some(all) => all,
+            None => prefixes.map(errors).collect(),
+        };
+        let nominal = all[0].1.powi(2).max(f64::MIN_POSITIVE);
+        (0..self.polished.effects.len() - standing)
+            .map(|k| {
+                let (before, after) = (all[k].1, all[k + 1].1);
+                let mut share = (before * before - after * after) / nominal;
+                if main.len() < judge.rows().len() && share.abs() < 1e-9 {
+                    // An effect that shows in another kind of row only.
+                    share = (all[k].0 - all[k + 1].0) / all[0].0.max(f64::MIN_POSITIVE);
+                }
+                (share, Step { effect: self.polished.effects[standing + k].clone(), before, after })
+            })
+            .collect()
+    }
+
+    /// Held-out error of the first `count` effects with the inertial corrections that fit best beside them: all rows
+    /// weighted, and root mean square of the main ones. `None` where nothing was corrected: then nothing but effects
+    /// explains.
+    fn corrected(&self, count: usize, main: &[usize]) -> Option<(f64, f64)> {
+        let active = self.outcome.active.get(..count).filter(|_| self.outcome.corrected)?;
+        let errors = self.setting.trial(active, true)?.errors;
+        let weighted = errors.iter().zip(&self.setting.weights).map(|(e, w)| e * w).sum();
+        let samples: usize = main.iter().map(|&row| self.setting.judge_sums.rows[row].count).sum();
+        let plain: f64 = main.iter().map(|&row| errors[row]).sum();
+        Some((weighted, (plain / samples.max(1) as f64).sqrt()))
+    }
+
+    fn found(&self, k: usize, share: f64) -> Found {
+        let effect = self.polished.effects[k].clone();
+        let widths = &self.polished.half_width[k];
+        let ci95 = widths
+            .iter()
+            .map(|(name, half)| {
+                let value = effect.value(name);
+                (name.clone(), [value - half, value + half])
+            })
+            .collect();
+        let doubts = doubts(&effect, widths);
+        Found { effect, ci95, share, doubts }
+    }
+
+    /// Corrections that matter, by link.
+    fn corrections(&self, train: &dyn Experiment, change: &[f64]) -> Vec<Found> {
+        if change.is_empty() {
+            return Vec::new();
+        }
+        let mut list: Vec<(f64, Found)> = Vec::new();
+        for (body, name) in train.bodies().iter().enumerate() {
+            let coordinates = &self.polished.corrections[10 * body..10 * body + 10];
+            let sigma = &self.polished.corrections_sigma[10 * body..10 * body + 10];
+            let evidence: f64 =
+                coordinates.iter().zip(sigma).map(|(x, s)| x * x * (1.0 - s * s).max(0.0)).sum();
+            if evidence < 0.5 {
+                continue;
+            }
+            let nominal = &train.inertial_parameters()[10 * body..10 * body + 10];
+            list.push((evidence, words::correction(name, nominal, &change[10 * body..10 * body + 10])));
+        }
+        list.sort_by(|a, b| b.0.total_cmp(&a.0));
+        list.into_iter().map(|(_, found)| found).collect()
+    }
+
+    /// Why other kinds at the places in question do not stand, one line per kind and place.
+    fn rejected(&self, diagnosis: &Diagnosis) -> Vec<Rejected> {
+        let places: Vec<&str> = diagnosis
+            .effects
+            .iter()
+            .filter_map(|found| found.effect.location.joint.as_deref())
+            .chain(diagnosis.suspects.iter().map(String::as_str))
+            .collect();
+        let mut list: Vec<Rejected> = Vec::new();
+        for (c, candidate) in self.setting.candidates.iter().enumerate() {
+            let form = &candidate.form;
+            let asked = form.location.joint.as_deref().is_none_or(|joint| places.contains(&joint));
+            let stands = diagnosis
+                .effects
+                .iter()
+                .any(|f| f.effect.kind == form.kind && f.effect.location == form.location);
+            let listed = list.iter().any(|r| r.kind == form.kind && r.place == form.location);
+            if !asked || stands || listed || form.location.other_joint.is_some() {
+                continue;
+            }
+            let why = self.outcome.reasons.get(&c).cloned().unwrap_or_else(|| "it was not needed".to_owned());
+            list.push(Rejected { kind: form.kind.to_owned(), place: form.location.clone(), why });
+        }
+        list
+    }
+}
+
+type Falls = BTreeMap<String, Fall>;
+
+/// Root mean squares before and after, by row and by kind of channel.
+fn grouped(
+    before: &dyn Experiment,
+    after: &Amended<'_>,
+    counts: &dyn Fn(usize, usize) -> bool,
+) -> (Falls, Falls) {
+    let squares = |values: &[f64]| {
+        let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
+        kept.fold((0.0, 0.0_f64), |(sum, n), (_, x)| (sum + x * x, n + 1.0))
+    };
+    let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, [f64; 4]>::new());
+    for (row, what) in before.rows().iter().enumerate() {
+        let ((was, n), (is, _)): ((f64, f64), _) =
+            (squares(before.residual(row)), squares(after.residual(row)));
+        let root = |x: f64| (x / n.max(1.0)).sqrt();
+        let fall = Fall { unit: what.unit.to_owned(), before: root(was), after: root(is), noise: what.noise };
+        rows.insert(what.name.clone(), fall);
+        let sums = [was, is, n, what.noise.powi(2) * n];
+        groups.entry(what.channel).or_default().iter_mut().zip(sums).for_each(|(g, s)| *g += s);
+    }
+    let fall = |(channel, [was, is, n, noise]): (Channel, [f64; 4])| {
+        let root = |x: f64| (x / n.max(1.0)).sqrt();
+        let unit = channel.unit().to_owned();
+        (channel.name().to_owned(), Fall { unit, before: root(was), after: root(is), noise: root(noise) })
+    };
+    (rows, groups.into_iter().map(fall).collect())
+}
+
+fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
+    let Some(kind) = effect.definition() else { return Vec::new() };
+    let mut doubts = Vec::new();
+    for parameter in kind.parameters.iter().filter(|p| p.role == Role::Estimated) {
+        let value = effect.value(parameter.name);
+        let (low, high) = parameter.plausible;
+        if value < low || value > high {
+            doubts.push(format!(
+                "{} = {value:.4} {} is outside the usual range of {low} to {high} {}",
+                parameter.name, parameter.unit, parameter.unit
+            ));
+        }
+        if let Some((_, half)) = widths.iter().find(|(name, _)| name == parameter.name)
+            && !half.is_finite()
+        {
+            doubts.push(format!("this data does not determine {}", parameter.name));
+        }
+    }
+    doubts
+}
+
+/// The kind of channel that the table is about.
+fn main_channel(diagnosis: &Diagnosis) -> &'static str {
+    ["post_impact_velocity", "cop", "effort", "base_force", "base_moment", "transmission"]
+        .into_iter()
+        .find(|name| diagnosis.rms.contains_key(*name))
+        .unwrap_or("effort")
+}
+
+fn main_rows(experiment: &dyn Experiment) -> Vec<usize> {
+    let rows = experiment.rows();
+    let order = ["post_impact_velocity", "cop", "effort", "base_force", "base_moment", "transmission"];
+    let main = order.into_iter().find(|name| rows.iter().any(|r| r.channel.name() == *name));
+    (0..rows.len()).filter(|&r| Some(rows[r].channel.name()) == main).collect()
+}

@@ -1,0 +1,61 @@
+//! Which effects a search tries, in which forms.
+use super::bank::Spread;
+use super::fit::Candidate;
+use super::form::{Column, Form, Search};
+use crate::diagnose::Experiment;
+use bipedc_effects::effect::Location;
+
+/// All forms of all kinds and places, those that are named as alternatives only last.
+pub(super) fn all_forms(experiment: &dyn Experiment, places: &[(&'static str, Location)]) -> Vec<Form> {
+    let searched = places.iter().flat_map(|(kind, location)| forms_of(experiment, kind, location));
+    let payloads = places.iter().filter(|(kind, _)| *kind == "payload");
+    searched.chain(payloads.filter_map(|(_, at)| Form::mass_only(experiment, at))).collect()
+}
+
+/// Forms with their columns, numbered in order; those that show nowhere are left out.
+pub(super) fn candidates_of(
+    experiment: &dyn Experiment,
+    forms: Vec<Form>,
+    columns: &[Vec<Column>],
+    spread: &Spread,
+) -> Vec<Candidate> {
+    let mut next = 0;
+    let mut candidates = Vec::with_capacity(forms.len());
+    for (form, columns) in forms.into_iter().zip(columns) {
+        let ids: Vec<usize> = (next..next + columns.len()).collect();
+        next += columns.len();
+        let rows = touched(&form, columns, experiment);
+        let idle = columns.iter().filter(|column| column.is_empty()).count();
+        if !rows.is_empty() {
+            candidates.push(Candidate::new(form, &ids, rows, spread, idle));
+        }
+    }
+    candidates
+}
+
+fn forms_of(experiment: &dyn Experiment, kind: &'static str, location: &Location) -> Vec<Form> {
+    let guess = experiment.guess(kind, location).and_then(|e| e.parameters.get("limit").copied());
+    match experiment.seeds(kind, location).or(guess.map(|limit| vec![limit])) {
+        Some(seeds) => {
+            seeds.into_iter().filter_map(|seed| Form::new(experiment, kind, location, seed)).collect()
+        }
+        None => Form::all(experiment, kind, location),
+    }
+}
+
+/// Rows that a form can change.
+fn touched(form: &Form, columns: &[Column], experiment: &dyn Experiment) -> Vec<usize> {
+    let mut rows: Vec<usize> = match &form.search {
+        Search::Probes(_) => columns.iter().flatten().map(|(row, _)| *row).collect(),
+        Search::Inertial(directions) => (0..experiment.rows().len())
+            .filter(|&row| {
+                experiment.inertial(row).is_some_and(|inertial| {
+                    inertial.columns.iter().any(|&c| directions.iter().any(|d| d[c] != 0.0))
+                })
+            })
+            .collect(),
+    };
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}

@@ -1,0 +1,109 @@
+//! Effects that do not survive the exact estimate.
+use super::form::within_reach;
+use super::polish::{Amended, Polished};
+use super::search::{LEAST, least};
+use super::setting::{MOST, Setting};
+use crate::diagnose::{Channel, Experiment};
+use bipedc_effects::effect::{Effect, Role};
+
+/// The effect that removes least from the judging data once everything is estimated exactly, if that is next to
+/// nothing.
+pub(super) fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize, bool)> {
+    let change = setting.spread.change(&polished.corrections);
+    let errors = |effects: &[Effect], corrected: bool| -> Vec<f64> {
+        let mut amended = Amended::new(setting.judge, effects);
+        if corrected && !change.is_empty() {
+            amended.correct(&change);
+        }
+        let size = |row: usize, x: f64| match setting.judge.rows()[row].channel {
+            // While play is crossed the angle is anywhere: squares would be theirs.
+            Channel::Transmission => x.abs(),
+            _ => x * x,
+        };
+        let rows = 0..setting.judge.rows().len();
+        rows.map(|row| amended.residual(row).iter().map(|x| size(row, *x)).sum()).collect()
+    };
+    let judged = setting.standing.len()..polished.effects.len();
+    let falls = judged.clone().map(|k| {
+        let mut fewer = polished.effects.clone();
+        fewer.remove(k);
+        let fall = |corrected: bool| {
+            let (with, without) = (errors(&polished.effects, corrected), errors(&fewer, corrected));
+            let relative = without.iter().zip(&with).enumerate().map(|(row, (a, b))| {
+                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST / least(setting.judge.rows()[row].channel)
+            });
+            relative.fold(f64::NEG_INFINITY, f64::max)
+        };
+        // Also without corrections an effect must explain something, unless nothing can be said without them.
+        (k, fall(setting.free))
+    });
+    let reachable = |k: usize| {
+        let effect = &polished.effects[k];
+        let kind = effect.definition();
+        effect.parameters.iter().all(|(name, value)| {
+            kind.and_then(|kind| kind.parameter(name))
+                .is_none_or(|p| matches!(p.role, Role::Setting(_)) || within_reach(p.plausible, *value))
+        })
+    };
+    let several = polished.effects.len() > 1;
+    let doubtful = judged.clone().find(|&k| {
+        !reachable(k)
+            || !saturates(setting, polished, k)
+            || (several && is_cancelled(setting, &polished.effects[k]))
+    });
+    let falls = falls.map(|(k, fall)| (k, if uncertain(polished, k) { f64::NEG_INFINITY } else { fall }));
+    let least = || falls.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, fall)| *fall < 0.5 * LEAST);
+    doubtful.map(|k| (k, true)).or_else(|| least().map(|(k, _)| (k, false)))
+}
+
+/// Whether all that an effect might be includes that it is nothing.
+fn uncertain(polished: &Polished, k: usize) -> bool {
+    let effect = &polished.effects[k];
+    // Where nothing is there: these are never nothing at zero.
+    let limited =
+        effect.kind.ends_with("_saturation") || matches!(effect.kind.as_str(), "foot_slip" | "spin_friction");
+    let place = |name: &str| {
+        matches!(name, "rest_angle" | "phase" | "periods_per_turn" | "stribeck_velocity")
+            || effect.kind == "payload" && name != "mass"
+    };
+    let sizes = || polished.half_width[k].iter().filter(|(name, _)| !place(name));
+    !limited
+        && sizes().next().is_some()
+        && sizes().all(|(name, half)| {
+            let nothing = if name == "gain" { 1.0 } else { 0.0 };
+            // Compliance and elasticity are nothing where the stiffness is infinite: their error bars tell no zero.
+            name != "stiffness" && (effect.value(name) - nothing).abs() < *half
+        })
+}
+
+/// Whether an effect makes far more than there is to explain, so that another one takes it back.
+fn is_cancelled(setting: &Setting<'_>, effect: &Effect) -> bool {
+    let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+    let (mut made, mut wanted) = (0.0, 0.0);
+    for (row, response) in setting.train.response(std::slice::from_ref(effect)) {
+        made += setting.weights[row] * squares(&response);
+        wanted += setting.weights[row] * squares(setting.train.residual(row));
+    }
+    made > MOST * wanted
+}
+
+/// Where a drive saturates, the true torque is the limit: what is left there must be no more than elsewhere. Otherwise
+/// the limit only hides that the model is wrong where torques are large. True for all other kinds.
+fn saturates(setting: &Setting<'_>, polished: &Polished, k: usize) -> bool {
+    let effect = &polished.effects[k];
+    if effect.kind != "torque_saturation" {
+        return true;
+    }
+    let experiment = setting.train;
+    let amended = Amended::new(experiment, &polished.effects);
+    experiment.response(std::slice::from_ref(effect)).iter().all(|(row, response)| {
+        let left = amended.residual(*row);
+        let mean = |inside: bool| {
+            let picked = left.iter().zip(response).filter(|(_, clipped)| (**clipped != 0.0) == inside);
+            let (sum, n) = picked.fold((0.0, 0.0_f64), |(sum, n), (x, _)| (sum + x * x, n + 1.0));
+            (sum / n.max(1.0), n)
+        };
+        let ((inside, count), (outside, _)) = (mean(true), mean(false));
+        count > 5.0 && inside < 4.0 * outside
+    })
+}

@@ -1,0 +1,340 @@
+//! The final estimate: all parameters of all effects at once, with everything nonlinear, and error bars.
+use super::bank::{RowBank, Spread, row_bank};
+use super::fit::{Corrections, Sums, Term, fit};
+use super::form::Column;
+use super::parallel::parallel;
+use crate::diagnose::anatomy::CadError;
+use crate::diagnose::{Channel, Experiment, Inertial, Row};
+use bipedc_effects::effect::{Effect, Location};
+use nalgebra::{DMatrix, DVector};
+
+/// Blocks of time whose scores make the error bars.
+const BLOCKS: usize = 24;
+/// 97.5 % point of Student's t with 23 degrees of freedom.
+const T: f64 = 2.069;
+/// Most steps.
+const STEPS: usize = 20;
+
+/// An experiment whose model has effects already.
+pub(super) struct Amended<'a> {
+    inner: &'a dyn Experiment,
+    residual: Vec<Vec<f64>>,
+}
+
+impl<'a> Amended<'a> {
+    pub fn new(inner: &'a dyn Experiment, effects: &[Effect]) -> Self {
+        let mut residual: Vec<Vec<f64>> =
+            (0..inner.rows().len()).map(|r| inner.residual(r).to_vec()).collect();
+        if !effects.is_empty() {
+            for (row, response) in inner.response(effects) {
+                residual[row].iter_mut().zip(&response).for_each(|(r, x)| *r -= x);
+            }
+        }
+        Self { inner, residual }
+    }
+
+    /// The residual without any effect.
+    pub fn nominal(&self, row: usize) -> &[f64] {
+        self.inner.residual(row)
+    }
+
+    /// Subtracts what a change of inertial parameters predicts.
+    pub fn correct(&mut self, change: &[f64]) {
+        for (row, residual) in self.residual.iter_mut().enumerate() {
+            let Some(inertial) = self.inner.inertial(row) else { continue };
+            let width = inertial.columns.len().max(1);
+            for (r, y) in residual.iter_mut().zip(inertial.values.chunks_exact(width)) {
+                *r -= inertial.columns.iter().zip(y).map(|(c, y)| y * change[*c]).sum::<f64>();
+            }
+        }
+    }
+}
+
+impl Experiment for Amended<'_> {
+    fn rows(&self) -> &[Row] {
+        self.inner.rows()
+    }
+    fn time(&self) -> &[f64] {
+        self.inner.time()
+    }
+    fn residual(&self, row: usize) -> &[f64] {
+        &self.residual[row]
+    }
+    fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+        self.inner.response(effects)
+    }
+    fn candidates(&self) -> Vec<(&'static str, Location)> {
+        self.inner.candidates()
+    }
+    fn inertial_count(&self) -> usize {
+        self.inner.inertial_count()
+    }
+    fn inertial(&self, row: usize) -> Option<&Inertial> {
+        self.inner.inertial(row)
+    }
+    fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
+        self.inner.signals(row)
+    }
+    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
+        self.inner.cad_directions(error)
+    }
+}
+
+/// One parameter of one effect.
+struct Unknown {
+    effect: usize,
+    name: String,
+    bounds: (f64, f64),
+    step: f64,
+}
+
+/// Effects with their final parameters.
+pub(super) struct Polished {
+    pub effects: Vec<Effect>,
+    /// Half widths of 95 % confidence intervals, by effect and parameter.
+    pub half_width: Vec<Vec<(String, f64)>>,
+    /// Inertial corrections as multiples of the spread, with their posterior standard deviations; empty if there are
+    /// none.
+    pub corrections: Vec<f64>,
+    pub corrections_sigma: Vec<f64>,
+}
+
+/// Gauss–Newton from the search's estimate.
+pub(super) fn polish(
+    experiment: &dyn Experiment,
+    effects: Vec<Effect>,
+    spread: &Spread,
+    weights: &[f64],
+    corrected: bool,
+) -> Polished {
+    let wanted = effects.len();
+    let mut current = with_nuisances(experiment, effects);
+    let unknowns = unknowns(&current);
+    let mut error = f64::INFINITY;
+    let mut last = None;
+    for step_number in 0..STEPS {
+        let amended = Amended::new(experiment, &current);
+        let jacobian = jacobian(experiment, &current, &amended, &unknowns);
+        let banks = banks(&amended, spread, &jacobian);
+        let all: Vec<usize> = (0..BLOCKS).collect();
+        let sums = Sums::of(&banks, &all);
+        let here: f64 = sums.rows.iter().zip(weights).map(|(row, w)| w * row.squares()).sum();
+        let corrections = corrected.then(|| Corrections::new(&sums, weights, spread.len()));
+        let terms: Vec<Term> = (0..unknowns.len()).map(Term::Data).collect();
+        let Some(step) = fit(&sums, weights, corrections.as_ref(), &terms.iter().collect::<Vec<_>>()) else {
+            break;
+        };
+        let moved = apply(&current, &unknowns, &step.coefficients);
+        let negligible = unknowns.iter().zip(&step.coefficients).all(|(u, d)| {
+            let value = current[u.effect].value(&u.name);
+            d.abs() <= 1e-4 * value.abs().max(u.step)
+        });
+        last = Some((banks, step.corrections.clone()));
+        if negligible || (step_number > 3 && !corrected && here >= error) {
+            break;
+        }
+        error = here;
+        current = moved;
+    }
+    let (sigmas, corrections, corrections_sigma) = match last {
+        Some((banks, corrections)) => {
+            let (all, spread_sigma) = uncertainty(&banks, weights, unknowns.len(), &corrections);
+            (all, corrections, spread_sigma)
+        }
+        None => (vec![f64::INFINITY; unknowns.len()], Vec::new(), Vec::new()),
+    };
+    let mut half_width = vec![Vec::new(); current.len()];
+    for (unknown, sigma) in unknowns.iter().zip(sigmas) {
+        half_width[unknown.effect].push((unknown.name.clone(), T * sigma));
+    }
+    current.truncate(wanted);
+    half_width.truncate(wanted);
+    Polished { effects: current, half_width, corrections, corrections_sigma }
+}
+
+/// The effects and what is estimated beside them without being reported: stops give way a little, which would
+/// widen the play between them.
+fn with_nuisances(experiment: &dyn Experiment, mut effects: Vec<Effect>) -> Vec<Effect> {
+    let at = |kind: &str, location: &Location, list: &[Effect]| {
+        list.iter().any(|e| e.kind == kind && e.location == *location)
+    };
+    for play in effects.clone().iter().filter(|e| e.kind == "backlash") {
+        let name = "series_elasticity";
+        let possible =
+            experiment.candidates().iter().any(|(kind, place)| *kind == name && *place == play.location);
+        if possible && !at(name, &play.location, &effects) {
+            effects.push(Effect::new(name, play.location.clone(), &[("stiffness", 3e3)]));
+        }
+    }
+    effects
+}
+
+fn unknowns(effects: &[Effect]) -> Vec<Unknown> {
+    let mut list = Vec::new();
+    for (index, effect) in effects.iter().enumerate() {
+        let Some(kind) = effect.definition() else { continue };
+        for (name, value) in &effect.parameters {
+            let bounds = match kind.parameter(name) {
+                Some(parameter) if matches!(parameter.role, bipedc_effects::effect::Role::Setting(_)) => {
+                    continue;
+                }
+                Some(parameter) => parameter.bounds,
+                None => effect.bounds(name),
+            };
+            // A limit is where readings pile up: it does not wander off.
+            let bounds = if name == "limit" { (0.7 * value, 1.4 * value) } else { bounds };
+            let step = 1e-4 * value.abs().max(1e-2);
+            list.push(Unknown { effect: index, name: name.clone(), bounds, step });
+        }
+    }
+    list
+}
+
+fn apply(effects: &[Effect], unknowns: &[Unknown], steps: &[f64]) -> Vec<Effect> {
+    let mut moved = effects.to_vec();
+    for (unknown, step) in unknowns.iter().zip(steps) {
+        let value = effects[unknown.effect].value(&unknown.name) + step;
+        let value = value.clamp(unknown.bounds.0, unknown.bounds.1);
+        moved[unknown.effect].parameters.insert(unknown.name.clone(), value);
+    }
+    moved
+}
+
+/// One column per unknown: the slope of the response.
+fn jacobian(
+    experiment: &dyn Experiment,
+    effects: &[Effect],
+    amended: &Amended<'_>,
+    unknowns: &[Unknown],
+) -> Vec<Column> {
+    parallel(unknowns.len(), |u| {
+        let unknown = &unknowns[u];
+        let value = effects[unknown.effect].value(&unknown.name);
+        // One-sided at a bound.
+        let step = if value + unknown.step > unknown.bounds.1 { -unknown.step } else { unknown.step };
+        let mut moved = effects.to_vec();
+        moved[unknown.effect].parameters.insert(unknown.name.clone(), value + step);
+        let mut column: Column = Vec::new();
+        for (row, response) in experiment.response(&moved) {
+            let (nominal, now) = (experiment.residual(row), &amended.residual[row]);
+            let slope: Vec<f64> = response
+                .iter()
+                .zip(nominal.iter().zip(now))
+                .map(|(r, (n, a))| (r - (n - a)) / step)
+                .collect();
+            if slope.iter().any(|s| s.abs() > 1e-9) {
+                column.push((row, slope));
+            }
+        }
+        column
+    })
+}
+
+fn banks(experiment: &dyn Experiment, spread: &Spread, columns: &[Column]) -> Vec<RowBank> {
+    let flat: Vec<(usize, &Column)> = columns.iter().enumerate().collect();
+    parallel(experiment.rows().len(), |row| {
+        // Play is on one side or the other, or being crossed: absolute values, not squares.
+        let play = experiment.rows()[row].channel == Channel::Transmission;
+        let emphasis = forgiveness(experiment.residual(row), if play { 0.1 } else { 2.0 });
+        row_bank(experiment, row, spread, &flat, BLOCKS, Some(&emphasis))
+    })
+}
+
+/// Square roots of Huber's weights: errors beyond two standard deviations, such as those where friction turns or play
+/// is crossed, count by their size and not by its square.
+fn forgiveness(residual: &[f64], deviations: f64) -> Vec<f64> {
+    let limit = deviations * middle_size(residual) / 0.6745;
+    residual.iter().map(|r| if r.abs() > limit { (limit / r.abs()).sqrt() } else { 1.0 }).collect()
+}
+
+/// The median of the absolute values.
+pub(super) fn middle_size(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().map(|x| x.abs()).collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let middle = sizes.len() / 2;
+    sizes.select_nth_unstable_by(middle, f64::total_cmp).1.max(1e-300)
+}
+
+/// Standard deviations of the unknowns from the scores of blocks of time (which residuals may be correlated
+/// within), at least those of white residuals; and of the corrections.
+fn uncertainty(
+    banks: &[RowBank],
+    weights: &[f64],
+    unknowns: usize,
+    corrections: &[f64],
+) -> (Vec<f64>, Vec<f64>) {
+    let p = corrections.len();
+    let n = p + unknowns;
+    let mut information = DMatrix::<f64>::zeros(n, n);
+    (0..p).for_each(|i| information[(i, i)] = 1.0);
+    let mut scores = vec![DVector::<f64>::zeros(n); BLOCKS];
+    // Variance of the scores if residuals were white.
+    let mut white = DMatrix::<f64>::zeros(n, n);
+    for (row, bank) in banks.iter().enumerate() {
+        let places = places(bank, p);
+        let last = bank.residual();
+        let mut u = DVector::zeros(last + 1);
+        u[last] = 1.0;
+        for (local, global) in &places {
+            if *global < p {
+                u[*local] = -corrections[*global];
+            }
+        }
+        let total = bank.sum(&(0..BLOCKS).collect::<Vec<_>>());
+        let squares = (&total * &u).dot(&u).max(0.0);
+        let variance = squares / bank.count(&(0..BLOCKS).collect::<Vec<_>>()).max(1) as f64;
+        for (a, ga) in &places {
+            for (b, gb) in &places {
+                information[(*ga, *gb)] += weights[row] * total[(*a, *b)];
+                white[(*ga, *gb)] += weights[row].powi(2) * variance * total[(*a, *b)];
+            }
+        }
+        for (block, score) in scores.iter_mut().enumerate() {
+            let product = &bank.grams[block] * &u;
+            for (local, global) in &places {
+                score[*global] += weights[row] * product[*local];
+            }
+        }
+    }
+    // What changes no row stays unknown, without making the rest unknown too.
+    let unseen: Vec<usize> = (0..n).filter(|&i| information[(i, i)] <= 0.0).collect();
+    unseen.iter().for_each(|&i| information[(i, i)] = 1.0);
+    let Some(inverse) = scaled_inverse(&information) else {
+        return (vec![f64::INFINITY; unknowns], vec![f64::INFINITY; p]);
+    };
+    let sigma = |index: usize| {
+        if unseen.contains(&index) {
+            return f64::INFINITY;
+        }
+        let row = inverse.row(index);
+        let robust: f64 = scores.iter().map(|s| (row * s)[0].powi(2)).sum();
+        let least = (row * &white * row.transpose())[0];
+        robust.max(least).sqrt()
+    };
+    ((p..n).map(sigma).collect(), (0..p).map(|i| inverse[(i, i)].sqrt()).collect())
+}
+
+/// (local, global) indices of a row's columns among corrections and unknowns.
+fn places(bank: &RowBank, p: usize) -> Vec<(usize, usize)> {
+    let mut places = Vec::new();
+    if p > 0 {
+        for (place, body) in bank.bodies.iter().enumerate() {
+            places.extend((0..10).map(|k| (10 * place + k, 10 * body + k)));
+        }
+    }
+    places.extend(bank.ids.iter().enumerate().map(|(k, id)| (bank.inertial() + k, p + id)));
+    places
+}
+
+fn scaled_inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale: Vec<f64> = (0..matrix.nrows()).map(|i| matrix[(i, i)].sqrt().recip()).collect();
+    if scale.iter().any(|s| !s.is_finite()) {
+        return None;
+    }
+    let scaled =
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |r, c| matrix[(r, c)] * scale[r] * scale[c]);
+    let inverse = scaled.cholesky()?.inverse();
+    Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |r, c| inverse[(r, c)] * scale[r] * scale[c]))
+}

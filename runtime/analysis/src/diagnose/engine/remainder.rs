@@ -1,0 +1,90 @@
+//! What the effects leave unexplained.
+use super::parallel::parallel;
+use super::polish::Amended;
+use super::setting::QUIET;
+use super::smoother::{self, reach};
+use crate::diagnose::{Experiment, Unexplained};
+use bipedc_effects::effect::Effect;
+
+/// A smooth function must lower a row's held-out squared error by this to call something unexplained.
+const UNEXPLAINED: f64 = 0.05;
+/// A residual of which so much varies slowly is no noise, whatever it goes with.
+const SLOW: f64 = 0.35;
+/// Part of a row's squared error without effects that may be left: the inaccuracy of their forms.
+const TRACE: f64 = 2e-4;
+/// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
+const LOUD: f64 = 2.0;
+/// So many times the noise is no noise, where the rows are too few to see what goes with what.
+const FEW: f64 = 3.0;
+/// What varies over this time is slow, s.
+const SLOW_TIME: f64 = 0.15;
+
+/// Part of a residual's squares that survives averaging over [`SLOW_TIME`]; 0 for tables.
+fn slow_share(time: &[f64], residual: &[f64]) -> f64 {
+    let n = residual.len();
+    let step = if n > 1 { (time[n - 1] - time[0]) / (n - 1) as f64 } else { 0.0 };
+    // Tables count postures and impacts: their numbers are no times.
+    let half = (0.5 * SLOW_TIME / step.max(1e-9)) as usize;
+    if half < 4 || n < 20 * half || step >= 0.5 {
+        return 0.0;
+    }
+    let mut sums = vec![0.0; n + 1];
+    for i in 0..n {
+        sums[i + 1] = sums[i] + residual[i];
+    }
+    let averaged: f64 = (half..n - half)
+        .map(|i| ((sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64).powi(2))
+        .sum();
+    let all: f64 = residual[half..n - half].iter().map(|x| x * x).sum();
+    averaged / all.max(f64::MIN_POSITIVE)
+}
+
+/// Rows in which a smooth function of the signals would still lower the held-out error.
+pub(super) fn unexplained(
+    train: &Amended<'_>,
+    judge: &Amended<'_>,
+    counts: &(dyn Fn(usize, usize) -> bool + Sync),
+    effects: &[Effect],
+) -> Vec<Unexplained> {
+    let own_blocks = std::ptr::eq(train.time().as_ptr(), judge.time().as_ptr());
+    let parts = parallel(train.rows().len(), |row| {
+        let what = &train.rows()[row];
+        let (a, b) = (smoother::signals(train, row), smoother::signals(judge, row));
+        let (r, s) = (train.residual(row), judge.residual(row));
+        // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
+        let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+        let matters = squares(s) > TRACE * squares(judge.nominal(row));
+        let size = squares(s) / (what.noise.powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
+        let named = |share: f64, signals: Vec<String>| Unexplained {
+            joint: what.joint.clone().unwrap_or_else(|| what.name.clone()),
+            share,
+            signals,
+        };
+        let too_few = || (matters && size > FEW.powi(2)).then(|| named(1.0 - 1.0 / size, Vec::new()));
+        if a.is_empty() {
+            return None;
+        }
+        // Where the joint reverses, friction is smeared by the filter: no reason to doubt the effects.
+        let smeared = effects.iter().any(|e| e.kind.contains("friction") || e.kind == "coupling");
+        let speed = |signals: &smoother::Signals| {
+            let v = &signals[1].1;
+            0.15 * (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt()
+        };
+        let (slow_a, slow_b) = if smeared { (speed(&a), speed(&b)) } else { (0.0, 0.0) };
+        let trains = |i: usize| a[1].1[i].abs() >= slow_a && (!own_blocks || !counts(i, r.len()));
+        let judges = |i: usize| b[1].1[i].abs() >= slow_b && counts(i, s.len());
+        let Some(reach) = reach((&a, r, &trains), (&b, s, &judges)) else { return too_few() };
+        let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
+        let slow = slow_share(judge.time(), s);
+        let share = if smooth > UNEXPLAINED { smooth } else { slow };
+        (matters && ((smooth > UNEXPLAINED && size > QUIET) || (slow > SLOW && size > LOUD.powi(2)))).then(
+            || {
+                let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
+                named(share, signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect())
+            },
+        )
+    });
+    let mut parts: Vec<Unexplained> = parts.into_iter().flatten().collect();
+    parts.sort_by(|a, b| b.share.total_cmp(&a.share));
+    parts
+}

@@ -1,0 +1,387 @@
+//! Everything a search works on: candidates, sums of products, weights.
+use super::bank::{RowBank, Spread, row_bank};
+use super::candidates::{all_forms, candidates_of};
+use super::fit::{Candidate, Corrections, Fit, Sums, Term, errors, fit, sizes};
+use super::floor::floor;
+use super::form::{Column, Form, Search};
+use super::parallel::parallel;
+use crate::diagnose::Experiment;
+use bipedc_effects::effect::{Effect, Location};
+
+/// Blocks of time that a log is cut into.
+pub(super) const BLOCKS: usize = 9;
+
+/// Evidence that an effect must bring beyond its parameters, as a fall of deviance.
+const ENTRY: f64 = 15.0;
+/// Part of the floor's deviance that each parameter has to pay.
+const PRICE: f64 = 0.005;
+/// Evidence that each parameter of an effect on a link must bring.
+const INERTIAL: f64 = 4.0;
+/// The same for each effect: of equivalent explanations the one with fewer effects is the cheaper one.
+const EFFECT: f64 = 0.02;
+
+/// What an effect makes is at most so many times all that there is to explain, as sums of squares.
+pub(super) const MOST: f64 = 4.0;
+
+/// Squared errors below so many times the noise's variance are noise: estimates of noise are no better.
+pub(super) const QUIET: f64 = 2.0;
+
+/// A floor that effects lower further than to this part of it was none.
+const LOWER: f64 = 0.4;
+
+/// What the search works on.
+pub(super) struct Setting<'a> {
+    pub train: &'a dyn Experiment,
+    /// The data that judge; the training data's own blocks if there are no others.
+    pub judge: &'a dyn Experiment,
+    pub own_blocks: bool,
+    pub spread: Spread,
+    pub candidates: Vec<Candidate>,
+    banks: Vec<RowBank>,
+    judge_banks: Option<Vec<RowBank>>,
+    pub train_sums: Sums,
+    pub judge_sums: Sums,
+    pub judge_blocks: Vec<usize>,
+    /// One over the floor's variance and correlation, per row.
+    pub weights: Vec<f64>,
+    /// Deviance of the floor on the judging data, per row.
+    pub floor: Vec<f64>,
+    /// Variance of the floor and how many samples tell the same, per row.
+    floors: Vec<(f64, f64)>,
+    corrections: Option<Corrections>,
+    /// Sum of squares per row below which errors are the measurement's noise, however small they become.
+    quiet: Vec<f64>,
+    /// Inertial parameters are estimated freely: without them nothing can be said of the size of effects.
+    pub free: bool,
+    /// Squared errors by row before any effect entered.
+    pub reference: Vec<f64>,
+    /// Candidates that the exact estimate made impossible.
+    pub banned: Vec<usize>,
+    /// Candidates that stand whatever the data say; first in every list of active ones.
+    pub standing: Vec<usize>,
+}
+
+/// A fit and what it costs.
+#[derive(Debug, Clone)]
+pub(super) struct Trial {
+    pub fit: Fit,
+    /// Sums of squared errors on the judging data, by row.
+    pub errors: Vec<f64>,
+    /// Weighted errors, prior and price of all effects.
+    pub cost: f64,
+}
+
+impl<'a> Setting<'a> {
+    /// Forms all sums; `progress` is told which part of it is done.
+    pub fn new(
+        train: &'a dyn Experiment,
+        validation: Option<&'a dyn Experiment>,
+        places: &[(&'static str, Location)],
+        options: &super::Options,
+        progress: &dyn Fn(f64),
+    ) -> Self {
+        let judge = validation.unwrap_or(train);
+        let spread = Spread::new(train, &options.cad, options.widening);
+        let forms = all_forms(train, places);
+        let columns = columns_of(train, &forms);
+        progress(0.2);
+        let judge_columns = validation.map(|v| columns_of(v, &forms));
+        progress(0.4);
+        let banks = banks_of(train, &spread, &columns);
+        progress(0.7);
+        let judge_banks = validation.zip(judge_columns).map(|(v, columns)| banks_of(v, &spread, &columns));
+        progress(0.9);
+        let candidates = candidates_of(train, forms, &columns, &spread);
+        let own_blocks = validation.is_none();
+        let (train_blocks, judge_blocks): (Vec<usize>, Vec<usize>) = if own_blocks {
+            (0..BLOCKS).partition(|b| b % 3 != 1)
+        } else {
+            ((0..BLOCKS).collect(), (0..BLOCKS).collect())
+        };
+        let train_sums = Sums::of(&banks, &train_blocks);
+        let judge_sums = Sums::of(judge_banks.as_deref().unwrap_or(&banks), &judge_blocks);
+        let mut this = Self {
+            train,
+            judge,
+            own_blocks,
+            spread,
+            candidates,
+            banks,
+            judge_banks,
+            train_sums,
+            judge_sums,
+            judge_blocks,
+            weights: Vec::new(),
+            floor: Vec::new(),
+            floors: Vec::new(),
+            corrections: None,
+            quiet: Vec::new(),
+            reference: Vec::new(),
+            free: options.widening > 1.0,
+            banned: Vec::new(),
+            standing: Vec::new(),
+        };
+        // Named as alternatives only.
+        this.banned =
+            (0..this.candidates.len()).filter(|&c| !this.candidates[c].form.fixed.is_empty()).collect();
+        this.weigh();
+        progress(1.0);
+        this
+    }
+
+    /// Weights from what a smooth function of the signals could reach, or the noise where there are no signals.
+    fn weigh(&mut self) {
+        let rows = self.train.rows();
+        self.floors = parallel(rows.len(), |row| floor(self.train, self.judge, self.own_blocks, row));
+        self.floor =
+            self.judge_sums.rows.iter().zip(&self.floors).map(|(row, (_, c))| row.count as f64 / c).collect();
+        let noise = |(row, sums): (&crate::diagnose::Row, &super::fit::RowSum)| {
+            QUIET * row.noise.powi(2) * sums.count as f64
+        };
+        // Tables of postures and impacts know no more than a bound of their noise.
+        let is_table = self.train.motion().time.is_empty();
+        self.quiet = rows
+            .iter()
+            .zip(&self.judge_sums.rows)
+            .map(|row| if is_table { 0.0 } else { noise(row) })
+            .collect();
+        self.weigh_by_floors();
+    }
+
+    fn weigh_by_floors(&mut self) {
+        self.weights =
+            self.floors.iter().map(|(variance, correlation)| 1.0 / (variance * correlation)).collect();
+        let wanted = self.train.inertial_count() > 0 && self.spread.corrects;
+        self.corrections =
+            wanted.then(|| Corrections::new(&self.train_sums, &self.weights, self.spread.len()));
+    }
+
+    /// Lowers the floor where effects do better than the smooth function did, which cannot follow every jump. Tells
+    /// whether that changed anything worth another search.
+    pub fn reweigh(&mut self, trial: &Trial) -> bool {
+        let mut changed = false;
+        for (row, (variance, _)) in self.floors.iter_mut().enumerate() {
+            let reached = trial.errors[row] / self.judge_sums.rows[row].count.max(1) as f64;
+            let noise = self.train.rows()[row].noise.powi(2);
+            if reached < LOWER * *variance && noise < LOWER * *variance {
+                *variance = reached.max(noise);
+                changed = true;
+            }
+        }
+        if changed {
+            self.weigh_by_floors();
+        }
+        changed
+    }
+
+    /// Keeps all forms of a candidate's kind and place out of further searches.
+    pub fn ban(&mut self, c: usize) {
+        let form = |c: usize| &self.candidates[c].form;
+        let same = (0..self.candidates.len())
+            .filter(|&o| form(o).kind == form(c).kind && form(o).location == form(c).location);
+        let same: Vec<usize> = same.collect();
+        self.banned.extend(same);
+    }
+
+    /// Mass of the body on which an effect on a link acts, kg.
+    pub fn carrier(&self, c: usize) -> Option<f64> {
+        let Search::Inertial(directions) = &self.candidates[c].form.search else { return None };
+        let body = directions.first()?.iter().position(|x| *x != 0.0)? / 10;
+        self.train.inertial_parameters().get(10 * body).copied()
+    }
+
+    /// A candidate's terms, for [`Setting::recall`].
+    pub fn remembered(&self, c: usize) -> (Form, Vec<Term>) {
+        (self.candidates[c].form.clone(), self.candidates[c].terms.clone())
+    }
+
+    /// Gives a candidate the terms that it had.
+    pub fn recall(&mut self, c: usize, (form, terms): (Form, Vec<Term>)) {
+        (self.candidates[c].form, self.candidates[c].terms) = (form, terms);
+    }
+
+    /// Takes nonlinear forms at their estimates beside the active candidates.
+    pub fn linearise(&mut self, active: &[usize], corrected: bool) {
+        for c in 0..self.candidates.len() {
+            if self.candidates[c].form.kind != "payload" {
+                continue;
+            }
+            let mut with = active.to_vec();
+            if !with.contains(&c) {
+                with.push(c);
+            }
+            let place = with.iter().position(|a| *a == c).unwrap_or(0);
+            for _ in 0..6 {
+                let Some(trial) = self.trial(&with, corrected) else { break };
+                let coefficients = self.coefficients(&with, &trial, place);
+                let Some(form) = self.candidates[c].form.linearised(self.train, coefficients) else { break };
+                let rows = self.candidates[c].rows.clone();
+                self.candidates[c] = Candidate::new(form, &[], rows, &self.spread, 0);
+            }
+        }
+    }
+
+    /// All terms of some candidates.
+    pub fn terms(&self, active: &[usize]) -> Vec<&Term> {
+        active.iter().flat_map(|&c| &self.candidates[c].terms).collect()
+    }
+
+    /// The price of effects: evidence that they have to bring.
+    pub fn price(&self, active: &[usize]) -> f64 {
+        let total: f64 = self.floor.iter().sum::<f64>().max(2.0);
+        let price = |&c: &usize| {
+            let candidate = &self.candidates[c];
+            if let Search::Inertial(_) = candidate.form.search {
+                // These compete with corrections that cost by themselves.
+                return INERTIAL * candidate.parameters as f64 + ENTRY;
+            }
+            let floor = candidate.rows.iter().map(|&r| self.floor[r]).fold(0.0, f64::max);
+            candidate.parameters as f64 * (total.ln() + PRICE * floor) + ENTRY + EFFECT * floor
+        };
+        active.iter().map(price).sum()
+    }
+
+    /// Fits candidates and judges them.
+    pub fn trial(&self, active: &[usize], corrected: bool) -> Option<Trial> {
+        let terms = self.terms(active);
+        let corrections = self.corrections.as_ref().filter(|_| corrected);
+        let fit = fit(&self.train_sums, &self.weights, corrections, &terms)?;
+        let errors = errors(&self.judge_sums, &fit, &terms);
+        let heard = errors.iter().zip(&self.quiet).map(|(error, quiet)| error.max(*quiet));
+        let deviance: f64 = heard.zip(&self.weights).map(|(e, w)| e * w).sum();
+        let cost = deviance + fit.prior + self.price(active);
+        Some(Trial { fit, errors, cost })
+    }
+
+    /// Errors of a fit in each judging block, one row.
+    pub fn block_errors(&self, trial: &Trial, active: &[usize]) -> Vec<Vec<f64>> {
+        let banks = self.judge_banks.as_deref().unwrap_or(&self.banks);
+        let terms = self.terms(active);
+        self.judge_blocks.iter().map(|&b| errors(&Sums::of(banks, &[b]), &trial.fit, &terms)).collect()
+    }
+
+    /// Standard error of the difference between the deviances of two fits, from the scatter over the judging blocks.
+    pub fn scatter(&self, a: &Trial, with_a: &[usize], b: &Trial, with_b: &[usize]) -> f64 {
+        let of = |trial: &Trial, active: &[usize]| -> Vec<f64> {
+            let weighted = |errors: Vec<f64>| errors.iter().zip(&self.weights).map(|(e, w)| e * w).sum();
+            self.block_errors(trial, active).into_iter().map(weighted).collect()
+        };
+        let differences: Vec<f64> =
+            of(a, with_a).iter().zip(of(b, with_b)).map(|(a, b): (&f64, f64)| b - a).collect();
+        let n = differences.len() as f64;
+        let mean = differences.iter().sum::<f64>() / n;
+        let squares: f64 = differences.iter().map(|d| (d - mean).powi(2)).sum();
+        (n * squares / (n - 1.0).max(1.0)).sqrt()
+    }
+
+    /// Coefficients of one of the active candidates.
+    pub fn coefficients<'t>(&self, active: &[usize], trial: &'t Trial, which: usize) -> &'t [f64] {
+        let first: usize = active[..which].iter().map(|&c| self.candidates[c].terms.len()).sum();
+        &trial.fit.coefficients[first..first + self.candidates[active[which]].terms.len()]
+    }
+
+    /// Why a fit is physically impossible, if it is.
+    pub fn impossible(&self, active: &[usize], trial: &Trial) -> Option<(usize, String)> {
+        (0..active.len()).filter(|&k| !self.standing.contains(&active[k])).find_map(|k| {
+            let (form, coefficients) =
+                (&self.candidates[active[k]].form, self.coefficients(active, trial, k));
+            let why = form.impossible(coefficients).or_else(|| self.massless(form, coefficients)).or_else(
+                || self.cancelled(&self.candidates[active[k]], coefficients).filter(|_| active.len() > 1),
+            )?;
+            Some((active[k], why))
+        })
+    }
+
+    /// Whether an effect makes far more than there is to explain, so that another one must take it back: a pair that
+    /// the data cannot tell apart.
+    fn cancelled(&self, candidate: &Candidate, coefficients: &[f64]) -> Option<String> {
+        let made = sizes(&self.train_sums, &candidate.terms, coefficients);
+        let weighted = |of: &dyn Fn(usize) -> f64| -> f64 {
+            candidate.rows.iter().map(|&r| of(r) * self.weights[r]).sum()
+        };
+        let wanted = weighted(&|r| self.train_sums.rows[r].squares());
+        (weighted(&|r| made[r]) > MOST * wanted).then(|| {
+            "it and another effect would cancel each other: this data cannot tell them apart".to_owned()
+        })
+    }
+
+    /// Whether an effect on a link leaves no body that can exist: its pseudo-inertia must be positive definite.
+    fn massless(&self, form: &Form, coefficients: &[f64]) -> Option<String> {
+        let Search::Inertial(_) = form.search else { return None };
+        let nominal = self.train.inertial_parameters();
+        let change = self.train.inertial_change(&form.effect(coefficients));
+        let possible = nominal.chunks_exact(10).zip(change.chunks_exact(10)).all(|(body, change)| {
+            let p: [f64; 10] = std::array::from_fn(|k| body[k] + change[k]);
+            // Half the trace less the inertia is the second moment of the mass itself.
+            let half = 0.5 * (p[4] + p[7] + p[9]);
+            let pseudo = nalgebra::Matrix4::new(
+                half - p[4],
+                -p[5],
+                -p[6],
+                p[1],
+                -p[5],
+                half - p[7],
+                -p[8],
+                p[2],
+                -p[6],
+                -p[8],
+                half - p[9],
+                p[3],
+                p[1],
+                p[2],
+                p[3],
+                p[0],
+            );
+            change.iter().all(|c| *c == 0.0) || pseudo.cholesky().is_some()
+        });
+        (!possible).then(|| "no body has such an inertia".to_owned())
+    }
+
+    /// Lets effects stand from the start, each in the form that fits best. Those that the data cannot tell from the
+    /// others are left out and returned.
+    pub fn keep<'e>(&mut self, effects: &'e [Effect], corrected: bool) -> Vec<&'e Effect> {
+        let mut left_out = Vec::new();
+        for effect in effects {
+            let searched = |c: &usize| {
+                let form = &self.candidates[*c].form;
+                form.is_of(effect) && form.fixed.is_empty()
+            };
+            let forms = (0..self.candidates.len()).filter(searched);
+            let with = |c: usize| self.standing.iter().copied().chain([c]).collect::<Vec<usize>>();
+            let tried = forms.filter_map(|c| Some((c, self.trial(&with(c), corrected)?.cost)));
+            match tried.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                Some((best, _)) => self.standing.push(best),
+                None => left_out.push(effect),
+            }
+        }
+        left_out
+    }
+
+    /// Whether a candidate is of the kind and at the place of one that stands from the start.
+    pub fn stands(&self, c: usize) -> bool {
+        let form = &self.candidates[c].form;
+        self.standing.iter().any(|&s| {
+            let other = &self.candidates[s].form;
+            other.kind == form.kind && other.location == form.location
+        })
+    }
+
+    /// Whether two candidates touch the same row.
+    pub fn meet(&self, a: usize, b: usize) -> bool {
+        self.candidates[a].rows.iter().any(|row| self.candidates[b].rows.contains(row))
+    }
+
+    /// Whether inertial corrections are possible at all.
+    pub fn has_corrections(&self) -> bool {
+        self.corrections.is_some()
+    }
+}
+
+fn columns_of(experiment: &dyn Experiment, forms: &[Form]) -> Vec<Vec<Column>> {
+    parallel(forms.len(), |i| forms[i].columns(experiment))
+}
+
+fn banks_of(experiment: &dyn Experiment, spread: &Spread, columns: &[Vec<Column>]) -> Vec<RowBank> {
+    let flat: Vec<(usize, &Column)> = columns.iter().flatten().enumerate().collect();
+    parallel(experiment.rows().len(), |row| row_bank(experiment, row, spread, &flat, BLOCKS, None))
+}

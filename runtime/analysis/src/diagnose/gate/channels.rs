@@ -1,0 +1,142 @@
+//! Signs, units and columns that are mixed up: the log is read again under each suspicion, and the one under which
+//! the model explains the torques is named.
+use super::hypothesis::{Mixup, View};
+use super::{Evidence, list};
+use bipedc_effects::diagnostic::Diagnostic;
+
+/// A torque of which more than this is left by model and friction is suspicious: effects leave as much at times, but no
+/// mix-up then explains them.
+const SUSPICIOUS: f64 = 0.1;
+/// A mix-up is believed if the joints concerned lose all but this part of what was left.
+const LEFT: f64 = 0.3;
+/// Another mix-up that removes nearly as much is named beside it.
+const ALIKE: f64 = 0.9;
+/// No joint swings through so much (rad): its position may be in degrees.
+const WIDE: f64 = 4.0;
+/// Most mix-ups that are looked for in one log.
+const MOST: usize = 3;
+/// If every joint has this left, the torques are those of another robot.
+const FOREIGN: f64 = 0.5;
+
+/// Errors about mixed-up channels, or a warning that nothing fits.
+pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
+    let mut view = View::new(evidence);
+    let mut found = Vec::new();
+    for _ in 0..MOST {
+        let left = view.unexplained(evidence);
+        if left.iter().all(|part| *part < SUSPICIOUS) {
+            break;
+        }
+        let mut ranked = tried(evidence, &view, &left);
+        let Some((mixup, gain)) = ranked.pop() else { break };
+        let others: Vec<Mixup> =
+            ranked.iter().filter(|(_, other)| *other > ALIKE * gain).map(|(mixup, _)| *mixup).collect();
+        found.push(error(evidence, mixup, &others));
+        view = view.under(evidence, mixup);
+    }
+    let joints = view.joints();
+    let left = view.unexplained(evidence);
+    if found.is_empty() && joints.len() > 1 && joints.iter().all(|&joint| left[joint] > FOREIGN) {
+        let explained = joints.iter().map(|&j| 1.0 - left[j]).fold(0.0, f64::max);
+        let message = format!(
+            "the torques of the log have little to do with the model's: it explains at most {:.0} % of any joint's variance",
+            100.0 * explained
+        );
+        let help =
+            "is it a log of this robot, in N m and rad, and does the description say how its base is held?";
+        found.push(Diagnostic::warning(message).help(help));
+    }
+    found
+}
+
+/// Mix-ups that explain what is left, the best last, each with how much it removes.
+fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)> {
+    let mut good: Vec<(Mixup, f64)> = suspicions(evidence, view, left)
+        .into_iter()
+        .filter_map(|mixup| {
+            let then = view.under(evidence, mixup).unexplained(evidence);
+            let concerned: Vec<usize> =
+                (0..left.len()).filter(|&j| (left[j] - then[j]).abs() > 1e-6).collect();
+            let sum = |parts: &[f64]| concerned.iter().map(|&j| parts[j].min(10.0)).sum::<f64>();
+            let (before, after) = (sum(left), sum(&then));
+            let healed = concerned.iter().any(|&j| left[j] > SUSPICIOUS && then[j] < LEFT * left[j]);
+            (healed && after < LEFT * before).then_some((mixup, before - after))
+        })
+        .collect();
+    good.sort_by(|a, b| a.1.total_cmp(&b.1));
+    good
+}
+
+fn suspicions(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<Mixup> {
+    let count = left.len();
+    let mut list = Vec::new();
+    // Columns of which one is missing are zero: nothing to swap or to turn.
+    let moves: Vec<usize> = (0..count).filter(|&j| view.range(evidence, j) > 1e-6).collect();
+    for &joint in moves.iter().filter(|&&j| !evidence.joints[j].1) {
+        if view.range(evidence, joint) > WIDE {
+            list.push(Mixup::Degrees(joint));
+        }
+    }
+    for (n, &joint) in moves.iter().enumerate() {
+        list.push(Mixup::PositionSign(joint));
+        list.extend(moves[..n].iter().map(|&other| Mixup::PositionsSwapped(other, joint)));
+    }
+    let torques = view.joints();
+    for (n, &joint) in torques.iter().enumerate() {
+        if left[joint] > SUSPICIOUS {
+            list.push(Mixup::EffortSign(joint));
+            list.extend([1e3, 1e-3].map(|factor| Mixup::EffortUnit(joint, factor)));
+        }
+        let swapped = |&&other: &&usize| left[joint] > SUSPICIOUS || left[other] > SUSPICIOUS;
+        list.extend(torques[..n].iter().filter(swapped).map(|&o| Mixup::EffortsSwapped(o, joint)));
+    }
+    list
+}
+
+fn error(evidence: &Evidence<'_>, mixup: Mixup, others: &[Mixup]) -> Diagnostic {
+    let (words, entry) = described(evidence, mixup);
+    let mut message = format!("{words}: read so, the model explains the torques, as logged it does not");
+    for other in others {
+        message.push_str(&format!(" (or {})", described(evidence, *other).0));
+    }
+    Diagnostic::error(message)
+        .help(format!("correct the log, or give a mapping file with the line\n  {entry}"))
+}
+
+/// In words, and the line of a mapping file that puts it right.
+fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
+    let name = |joint: usize| evidence.joints[joint].0;
+    match mixup {
+        Mixup::EffortSign(j) => (
+            format!("`{}/effort` has the wrong sign", name(j)),
+            format!("\"{}/effort\" = {{ sign = -1 }}", name(j)),
+        ),
+        Mixup::EffortUnit(j, factor) => {
+            let unit = if factor > 1.0 { "N mm (mN m) instead of N m" } else { "kN m instead of N m" };
+            (
+                format!("`{}/effort` is in the wrong unit, such as {unit} (factor {factor})", name(j)),
+                format!("\"{}/effort\" = {{ scale = {} }}", name(j), 1.0 / factor),
+            )
+        }
+        Mixup::PositionSign(j) => (
+            format!("`{}/position` has the wrong sign", name(j)),
+            format!("\"{}/position\" = {{ sign = -1 }}", name(j)),
+        ),
+        Mixup::Degrees(j) => (
+            format!("`{}/position` is in degrees instead of rad (factor 57.3)", name(j)),
+            format!("\"{}/position\" = {{ scale = {:.10} }}", name(j), std::f64::consts::PI / 180.0),
+        ),
+        Mixup::PositionsSwapped(a, b) => swapped(name(a), name(b), "position"),
+        Mixup::EffortsSwapped(a, b) => swapped(name(a), name(b), "effort"),
+    }
+}
+
+fn swapped(a: &str, b: &str, what: &str) -> (String, String) {
+    let pair = [format!("{a}/{what}"), format!("{b}/{what}")];
+    (
+        format!("{} are swapped", list(pair.iter().map(String::as_str))),
+        format!(
+            "\"{a}/{what}\" = {{ column = \"{b}/{what}\" }}\n  \"{b}/{what}\" = {{ column = \"{a}/{what}\" }}"
+        ),
+    )
+}

@@ -1,0 +1,72 @@
+//! Whether the joints move enough, and long enough.
+use super::{Evidence, list, quantile};
+use bipedc_effects::diagnostic::Diagnostic;
+
+/// Shorter logs support hardly any estimate, s.
+const SHORT: f64 = 4.0;
+/// A joint that stays within this range hardly moves; rad, m.
+const RANGE: [f64; 2] = [0.02, 0.002];
+/// A joint that is always slower than this hardly moves; rad/s, m/s.
+const SPEED: [f64; 2] = [0.05, 0.005];
+/// A direction in which a joint moves for less than this part of the time is not seen.
+const ONE_WAY: f64 = 0.02;
+
+/// Warnings about joints whose effects cannot be told apart.
+pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let r = evidence.recording;
+    let duration = r.time.len() as f64 * r.step;
+    if duration < SHORT {
+        let message =
+            format!("the log has only {duration:.1} s of motion: estimates from it are hardly supported");
+        found.push(Diagnostic::warning(message).help("record at least 20 s in which all joints move"));
+    }
+    let (mut still, mut one_way) = (Vec::new(), Vec::new());
+    for (joint, (name, prismatic)) in evidence.joints.iter().enumerate() {
+        if r.effort[joint].is_none() {
+            continue;
+        }
+        match motion(evidence, joint, usize::from(*prismatic)) {
+            Motion::Still => still.push(*name),
+            Motion::OneWay => one_way.push(*name),
+            Motion::Enough => {}
+        }
+    }
+    if !still.is_empty() {
+        let (verb, joints) = if still.len() == 1 { ("moves", "joint") } else { ("move", "joints") };
+        let message =
+            format!("{joints} {} hardly {verb}: friction cannot be told from bias there", list(still));
+        let help = "record a motion in which the joint swings by at least a tenth of a radian to both sides";
+        found.push(Diagnostic::warning(message).help(help));
+    }
+    if !one_way.is_empty() {
+        let message = format!(
+            "{} moves in one direction only: Coulomb friction cannot be told from bias there",
+            list(one_way)
+        );
+        found.push(Diagnostic::warning(message).help("record a motion that goes to and fro"));
+    }
+    found
+}
+
+enum Motion {
+    Still,
+    OneWay,
+    Enough,
+}
+
+fn motion(evidence: &Evidence<'_>, joint: usize, kind: usize) -> Motion {
+    let mut q: Vec<f64> = evidence.position(joint).collect();
+    let range = quantile(&mut q, 0.99) - quantile(&mut q, 0.01);
+    let v: Vec<f64> = evidence.velocity(joint).collect();
+    let mut speeds: Vec<f64> = v.iter().map(|v| v.abs()).collect();
+    let fast = quantile(&mut speeds, 0.99);
+    if range < RANGE[kind] || fast < SPEED[kind] {
+        return Motion::Still;
+    }
+    let moving = 0.1 * fast;
+    let part = |count: usize| count as f64 / v.len().max(1) as f64;
+    let forth = part(v.iter().filter(|v| **v > moving).count());
+    let back = part(v.iter().filter(|v| **v < -moving).count());
+    if forth.min(back) < ONE_WAY { Motion::OneWay } else { Motion::Enough }
+}

@@ -1,0 +1,112 @@
+//! Channels that stop telling: clipped torques, encoders that are stuck.
+use super::{Evidence, list};
+use bipedc_effects::diagnostic::Diagnostic;
+
+/// Part of the samples that must lie at the limit.
+const PILE: f64 = 0.01;
+/// The limit must be so much more frequent than the next value: quantised signals have many of each.
+const STEEPER: f64 = 4.0;
+/// A joint that reads the same for so long is not measured, s.
+const STUCK: f64 = 0.5;
+
+/// Warnings about clipped and stuck channels.
+pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for (joint, (name, _)) in evidence.joints.iter().enumerate() {
+        let limits: Vec<f64> = match &evidence.recording.effort[joint] {
+            Some(effort) => [1.0, -1.0].into_iter().filter_map(|sign| limit(effort, sign)).collect(),
+            None => Vec::new(),
+        };
+        if !limits.is_empty() {
+            let values: Vec<String> = limits.iter().map(|l| format!("{l}")).collect();
+            let message = format!(
+                "the effort of `{name}` is clipped at {}: beyond it the log does not tell the torque",
+                values.join(" and ")
+            );
+            let help = "log with a wider range, or move with less torque";
+            found.push(Diagnostic::warning(message).help(help));
+        }
+    }
+    let stuck: Vec<(usize, f64, f64)> = (0..evidence.joints.len())
+        .filter_map(|joint| stretch(evidence, joint).map(|(from, to)| (joint, from, to)))
+        .collect();
+    for (joint, from, to) in stuck {
+        let name = evidence.joints[joint].0;
+        let message = format!(
+            "the position of {} does not change at all from {from:.2} s to {to:.2} s while others move",
+            list([name])
+        );
+        let help = "is its encoder stuck, or were its messages lost? leave the stretch out with --from, --to";
+        found.push(Diagnostic::warning(message).help(help));
+    }
+    found
+}
+
+/// The value at which a signal ends on one side, if it piles up there.
+fn limit(values: &[f64], sign: f64) -> Option<f64> {
+    let signed = |v: &f64| sign * v;
+    let top = values.iter().map(signed).fold(f64::NEG_INFINITY, f64::max);
+    let near = |level: f64| {
+        let width = 1e-9 * top.abs().max(1e-12);
+        values.iter().map(signed).filter(move |v| (v - level).abs() <= width).count() as f64
+    };
+    let count = near(top);
+    if top == 0.0 || count < (PILE * values.len() as f64).max(10.0) {
+        return None;
+    }
+    let below = values.iter().map(signed).filter(|v| *v < top * (1.0 - 1e-9 * top.signum()));
+    let next = below.fold(f64::NEG_INFINITY, f64::max);
+    (next.is_finite() && count > STEEPER * near(next)).then_some(sign * top)
+}
+
+/// The longest stretch in which a joint's position is exactly constant while other joints move as usual.
+fn stretch(evidence: &Evidence<'_>, joint: usize) -> Option<(f64, f64)> {
+    let v: Vec<f64> = evidence.velocity(joint).collect();
+    let mean =
+        |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt();
+    let usual = mean(&v);
+    if usual < 1e-3 {
+        return None;
+    }
+    // The filter spreads the rest over some samples, so that not every one is exactly still.
+    let still = |v: &f64| v.abs() < 1e-5 * usual;
+    let (mut best, mut first) = (0..0, None);
+    for i in 0..=v.len() {
+        match (v.get(i).is_some_and(still), first) {
+            (true, None) => first = Some(i),
+            (false, Some(from)) => {
+                if i - from > best.len() {
+                    best = from..i;
+                }
+                first = None;
+            }
+            _ => {}
+        }
+    }
+    let r = evidence.recording;
+    if (best.len() as f64) * r.step < STUCK {
+        return None;
+    }
+    let others_move = (0..evidence.joints.len()).filter(|&other| other != joint).any(|other| {
+        let v: Vec<f64> = evidence.velocity(other).collect();
+        let all = mean(&v);
+        all > 1e-2 && mean(&v[best.clone()]) > 0.5 * all
+    });
+    others_move.then(|| (r.time[best.start], r.time[best.end - 1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::limit;
+
+    #[test]
+    fn piles_are_limits_and_sines_are_not() {
+        let sine: Vec<f64> = (0..4000).map(|i| 3.0 * (0.013 * f64::from(i)).sin()).collect();
+        assert_eq!((limit(&sine, 1.0), limit(&sine, -1.0)), (None, None));
+        let clipped: Vec<f64> = sine.iter().map(|x| x.min(2.5)).collect();
+        assert_eq!((limit(&clipped, 1.0), limit(&clipped, -1.0)), (Some(2.5), None));
+        // Coarse steps put many samples on the highest one, but as many on the next.
+        let coarse: Vec<f64> = sine.iter().map(|x| (x * 4.0).round() / 4.0).collect();
+        assert_eq!((limit(&coarse, 1.0), limit(&coarse, -1.0)), (None, None));
+    }
+}

@@ -1,0 +1,70 @@
+//! The rigid-body model at the samples of a recording.
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::model::{Argument, Model, State};
+
+/// The functions of a model that the diagnosis needs.
+#[derive(Clone, Copy)]
+pub(super) struct Rigid<'a> {
+    model: &'a (dyn Model<f64> + Sync),
+    inverse_dynamics: usize,
+    regressor: usize,
+    /// Length of a configuration.
+    pub nq: usize,
+    /// Length of a velocity.
+    pub nv: usize,
+    /// Number of inertial parameters.
+    pub parameters: usize,
+}
+
+impl<'a> Rigid<'a> {
+    /// Looks the functions up.
+    pub fn new(model: &'a (dyn Model<f64> + Sync)) -> Result<Self, Diagnostic> {
+        let function = |name: &str| {
+            model.function(name).ok_or_else(|| {
+                Diagnostic::error(format!("the model has no function `{name}`"))
+                    .help("add it to what is generated from the description")
+            })
+        };
+        let regressor = function("inverse_dynamics_regressor")?;
+        let parameters = model.signature(regressor).map_or(0, |s| s.columns);
+        Ok(Self {
+            model,
+            inverse_dynamics: function("inverse_dynamics")?,
+            regressor,
+            nq: model.nq(),
+            nv: model.nv(),
+            parameters,
+        })
+    }
+
+    fn evaluate(&self, function: usize, [q, v, a]: [&[f64]; 3], output: &mut [f64]) {
+        let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::A, a);
+        // Lengths come from the model itself; a refusal would be a fault of this crate, seen in the numbers.
+        if self.model.evaluate(function, &state, output).is_err() {
+            output.fill(f64::NAN);
+        }
+    }
+
+    /// Generalised forces of all samples, `samples × nv`.
+    pub fn inverse_dynamics(&self, q: &[f64], v: &[f64], a: &[f64]) -> Vec<f64> {
+        let mut tau = vec![0.0; v.len()];
+        for (i, tau) in tau.chunks_exact_mut(self.nv).enumerate() {
+            self.evaluate(self.inverse_dynamics, self.sample(i, q, v, a), tau);
+        }
+        tau
+    }
+
+    /// Calls `visit` with the sample's number and its regressor, `nv × parameters`, column after column.
+    pub fn regressors(&self, q: &[f64], v: &[f64], a: &[f64], mut visit: impl FnMut(usize, &[f64])) {
+        let mut regressor = vec![0.0; self.nv * self.parameters];
+        for i in 0..v.len() / self.nv {
+            self.evaluate(self.regressor, self.sample(i, q, v, a), &mut regressor);
+            visit(i, &regressor);
+        }
+    }
+
+    fn sample<'s>(&self, i: usize, q: &'s [f64], v: &'s [f64], a: &'s [f64]) -> [&'s [f64]; 3] {
+        let (nq, nv) = (self.nq, self.nv);
+        [&q[i * nq..(i + 1) * nq], &v[i * nv..(i + 1) * nv], &a[i * nv..(i + 1) * nv]]
+    }
+}

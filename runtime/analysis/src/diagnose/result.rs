@@ -1,0 +1,164 @@
+//! The answer, for people and for programs. Its JSON keys are its field names and stay.
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::input;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::{self, BufRead, BufReader};
+use std::path::Path;
+
+/// What was found. All errors are on held-out data.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Diagnosis {
+    /// Effects that earned their place, most important first.
+    pub effects: Vec<Found>,
+    /// Effects that stood from the start ([`Options::standing`](super::Options::standing)), with their new estimates.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub standing: Vec<Found>,
+    /// Corrections of masses, centres of mass and inertias as CAD errors explain them.
+    pub inertial_corrections: Vec<Found>,
+    /// Alternatives that this data cannot tell apart; each alternative is a list of effects, the first the one that
+    /// stands in `effects`.
+    pub indistinguishable: Vec<Vec<Vec<Found>>>,
+    /// Whether something structured is left that no kind of the library explains.
+    pub unexplained: bool,
+    /// Joints (or rows) in which it is left.
+    pub suspects: Vec<String>,
+    /// How much is left in each suspect, and what it goes with.
+    pub unexplained_parts: Vec<Unexplained>,
+    /// What was tried and did not earn its place.
+    pub rejected: Vec<Rejected>,
+    /// Root mean square errors by kind of channel: `effort`, `base_force`, `base_moment`, `cop`, `transmission`,
+    /// `post_impact_velocity`.
+    pub rms: BTreeMap<String, Fall>,
+    /// As `rms`, on the training data; empty where nobody asked.
+    pub rms_training: BTreeMap<String, Fall>,
+    /// Of the kind that the table is about: impacts, else centre of pressure for postures, else effort.
+    pub rms_before: f64,
+    /// See `rms_before`.
+    pub rms_after: f64,
+    /// By row, in the order of the model.
+    pub rows: BTreeMap<String, Fall>,
+    /// The error after each effect, in the order in which they entered.
+    pub steps: Vec<Step>,
+    /// The data that parameters were estimated from.
+    pub training: Source,
+    /// The data that judged; `None`: blocks of the training data did.
+    pub validation: Option<Source>,
+    /// What the data could not support, in words.
+    pub warnings: Vec<String>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// Cut-off of the filter, Hz; 0 for tables.
+    pub cutoff_hz: f64,
+    /// Cut-off at which `rms`, `rms_before` and `rms_after` hold, Hz, where it is another: the best with the effects.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub judged_at_hz: Option<f64>,
+    /// The answer in plain words.
+    pub summary: String,
+}
+
+/// An effect with its error bars.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// Kind, place and parameters.
+    #[serde(flatten)]
+    pub effect: Effect,
+    /// 95 % confidence intervals by parameter.
+    #[serde(default)]
+    pub ci95: BTreeMap<String, [f64; 2]>,
+    /// Fraction of the held-out squared error that it removed when it entered.
+    #[serde(default)]
+    pub share: f64,
+    /// Reasons to doubt it: values outside the plausible range.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
+}
+
+/// A candidate that did not earn its place.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rejected {
+    /// Of the effect.
+    pub kind: String,
+    /// Where it was tried.
+    pub place: Location,
+    /// Why it does not stand.
+    pub why: String,
+}
+
+/// What remains in a row although nothing of the library explains it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Unexplained {
+    /// Joint or row.
+    pub joint: String,
+    /// Fraction of the remaining squared error that a smooth function of the signals would still remove.
+    pub share: f64,
+    /// Signals that it goes with, the strongest first.
+    pub signals: Vec<String>,
+}
+
+/// An error before and after.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Fall {
+    /// Of both.
+    pub unit: String,
+    /// Of the nominal model.
+    pub before: f64,
+    /// With the effects and corrections.
+    pub after: f64,
+    /// Estimated noise of the measurement; 0 if unknown.
+    #[serde(default)]
+    pub noise: f64,
+}
+
+/// One effect entering.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// What entered.
+    pub effect: Effect,
+    /// Held-out error before it entered, unit of [`Diagnosis::rms_before`].
+    pub before: f64,
+    /// And after.
+    pub after: f64,
+}
+
+impl Source {
+    /// A file with the hash of its bytes.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn of(path: &Path, samples: usize) -> Result<Self, Diagnostic> {
+        let hash =
+            hash(path).map_err(|e| Diagnostic::error(format!("cannot read the file: {e}")).in_file(path))?;
+        Ok(Self { file: path.display().to_string(), hash: format!("{hash:016x}"), samples })
+    }
+}
+
+/// FNV-1a of a file of any length.
+fn hash(path: &Path) -> io::Result<u64> {
+    let mut source = BufReader::with_capacity(1 << 16, input::open(path)?);
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    loop {
+        let piece = source.fill_buf()?;
+        if piece.is_empty() {
+            return Ok(hash);
+        }
+        for byte in piece {
+            hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+        let count = piece.len();
+        source.consume(count);
+    }
+}
+
+/// Where data came from.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Source {
+    /// Path as given.
+    pub file: String,
+    /// FNV-1a hash of the bytes, 16 hex digits.
+    pub hash: String,
+    /// Samples (rows) that count.
+    pub samples: usize,
+}

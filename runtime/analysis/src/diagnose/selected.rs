@@ -1,0 +1,94 @@
+//! An experiment of which only some kinds of rows count.
+use super::anatomy::CadError;
+use super::gate::Motion;
+use super::{Experiment, Inertial, Row};
+use crate::log::names;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::{Effect, Location};
+
+/// The rows of some channels of another experiment.
+pub struct Selected<'a> {
+    inner: Box<dyn Experiment + 'a>,
+    /// Places of the rows in `inner`.
+    places: Vec<usize>,
+    rows: Vec<Row>,
+}
+
+impl<'a> Selected<'a> {
+    /// Keeps the rows of channels of these names, as in JSON: `base_force`.
+    ///
+    /// # Errors
+    /// A name that no row has.
+    pub fn new(inner: Box<dyn Experiment + 'a>, channels: &[String]) -> Result<Self, Diagnostic> {
+        let has = |name: &str| inner.rows().iter().any(|row| row.channel.name() == name);
+        if let Some(unknown) = channels.iter().find(|name| !has(name)) {
+            let mut known: Vec<&str> = inner.rows().iter().map(|row| row.channel.name()).collect();
+            known.dedup();
+            let message = format!("the log has no channel `{unknown}`");
+            let help = format!("channels of this log: {}", names::list(known, 8));
+            return Err(Diagnostic::error(message).help(help));
+        }
+        let kept = |row: &Row| channels.iter().any(|name| row.channel.name() == name);
+        let places: Vec<usize> = (0..inner.rows().len()).filter(|&r| kept(&inner.rows()[r])).collect();
+        let rows = places.iter().map(|&r| inner.rows()[r].clone()).collect();
+        Ok(Self { inner, places, rows })
+    }
+}
+
+impl Experiment for Selected<'_> {
+    fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+    fn time(&self) -> &[f64] {
+        self.inner.time()
+    }
+    fn residual(&self, row: usize) -> &[f64] {
+        self.inner.residual(self.places[row])
+    }
+    fn measured(&self, row: usize) -> Option<Vec<f64>> {
+        self.inner.measured(self.places[row])
+    }
+    fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+        let here = |(row, values)| Some((self.places.iter().position(|p| *p == row)?, values));
+        self.inner.response(effects).into_iter().filter_map(here).collect()
+    }
+    fn candidates(&self) -> Vec<(&'static str, Location)> {
+        self.inner.candidates()
+    }
+    fn guess(&self, kind: &str, place: &Location) -> Option<Effect> {
+        self.inner.guess(kind, place)
+    }
+    fn inertial_count(&self) -> usize {
+        self.inner.inertial_count()
+    }
+    fn inertial_parameters(&self) -> &[f64] {
+        self.inner.inertial_parameters()
+    }
+    fn inertial(&self, row: usize) -> Option<&Inertial> {
+        self.inner.inertial(self.places[row])
+    }
+    fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
+        self.inner.signals(self.places[row])
+    }
+    fn phases(&self) -> Vec<(String, Vec<bool>)> {
+        self.inner.phases()
+    }
+    fn seeds(&self, kind: &str, location: &Location) -> Option<Vec<f64>> {
+        self.inner.seeds(kind, location)
+    }
+    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
+        self.inner.cad_directions(error)
+    }
+    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+        self.inner.inertial_change(effect)
+    }
+    fn check(&self) -> Vec<Diagnostic> {
+        self.inner.check()
+    }
+    fn motion(&self) -> Motion {
+        self.inner.motion()
+    }
+    fn bodies(&self) -> &[String] {
+        self.inner.bodies()
+    }
+}

@@ -1,0 +1,260 @@
+//! Whether a log can support what is estimated from it: the trap of free swings.
+//!
+//! Where the drives do little, gravity and inertia cancel and the torque is next to nothing. Least squares then fit
+//! noise: velocities and accelerations carry it, and the noisier a regressor, the smaller its coefficient (errors in
+//! variables). All parameters come out too small, with narrow error bars. The tell-tale needs no truth: with a higher
+//! cut-off there is more noise in the motion, and the model's torque fades from the measured one.
+use super::{Channel, Experiment};
+use nalgebra::{DMatrix, DVector};
+
+/// A scale that loses more than this part of itself when the cut-off doubles has faded.
+const FADES: f64 = 0.25;
+/// The model's torque must have become larger by this factor meanwhile: that is the noise.
+const GROWS: f64 = 1.05;
+/// Speed over which the sign of velocity is smoothed, rad/s.
+const SMOOTHING: f64 = 0.02;
+/// Fewest samples that say anything.
+const FEWEST: usize = 100;
+
+/// How much of the model's torque a joint's log shows, at two cut-offs of the filter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fading {
+    /// Joint.
+    pub joint: String,
+    /// Factor on the rigid-body model's torque that fits the measured torque best, friction and bias beside it.
+    pub scale: f64,
+    /// The same with the higher cut-off; as large as `scale` on a log that supports estimates.
+    pub faster: f64,
+    /// Root mean square of the measured torque, N m.
+    pub measured: f64,
+    /// Root mean square of the model's torque, N m.
+    pub modelled: f64,
+}
+
+/// Factor on the model's torque, root mean squares of measured and modelled torque.
+struct Scale {
+    factor: f64,
+    measured: f64,
+    modelled: f64,
+}
+
+/// Joints whose measured torque loses the model's when the cut-off is raised. Both experiments are of the same log,
+/// `faster` with the higher cut-off (twice as high, say).
+///
+/// Joints whose model predicts less torque than the measurement's noise are passed over.
+pub fn fading(slower: &dyn Experiment, faster: &dyn Experiment) -> Vec<Fading> {
+    let rows = slower.rows().iter().enumerate().filter(|(_, row)| row.channel == Channel::Effort);
+    let fading = rows.filter_map(|(index, row)| {
+        let other = faster.rows().iter().position(|r| r.name == row.name)?;
+        let (a, b) = (scale(slower, index)?, scale(faster, other)?);
+        // A negative scale is a wrong sign or another robot: no matter of noise.
+        let fades = a.factor > 0.0 && b.factor < (1.0 - FADES) * a.factor;
+        let noisier = b.modelled > GROWS * a.modelled && a.modelled > 3.0 * row.noise;
+        (fades && noisier).then(|| Fading {
+            joint: row.joint.clone().unwrap_or_else(|| row.name.clone()),
+            scale: a.factor,
+            faster: b.factor,
+            measured: a.measured,
+            modelled: a.modelled,
+        })
+    });
+    fading.collect()
+}
+
+/// Least squares of the measured torque on the model's, viscous and Coulomb friction, and a constant.
+fn scale(experiment: &dyn Experiment, row: usize) -> Option<Scale> {
+    let signals = experiment.signals(row);
+    let signal = |name: &str| signals.iter().find(|(n, _)| n == name).map(|(_, values)| values);
+    let (velocity, load) = (signal("velocity")?, signal("load")?);
+    let residual = experiment.residual(row);
+    if residual.len() < FEWEST || load.len() != residual.len() {
+        return None;
+    }
+    let n = residual.len();
+    let measured = DVector::from_fn(n, |i, _| residual[i] + load[i]);
+    let columns = DMatrix::from_fn(n, 4, |i, column| match column {
+        0 => load[i],
+        1 => velocity[i],
+        2 => (velocity[i] / SMOOTHING).tanh(),
+        _ => 1.0,
+    });
+    let right = columns.tr_mul(&measured);
+    let coefficients = columns.tr_mul(&columns).cholesky()?.solve(&right);
+    let rms = |squares: f64| (squares / n as f64).sqrt();
+    Some(Scale {
+        factor: coefficients[0],
+        measured: rms(measured.norm_squared()),
+        modelled: rms(load.iter().map(|x| x * x).sum()),
+    })
+}
+
+/// Largest number of samples that [`kept`] looks at.
+const SAMPLES: usize = 2000;
+/// Ridge on columns of unit length: directions that the motion hardly excites stay at zero.
+const RIDGE: f64 = 1e-4;
+/// Less than this part of the inertial parameters kept while the cut-off becomes four times as high: they are noise.
+pub const KEEPS: f64 = 0.6;
+
+/// Which part of the freely estimated inertial parameters is kept when the filter's cut-off is raised: 1 on a log that
+/// supports estimates, whatever the URDF says. Both experiments are of the same log; friction and a bias are estimated
+/// beside them at every joint. `None` without inertial parameters.
+pub fn kept(slower: &dyn Experiment, faster: &dyn Experiment) -> Option<f64> {
+    let (a, b) = (Free::new(slower)?, Free::new(faster)?);
+    // As torques of the slower motion, so that units do not matter.
+    let product = |x: &DVector<f64>, y: &DVector<f64>| -> f64 {
+        x.iter().zip(y.iter()).zip(&a.lengths).map(|((x, y), length)| x * y * length * length).sum()
+    };
+    let size = product(&a.parameters, &a.parameters);
+    (size > 0.0).then(|| product(&a.parameters, &b.parameters) / size)
+}
+
+/// Least squares of all inertial parameters at once.
+struct Free {
+    parameters: DVector<f64>,
+    /// Lengths of their columns.
+    lengths: Vec<f64>,
+}
+
+impl Free {
+    fn new(experiment: &dyn Experiment) -> Option<Self> {
+        let p = experiment.inertial_count();
+        let rows: Vec<usize> =
+            (0..experiment.rows().len()).filter(|&r| experiment.inertial(r).is_some()).collect();
+        if p == 0 || rows.is_empty() {
+            return None;
+        }
+        let size = p + 3 * rows.len();
+        let (mut gram, mut right) = (DMatrix::<f64>::zeros(size, size), DVector::<f64>::zeros(size));
+        for (place, &row) in rows.iter().enumerate() {
+            add_row(experiment, row, p + 3 * place, &mut gram, &mut right)?;
+        }
+        let lengths: Vec<f64> = (0..size).map(|k| gram[(k, k)].sqrt()).collect();
+        let unit = |k: usize| if lengths[k] > 0.0 { 1.0 / lengths[k] } else { 0.0 };
+        let scaled = DMatrix::from_fn(size, size, |r, c| {
+            gram[(r, c)] * unit(r) * unit(c) + if r == c { RIDGE } else { 0.0 }
+        });
+        let solution = scaled.cholesky()?.solve(&DVector::from_fn(size, |k, _| right[k] * unit(k)));
+        Some(Self { parameters: DVector::from_fn(p, |k, _| solution[k] * unit(k)), lengths })
+    }
+}
+
+/// Adds the products of one joint's columns; its friction and bias have the three unknowns from `first` on.
+fn add_row(
+    experiment: &dyn Experiment,
+    row: usize,
+    first: usize,
+    gram: &mut DMatrix<f64>,
+    right: &mut DVector<f64>,
+) -> Option<()> {
+    let inertial = experiment.inertial(row)?;
+    let signals = experiment.signals(row);
+    let signal = |name: &str| signals.iter().find(|(n, _)| n == name).map(|(_, values)| values);
+    let (velocity, load) = (signal("velocity")?, signal("load")?);
+    let residual = experiment.residual(row);
+    let width = inertial.columns.len();
+    let places: Vec<usize> = inertial.columns.iter().copied().chain(first..first + 3).collect();
+    for i in (0..residual.len()).step_by(residual.len().div_ceil(SAMPLES).max(1)) {
+        let rubbing = [velocity[i], (velocity[i] / SMOOTHING).tanh(), 1.0];
+        let values: Vec<f64> =
+            inertial.values[i * width..(i + 1) * width].iter().copied().chain(rubbing).collect();
+        let measured = residual[i] + load[i];
+        for (a, x) in places.iter().zip(&values) {
+            right[*a] += x * measured;
+            places.iter().zip(&values).for_each(|(b, y)| gram[(*a, *b)] += x * y);
+        }
+    }
+    Some(())
+}
+
+impl Fading {
+    /// The warning, for people. `cutoffs` are both filters', Hz.
+    pub fn warning(&self, cutoffs: [f64; 2]) -> String {
+        format!(
+            "{}: this log hardly supports estimates, as free swings do: of the torque that the model expects ({:.3} N m \
+             rms), {:.0} % show in the measured torque ({:.3} N m rms) with a filter of {:.1} Hz and {:.0} % with {:.1} \
+             Hz; parameters that shrink so come from noise in the motion, and all of them are too small",
+            self.joint,
+            self.modelled,
+            100.0 * self.scale,
+            self.measured,
+            cutoffs[0],
+            100.0 * self.faster,
+            cutoffs[1]
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::Row;
+    use bipedc_effects::effect::{Effect, Location};
+
+    /// One joint: torque and load as given.
+    struct Pendulum {
+        rows: Vec<Row>,
+        residual: Vec<f64>,
+        velocity: Vec<f64>,
+        load: Vec<f64>,
+        time: Vec<f64>,
+    }
+
+    impl Pendulum {
+        /// The drive gives `driven` of the load; the motion's noise adds `noise` to what the model makes of it.
+        fn new(driven: f64, noise: f64) -> Self {
+            let time: Vec<f64> = (0..2000).map(|i| 0.005 * f64::from(i)).collect();
+            let velocity: Vec<f64> = time.iter().map(|t| (7.0 * t).cos()).collect();
+            let clean: Vec<f64> = time.iter().map(|t| driven * (3.0 * t + 0.3).sin()).collect();
+            // A quick sine stands for noise: it goes with nothing else.
+            let load: Vec<f64> =
+                clean.iter().zip(&time).map(|(c, t)| c + noise * (211.0 * t).sin()).collect();
+            let residual = clean
+                .iter()
+                .zip(&load)
+                .zip(&velocity)
+                .map(|((c, l), v)| c + 0.2 * (v / SMOOTHING).tanh() - l)
+                .collect();
+            let row = Row {
+                name: "hinge".to_owned(),
+                channel: Channel::Effort,
+                unit: "N m",
+                joint: Some("hinge".to_owned()),
+                noise: 0.01,
+            };
+            Self { rows: vec![row], residual, velocity, load, time }
+        }
+    }
+
+    impl Experiment for Pendulum {
+        fn rows(&self) -> &[Row] {
+            &self.rows
+        }
+        fn time(&self) -> &[f64] {
+            &self.time
+        }
+        fn residual(&self, _row: usize) -> &[f64] {
+            &self.residual
+        }
+        fn response(&self, _effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+            Vec::new()
+        }
+        fn candidates(&self) -> Vec<(&'static str, Location)> {
+            Vec::new()
+        }
+        fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {
+            let named = |name: &str, values: &Vec<f64>| (name.to_owned(), values.clone());
+            vec![named("velocity", &self.velocity), named("load", &self.load)]
+        }
+    }
+
+    #[test]
+    fn a_swing_without_drive_fades_and_a_driven_one_does_not() {
+        // The drive's part is sin, rms 0.7 of its amplitude: scale 1 / (1 + (noise / driven)²).
+        let found = fading(&Pendulum::new(0.2, 0.1), &Pendulum::new(0.2, 0.3));
+        assert_eq!(found.len(), 1);
+        assert!((found[0].scale - 1.0 / 1.25).abs() < 0.01, "{found:?}");
+        assert!((found[0].faster - 1.0 / 3.25).abs() < 0.01, "{found:?}");
+        assert!(found[0].warning([10.0, 20.0]).contains("80 % show"));
+        assert!(fading(&Pendulum::new(3.0, 0.1), &Pendulum::new(3.0, 0.3)).is_empty());
+    }
+}

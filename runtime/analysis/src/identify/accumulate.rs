@@ -1,0 +1,412 @@
+//! All samples of all logs, folded into triangles.
+use super::design::{Design, Work};
+use super::motions::Motions;
+use super::triangle::Triangle;
+use super::unknowns::BaseSet;
+use crate::compare::{Batch, Options};
+use crate::diagnose::{Experiment, Recording};
+use crate::log::Mapping;
+use bipedc_effects::diagnostic::Diagnostics;
+use nalgebra::DVector;
+use std::path::Path;
+
+/// Samples that are evaluated together; small, so that their regressors stay in the cache.
+const BATCH: usize = 256;
+/// Half length of the decimation filter, in kept samples.
+const REACH: usize = 8;
+
+/// A log and how it is read.
+#[derive(Debug, Clone)]
+pub struct Log<'a> {
+    /// The file.
+    pub path: &'a Path,
+    /// Names of its columns.
+    pub mapping: &'a Mapping,
+    /// Cut-off, from, to, trim.
+    pub options: Options,
+}
+
+/// Which rows count, and how much.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Settings {
+    /// Regressor and torque pass a low-pass together and every so many-th sample is kept; 0 and 1: all samples.
+    pub decimate: usize,
+    /// Samples at which a joint is slower than this part of its largest speed do not count for it: friction is not
+    /// dry friction while it turns round.
+    pub slow: f64,
+    /// Largest speed of each joint, rad/s, for `slow`.
+    pub speed: Vec<f64>,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// Weights by residual, for Huber's estimator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Weighting {
+    /// The present estimate.
+    pub theta: DVector<f64>,
+    /// Robust scale of each channel.
+    pub scale: Vec<f64>,
+    /// Residuals above this many scales weigh less.
+    pub bend: f64,
+}
+
+/// What least squares needs of all samples: per cell and channel a triangle over that channel's unknowns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sums {
+    /// By cell, by channel.
+    pub cells: Vec<Vec<Triangle>>,
+    /// By channel: histogram of residuals' sizes, filled where a [`Weighting`] was given.
+    pub sizes: Vec<Sizes>,
+}
+
+impl Sums {
+    /// Nothing yet.
+    pub fn new(design: &Design<'_>, cells: usize) -> Self {
+        let empty = || design.channels.iter().map(|c| Triangle::new(c.places.len())).collect();
+        Self {
+            cells: (0..cells).map(|_| empty()).collect(),
+            sizes: design.channels.iter().map(|_| Sizes::default()).collect(),
+        }
+    }
+
+    /// Both together.
+    pub fn add(&mut self, other: &Self) {
+        for (own, other) in self.cells.iter_mut().flatten().zip(other.cells.iter().flatten()) {
+            if other.rows() > 0 {
+                own.add(other);
+            }
+        }
+        for (own, other) in self.sizes.iter_mut().zip(&other.sizes) {
+            own.add(other);
+        }
+    }
+
+    /// Rows per channel.
+    pub fn rows(&self, channel: usize) -> usize {
+        self.cells.iter().map(|cell| cell[channel].rows()).sum()
+    }
+}
+
+/// How often residuals of which size occurred: quantiles without keeping them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sizes {
+    counts: Vec<u64>,
+}
+
+/// Steps of the histogram: 16 per power of two, from 2⁻⁶⁰.
+const STEPS: (f64, f64, usize) = (16.0, 60.0, 1920);
+
+impl Default for Sizes {
+    fn default() -> Self {
+        Self { counts: vec![0; STEPS.2] }
+    }
+}
+
+impl Sizes {
+    fn push(&mut self, residual: f64) {
+        let step = (STEPS.0 * (residual.abs().log2() + STEPS.1)).clamp(0.0, (STEPS.2 - 1) as f64);
+        self.counts[step as usize] += 1;
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.counts.iter_mut().zip(&other.counts).for_each(|(own, other)| *own += other);
+    }
+
+    /// The median size, within 2 %.
+    pub fn median(&self) -> Option<f64> {
+        let total: u64 = self.counts.iter().sum();
+        let mut seen = 0;
+        let step = self.counts.iter().position(|count| {
+            seen += count;
+            total > 0 && 2 * seen >= total
+        })?;
+        Some(((step as f64 + 0.5) / STEPS.0 - STEPS.1).exp2())
+    }
+}
+
+/// Reads the logs and folds them in.
+///
+/// # Errors
+/// Those of the reader.
+pub fn accumulate(
+    design: &Design<'_>,
+    logs: &[Log<'_>],
+    motions: &Motions,
+    settings: &Settings,
+    weighting: Option<&Weighting>,
+) -> Result<Sums, Diagnostics> {
+    let mut parts = vec![Sums::new(design, motions.cells()); settings.threads.max(1)];
+    for (index, log) in logs.iter().enumerate() {
+        let cell = |time: f64| motions.cell(index, time);
+        let mut visit = |recording: &mut Recording| {
+            fold(design, recording, &cell, settings, weighting, &mut parts);
+            recording.clear();
+            Ok(())
+        };
+        Recording::each(log.path, log.mapping, design.subject, &log.options, true, &mut visit)?;
+    }
+    let mut parts = parts.into_iter();
+    let mut all = parts.next().unwrap_or_else(|| Sums::new(design, motions.cells()));
+    parts.for_each(|part| all.add(&part));
+    Ok(all)
+}
+
+/// Folds in samples that are in memory; each thread has one of `parts`.
+pub fn fold(
+    design: &Design<'_>,
+    recording: &Recording,
+    cell: &(dyn Fn(f64) -> usize + Sync),
+    settings: &Settings,
+    weighting: Option<&Weighting>,
+    parts: &mut [Sums],
+) {
+    let decimation = (settings.decimate > 1).then(|| Decimation::new(settings.decimate));
+    // A decimated stretch is filtered as a whole.
+    let batch = if decimation.is_some() { usize::MAX } else { BATCH };
+    let pieces: Vec<std::ops::Range<usize>> = recording
+        .segments
+        .iter()
+        .flat_map(|s| {
+            s.clone().step_by(batch).map(move |first| first..s.end.min(first.saturating_add(batch)))
+        })
+        .collect();
+    let threads = parts.len();
+    // Every thread has its own share, so that the same data give the same bits.
+    let work = |first: usize, sums: &mut Sums| {
+        let mut piece =
+            Piece { design, settings, weighting, decimation: decimation.as_ref(), ..Piece::new(design) };
+        for range in pieces.iter().skip(first).step_by(threads) {
+            piece.fold(recording, range.clone(), cell, sums);
+        }
+    };
+    if let [sums] = parts {
+        return work(0, sums);
+    }
+    std::thread::scope(|scope| {
+        for (first, sums) in parts.iter_mut().enumerate() {
+            let work = &work;
+            scope.spawn(move || work(first, sums));
+        }
+    });
+}
+
+/// Folds in the rows of an experiment in memory, for a design made of one ([`Design::of_table`]).
+pub fn fold_table(
+    design: &Design<'_>,
+    base: &BaseSet,
+    experiment: &dyn Experiment,
+    cell: &dyn Fn(f64) -> usize,
+    weighting: Option<&Weighting>,
+    sums: &mut Sums,
+) {
+    let cells: Vec<usize> = experiment.time().iter().map(|time| cell(*time)).collect();
+    let mut piece = Piece { weighting, ..Piece::new(design) };
+    for (index, channel) in design.channels.iter().enumerate() {
+        let (Some(inertial), Some(measured)) =
+            (experiment.inertial(channel.row), experiment.measured(channel.row))
+        else {
+            continue;
+        };
+        let width = inertial.columns.len();
+        let mut columns = Vec::with_capacity((channel.places.len() + 1) * cells.len());
+        for &k in &channel.places {
+            let leading = base.leading(k);
+            match inertial.columns.iter().position(|column| Some(*column) == leading) {
+                Some(c) => columns.extend((0..cells.len()).map(|i| inertial.values[i * width + c])),
+                None => columns.resize(columns.len() + cells.len(), 0.0),
+            }
+        }
+        columns.extend(measured);
+        piece.pack(index, &columns, &cells, &|_| true, sums);
+    }
+}
+
+/// Takes one piece of a recording after the other, with memory that is kept.
+struct Piece<'a> {
+    design: &'a Design<'a>,
+    settings: &'a Settings,
+    weighting: Option<&'a Weighting>,
+    decimation: Option<&'a Decimation>,
+    work: Work,
+    columns: Vec<f64>,
+    packed: Vec<f64>,
+}
+
+impl<'a> Piece<'a> {
+    fn new(design: &'a Design<'a>) -> Self {
+        const NONE: &Settings = &Settings { decimate: 0, slow: 0.0, speed: Vec::new(), threads: 1 };
+        Self {
+            design,
+            settings: NONE,
+            weighting: None,
+            decimation: None,
+            work: Work::default(),
+            columns: Vec::new(),
+            packed: Vec::new(),
+        }
+    }
+
+    fn fold(
+        &mut self,
+        recording: &Recording,
+        range: std::ops::Range<usize>,
+        cell: &dyn Fn(f64) -> usize,
+        sums: &mut Sums,
+    ) {
+        let design = self.design;
+        let (nb, joints) = (design.subject.base.nv(), design.subject.joints.len());
+        let (nq, nv) = (design.subject.base.nq() + joints, nb + joints);
+        let part = |values: &'_ [f64], width: usize| values[range.start * width..range.end * width].to_vec();
+        let (q, v, a) = (part(&recording.q, nq), part(&recording.v, nv), part(&recording.a, nv));
+        let batch = Batch { count: range.len(), q: &q, v: &v, a: &a };
+        design.evaluate(&batch, &mut self.work);
+        let decimation = self.decimation;
+        let kept = |signal: Vec<f64>| match decimation {
+            Some(decimation) => decimation.column(&signal),
+            None => signal,
+        };
+        let times = &recording.time[range.clone()];
+        let times: Vec<f64> = decimation.map_or_else(|| times.to_vec(), |d| d.places(times));
+        let cells: Vec<usize> = times.iter().map(|time| cell(*time)).collect();
+        for (index, channel) in design.channels.iter().enumerate() {
+            let effort = match channel.joint {
+                Some(joint) => match &recording.effort[joint] {
+                    Some(effort) => effort[range.clone()].to_vec(),
+                    None => continue,
+                },
+                None => vec![0.0; range.len()],
+            };
+            let mut columns = std::mem::take(&mut self.columns);
+            design.rows(index, &batch, &self.work, &mut columns);
+            columns.extend_from_slice(&effort);
+            if let Some(decimation) = decimation {
+                columns = columns.chunks_exact(range.len()).flat_map(|c| decimation.column(c)).collect();
+            }
+            let slow = channel
+                .joint
+                .map_or(0.0, |j| self.settings.slow * self.settings.speed.get(j).unwrap_or(&0.0));
+            let speed = match channel.joint {
+                Some(j) if slow > 0.0 => kept((0..range.len()).map(|i| v[i * nv + nb + j]).collect()),
+                _ => Vec::new(),
+            };
+            let moves = |i: usize| speed.get(i).is_none_or(|v| v.abs() >= slow);
+            self.pack(index, &columns, &cells, &moves, sums);
+            self.columns = columns;
+        }
+    }
+
+    /// Sorts rows by cell and hands them over.
+    fn pack(
+        &mut self,
+        channel: usize,
+        columns: &[f64],
+        cells: &[usize],
+        counts: &dyn Fn(usize) -> bool,
+        sums: &mut Sums,
+    ) {
+        let count = cells.len();
+        let width = self.design.channels[channel].places.len() + 1;
+        let finite = |i: usize| (0..width).all(|k| columns[k * count + i].is_finite());
+        let mut first = 0;
+        while first < count {
+            let same = cells[first..].iter().take(BATCH).take_while(|c| **c == cells[first]).count();
+            let rows: Vec<usize> = (first..first + same).filter(|&i| counts(i) && finite(i)).collect();
+            let weights: Option<Vec<f64>> = self.weighting.map(|w| {
+                rows.iter().map(|&i| self.weight(w, channel, columns, (count, i), &mut sums.sizes)).collect()
+            });
+            self.packed.clear();
+            for column in columns.chunks_exact(count) {
+                match &weights {
+                    None => self.packed.extend(rows.iter().map(|&i| column[i])),
+                    Some(weights) => {
+                        self.packed.extend(rows.iter().zip(weights).map(|(&i, w)| w * column[i]))
+                    }
+                }
+            }
+            sums.cells[cells[first]][channel].absorb(rows.len(), &mut self.packed);
+            first += same;
+        }
+    }
+
+    /// Square root of Huber's weight of a row.
+    fn weight(
+        &self,
+        weighting: &Weighting,
+        channel: usize,
+        columns: &[f64],
+        (count, i): (usize, usize),
+        sizes: &mut [Sizes],
+    ) -> f64 {
+        let places = &self.design.channels[channel].places;
+        let model: f64 =
+            places.iter().enumerate().map(|(k, &p)| weighting.theta[p] * columns[k * count + i]).sum();
+        let residual = columns[places.len() * count + i] - model;
+        sizes[channel].push(residual);
+        let size = residual.abs() / weighting.scale[channel].max(f64::MIN_POSITIVE);
+        if size > weighting.bend { (weighting.bend / size).sqrt() } else { 1.0 }
+    }
+}
+
+/// A symmetric low-pass after which every so many-th sample is kept: no delay, and nothing above the new rate's half.
+struct Decimation {
+    taps: Vec<f64>,
+    factor: usize,
+}
+
+impl Decimation {
+    fn new(factor: usize) -> Self {
+        let reach = (REACH * factor) as isize;
+        // A sinc that ends at 0.8 of the new Nyquist frequency, under a Hamming window.
+        let cut = 0.8 / factor as f64;
+        let tap = |i: isize| {
+            let x = std::f64::consts::PI * cut * i as f64;
+            let sinc = if i == 0 { 1.0 } else { x.sin() / x };
+            sinc * (0.54 + 0.46 * (std::f64::consts::PI * i as f64 / reach as f64).cos())
+        };
+        let taps: Vec<f64> = (-reach..=reach).map(tap).collect();
+        let sum: f64 = taps.iter().sum();
+        Self { taps: taps.iter().map(|tap| tap / sum).collect(), factor }
+    }
+
+    fn column(&self, signal: &[f64]) -> Vec<f64> {
+        let windows = signal.windows(self.taps.len()).step_by(self.factor);
+        windows.map(|window| window.iter().zip(&self.taps).map(|(x, tap)| x * tap).sum()).collect()
+    }
+
+    fn places(&self, times: &[f64]) -> Vec<f64> {
+        times.windows(self.taps.len()).step_by(self.factor).map(|window| window[window.len() / 2]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimation_keeps_what_is_slow_and_drops_what_is_fast() {
+        let decimation = Decimation::new(10);
+        let wave = |cycles: f64| -> Vec<f64> {
+            (0..2000).map(|i| (std::f64::consts::TAU * cycles * f64::from(i)).sin()).collect()
+        };
+        let places = decimation.places(&(0..2000).map(f64::from).collect::<Vec<_>>());
+        // A twentieth of the new rate passes with its phase; a tone above half the new rate does not.
+        let slow = decimation.column(&wave(0.005));
+        assert_eq!(slow.len(), places.len());
+        for (x, i) in slow.iter().zip(&places) {
+            assert!((x - (std::f64::consts::TAU * 0.005 * i).sin()).abs() < 0.01);
+        }
+        assert!(decimation.column(&wave(0.08)).iter().all(|x| x.abs() < 0.01));
+        assert!(decimation.column(&[3.0; 500]).iter().all(|x| (x - 3.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn the_median_of_sizes_without_keeping_them() {
+        let mut sizes = Sizes::default();
+        assert_eq!(sizes.median(), None);
+        (1..=1001).for_each(|i| sizes.push(f64::from(i) * if i % 2 == 0 { 1e-3 } else { -1e-3 }));
+        let median = sizes.median().unwrap();
+        assert!((median / 0.501 - 1.0).abs() < 0.03, "{median}");
+        sizes.push(0.0);
+    }
+}

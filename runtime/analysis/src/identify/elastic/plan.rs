@@ -1,0 +1,145 @@
+//! Which columns of a log are needed, which are there, and whose row they serve.
+use super::train::Train;
+use crate::compare::Subject;
+use crate::log::{Kind, Reader};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+
+/// Columns of a joint among the selected ones.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Columns {
+    /// `<joint>/position`
+    pub(super) position: Option<usize>,
+    /// `<joint>/motor_position`
+    pub(super) motor_position: Option<usize>,
+    /// `<joint>/motor_current`
+    pub(super) motor_current: Option<usize>,
+}
+
+impl Columns {
+    /// Names of columns without which the row of this train's joint cannot be used.
+    pub(super) fn absent(&self, train: &Train) -> Vec<&'static str> {
+        let wanted = [
+            (train.is_elastic() || !train.has_motor(), self.position, "position"),
+            (train.is_elastic(), self.motor_position, "motor_position"),
+            (train.has_motor(), self.motor_current, "motor_current"),
+        ];
+        let mut absent: Vec<&str> =
+            wanted.iter().filter(|(needed, column, _)| *needed && column.is_none()).map(|w| w.2).collect();
+        if train.has_motor() && !train.is_elastic() && self.motor_position.or(self.position).is_none() {
+            absent.push("motor_position");
+        }
+        absent
+    }
+}
+
+/// What is read from a log.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    pub joints: Vec<Columns>,
+    selected: Vec<String>,
+    pub assumptions: Vec<String>,
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Plan {
+    pub fn new(reader: &mut Reader, subject: &Subject, trains: &[Train]) -> Result<Self, Diagnostics> {
+        let one =
+            |error: Diagnostic, reader: &Reader| Diagnostics(vec![error.in_file(reader.file()).at(1, 0)]);
+        if reader.kind() != Kind::Time {
+            let error = Diagnostic::error("drives are identified from logs over time, not from tables");
+            return Err(one(error.help("give a log whose first column is `time`"), reader));
+        }
+        if subject.base.nv() > 0 && reader.columns().any(|c| c.name.starts_with("base/")) {
+            let error = Diagnostic::error(
+                "the log has base/... columns: series elastic drives are identified with the base held",
+            );
+            return Err(one(
+                error.help("bolt the robot to a stand, or drop these columns if it was"),
+                reader,
+            ));
+        }
+        let mut plan =
+            Self { joints: Vec::new(), selected: Vec::new(), assumptions: Vec::new(), warnings: Vec::new() };
+        for joint in &subject.joints {
+            let columns = Columns {
+                position: plan.add(reader, format!("{}/position", joint.name)),
+                motor_position: plan.add(reader, format!("{}/motor_position", joint.name)),
+                motor_current: plan.add(reader, format!("{}/motor_current", joint.name)),
+            };
+            plan.joints.push(columns);
+        }
+        plan.refuse(reader, subject, trains).map_err(|error| one(error, reader))?;
+        reader.select(&plan.selected);
+        Ok(plan)
+    }
+
+    fn add(&mut self, reader: &Reader, name: String) -> Option<usize> {
+        if !reader.has(&name) {
+            return None;
+        }
+        self.selected.push(name);
+        Some(self.selected.len() - 1)
+    }
+
+    /// A log that shows no elastic drive at all; warns of drives that it shows in part.
+    fn refuse(&mut self, reader: &Reader, subject: &Subject, trains: &[Train]) -> Result<(), Diagnostic> {
+        let mut lacking = Vec::new();
+        for train in trains {
+            let name = &subject.joints[train.joint].name;
+            let absent = self.joints[train.joint].absent(train);
+            if !absent.is_empty() {
+                let columns: Vec<String> = absent.iter().map(|what| format!("`{name}/{what}`")).collect();
+                lacking.push((train, columns.join(", ")));
+            }
+        }
+        let shown =
+            |train: &&Train| train.is_elastic() && !lacking.iter().any(|(t, _)| t.joint == train.joint);
+        if !trains.iter().any(|train| shown(&train)) {
+            let columns: Vec<&str> =
+                lacking.iter().filter(|(t, _)| t.is_elastic()).map(|(_, c)| c.as_str()).collect();
+            let message =
+                format!("no series elastic drive is logged whole: there is no {}", columns.join(", "));
+            return Err(Diagnostic::error(message).help(
+                "log <joint>/position (rad), <joint>/motor_position (rad, motor shaft) and <joint>/motor_current (A), or name other columns with --mapping; --method torque needs joint torques only",
+            ));
+        }
+        for (train, columns) in &lacking {
+            let name = &subject.joints[train.joint].name;
+            self.warnings.push(
+                Diagnostic::warning(format!("`{name}` teaches nothing: the log has no {columns}"))
+                    .in_file(reader.file())
+                    .at(1, 0)
+                    .help("log them, or name other columns with --mapping"),
+            );
+        }
+        let still: Vec<&str> = (subject.joints.iter().zip(&self.joints))
+            .enumerate()
+            .filter(|(j, (_, c))| {
+                let geared = trains.iter().any(|t| t.joint == *j && t.has_motor() && !t.is_elastic());
+                c.position.is_none() && !(geared && c.motor_position.is_some())
+            })
+            .map(|(_, (joint, _))| joint.name.as_str())
+            .collect();
+        if !still.is_empty() {
+            self.assumptions
+                .push(format!("joints without a position column stand still at zero: {}", still.join(", ")));
+        }
+        Ok(())
+    }
+
+    /// Column that tells the joint's angle, and the factor to it.
+    pub fn angle(&self, joint: usize, trains: &[Train]) -> Option<(usize, f64)> {
+        let columns = self.joints[joint];
+        let stiff = trains.iter().find(|t| t.joint == joint && t.has_motor() && !t.is_elastic());
+        match (stiff, columns.motor_position) {
+            (Some(train), Some(motor)) => Some((motor, 1.0 / train.gear_ratio)),
+            _ => columns.position.map(|column| (column, 1.0)),
+        }
+    }
+}
+
+/// Whether each joint's row can be used with these columns.
+pub fn observed(joints: &[Columns], trains: &[Train]) -> Vec<bool> {
+    let usable = |j: usize| trains.iter().any(|t| t.joint == j && joints[j].absent(t).is_empty());
+    (0..joints.len()).map(usable).collect()
+}

@@ -1,0 +1,238 @@
+//! All steps of the identification of series elastic drives in their order.
+use super::super::accumulate::Log;
+use super::super::design::Design;
+use super::super::motions::Motions;
+use super::super::physical::{Bound, Inertia};
+use super::super::result::Identification;
+use super::super::run::{Parts, nominal};
+use super::super::unknowns::{Extra, ExtraChoice, Law};
+use super::bodies::Bodies;
+use super::check::{odd, stops};
+use super::fold::{Folded, Folding, fold};
+use super::laws::{Estimator, Laws, Steps};
+use super::look::Look;
+use super::picture;
+use super::solve::Solver;
+use super::summary::{DriveSummary, Found};
+use super::train::Train;
+use crate::compare::Subject;
+use crate::report::Row;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
+use serde::Serialize;
+
+/// Rows that a motor's regression needs per unknown.
+const ROWS: usize = 10;
+
+/// The robot, its drives and logs.
+pub struct ElasticParts<'a> {
+    /// Bodies and the observed joints; its surveys are those of `looks`.
+    pub parts: Parts<'a>,
+    /// Drives.
+    pub trains: &'a [Train],
+    /// What each log shows.
+    pub looks: &'a [Look],
+    /// Logs that teach.
+    pub logs: &'a [Log<'a>],
+}
+
+/// How to identify.
+#[derive(Debug, Clone)]
+pub struct Elastic {
+    /// What motors and stiff drives consist of.
+    pub laws: Laws,
+    /// Part of a motor's largest speed below which its samples do not count.
+    pub slow: f64,
+    /// One after the other or at once.
+    pub steps: Steps,
+    /// How residuals count.
+    pub estimator: Estimator,
+    /// Weight of the described bodies; none: chosen by folds.
+    pub weight: Option<f64>,
+    /// What is known beside the data.
+    pub bounds: Vec<Bound>,
+    /// Go on although signals seem to be mixed up.
+    pub anyway: bool,
+    /// Whether torques over time are wanted, for a report.
+    pub pictures: bool,
+}
+
+/// The answer: of the drives, of the bodies, and the links' new inertias.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ElasticAnswer {
+    /// Of the bodies, as from joint torques.
+    #[serde(flatten)]
+    pub identification: Identification,
+    /// Of the drives.
+    pub drives: DriveSummary,
+    /// By link name.
+    #[serde(skip)]
+    pub links: Vec<(String, Inertia)>,
+    /// Torques of the joints over time, if they were wanted: of the log that judges, or else the first.
+    #[serde(skip)]
+    pub pictures: Vec<Row>,
+}
+
+/// Estimates friction and springs, then bodies.
+///
+/// # Errors
+/// Unreadable logs, mixed-up signals, data that cannot carry an estimate.
+pub fn identify_elastic(
+    all: &ElasticParts<'_>,
+    judge: Option<(&Log<'_>, &Look)>,
+    options: &Elastic,
+    progress: &dyn Fn(f64),
+) -> Result<ElasticAnswer, Diagnostics> {
+    let one = |error: Diagnostic| Diagnostics(vec![error]);
+    let (parts, subject) = (&all.parts, all.parts.subject);
+    let warnings = checked(all, judge, options)?;
+    let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(subject.base.nv())).collect();
+    let extras =
+        ExtraChoice { exactly: Some(extras(all.trains, &joints, options.laws)), ..ExtraChoice::none() };
+    let design = Design::new(subject, parts.base, parts.regressor, extras.list(&joints), parts.rows);
+    let slow: Vec<f64> = (0..all.trains.len()).map(|t| options.slow * fastest(all.looks, t)).collect();
+    let folding = Folding {
+        design: &design,
+        trains: all.trains,
+        laws: options.laws,
+        slow: &slow,
+        instruments: options.estimator == Estimator::Instrumental,
+    };
+    let folded = fold(&folding, all.logs, &Motions::new(parts.surveys))?;
+    let judged = match judge {
+        Some((log, look)) => {
+            let own = Motions::new(std::slice::from_ref(&look.survey));
+            Some(fold(&folding, std::slice::from_ref(log), &own)?)
+        }
+        None => None,
+    };
+    enough(&folded, &folding, options.slow).map_err(one)?;
+    progress(0.2);
+    let nominal = nominal(&design, &parts.anatomy.parameters(), &extras);
+    let solver = Solver {
+        design: &design,
+        folded: &folded,
+        trains: all.trains,
+        subject,
+        steps: options.steps,
+        estimator: options.estimator,
+        nominal: nominal.clone(),
+    };
+    let solved = solver.solve().map_err(one)?;
+    progress(0.3);
+    let shown = judge.map(|(log, _)| log);
+    let bodies = Bodies {
+        design: &design,
+        folded: &folded,
+        judged: judged.as_ref(),
+        solved: &solved,
+        nominal: &nominal,
+        extras: &extras,
+    };
+    let (mut identification, links) = bodies.identify(parts, judge, options, &|p| progress(0.3 + 0.7 * p))?;
+    let drives = Found {
+        subject,
+        trains: all.trains,
+        looks: all.looks,
+        folded: &folded,
+        judged: judged.as_ref(),
+        solved: &solved,
+        laws: options.laws,
+    }
+    .summary(options, &identification.parameters);
+    identification.warnings.extend(warnings);
+    identification.warnings.extend(drives.joints.iter().flat_map(|joint| joint.warnings()));
+    identification.assumptions.extend(assumptions(all.trains, &joints, subject));
+    let pictures = match shown.or(all.logs.first()) {
+        Some(log) if options.pictures => picture::of_log(&folding, log, &solved, &nominal)?,
+        _ => Vec::new(),
+    };
+    Ok(ElasticAnswer { identification, drives, links, pictures })
+}
+
+/// Looks for mixed-up signals; what does not stop becomes a warning.
+fn checked(
+    all: &ElasticParts<'_>,
+    judge: Option<(&Log<'_>, &Look)>,
+    options: &Elastic,
+) -> Result<Vec<String>, Diagnostics> {
+    for train in all.trains {
+        train.check(all.parts.subject).map_err(|error| Diagnostics(vec![error]))?;
+    }
+    if options.steps == Steps::One && options.estimator != Estimator::Weighted {
+        let error = Diagnostic::error(
+            "one regression of motors and joints needs weights: their torques differ by the gear",
+        )
+        .help("leave out --estimator, or --steps one");
+        return Err(Diagnostics(vec![error]));
+    }
+    let logs = all.logs.iter().zip(all.looks).chain(judge);
+    let mut found: Vec<Diagnostic> = logs
+        .flat_map(|(log, look)| {
+            let list = odd(look, all.trains, all.parts.subject).into_iter();
+            list.map(|diagnostic| diagnostic.in_file(log.path)).collect::<Vec<_>>()
+        })
+        .collect();
+    if options.anyway {
+        found.iter_mut().for_each(|diagnostic| diagnostic.severity = Severity::Warning);
+    }
+    if stops(&found) {
+        return Err(Diagnostics(found));
+    }
+    Ok(found.into_iter().map(|diagnostic| diagnostic.message).collect())
+}
+
+/// Friction and offset of stiff drives; of springs only what a shifted encoder adds to their torque. With described
+/// values at the joint.
+fn extras(trains: &[Train], joints: &[usize], laws: Laws) -> Vec<(Extra, f64)> {
+    let mut all = Vec::new();
+    for train in trains.iter().filter(|train| joints.contains(&train.joint)) {
+        let stiff = train.has_motor() && !train.is_elastic();
+        let gear = train.gear_ratio.abs();
+        let wanted = [
+            (stiff && laws.viscous, Law::Viscous, gear * gear * train.viscous_friction),
+            (stiff && laws.coulomb, Law::Coulomb, gear * train.coulomb_friction),
+            (train.has_motor() && laws.offset, Law::Offset, 0.0),
+        ];
+        let of = |law| Extra { law, joint: train.joint, other: train.joint };
+        all.extend(wanted.into_iter().filter(|w| w.0).map(|(_, law, value)| (of(law), value)));
+    }
+    all
+}
+
+fn fastest(looks: &[Look], train: usize) -> f64 {
+    looks.iter().map(|look| look.drives[train].speed).fold(0.0, f64::max)
+}
+
+/// Refuses motors with hardly a usable row.
+fn enough(folded: &Folded, folding: &Folding<'_, '_>, slow: f64) -> Result<(), Diagnostic> {
+    for (k, &t) in folded.elastic.iter().enumerate() {
+        let rows = folded.motor_rows(k);
+        if rows < ROWS * folding.laws.count() {
+            let name = &folding.design.subject.joints[folding.trains[t].joint].name;
+            let message = format!(
+                "the motor of `{name}` has {rows} usable samples for {} parameters: elsewhere it is slower than {:.3} rad/s ({} % of its largest speed)",
+                folding.laws.count(),
+                folding.slow[t],
+                100.0 * slow
+            );
+            return Err(Diagnostic::error(message)
+                .help("record a longer or faster motion, or count slower samples too (--slow)"));
+        }
+    }
+    Ok(())
+}
+
+fn assumptions(trains: &[Train], joints: &[usize], subject: &Subject) -> Vec<String> {
+    let name = |train: &Train| subject.joints[train.joint].name.clone();
+    let passive: Vec<String> =
+        trains.iter().filter(|t| !t.has_motor() && joints.contains(&t.joint)).map(name).collect();
+    let mut all =
+        vec!["inertia of the rotors, gears, pulley radii and torque constants are as described".to_owned()];
+    if !passive.is_empty() {
+        all.push(format!(
+            "springs and dampers beside passive joints are as described: {}",
+            passive.join(", ")
+        ));
+    }
+    all
+}

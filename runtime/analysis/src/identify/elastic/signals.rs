@@ -1,0 +1,302 @@
+//! Signals of joints and motors from a log: filtered alike, differentiated, and if wanted in two independent copies.
+use super::super::accumulate::Log;
+use super::plan::Plan;
+use super::train::Train;
+use crate::compare::{Subject, rest};
+use crate::diagnose::within;
+use crate::log::{Block, Blocks, Reader, Sampling};
+use crate::signal::{Butterworth, Grid, Spline, resample};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use std::ops::Range;
+
+/// Samples that the spline needs beyond the filter's overlap.
+const SPLINE_OVERLAP: usize = 40;
+/// A motor counts as turning where it is not slow within this time, in periods of the cut-off.
+const REACH: f64 = 0.5;
+
+/// Signals of consecutive samples.
+#[derive(Debug, Clone, Default)]
+pub struct Chunk {
+    /// s
+    pub time: Vec<f64>,
+    /// Configurations, `samples × nq`.
+    pub q: Vec<f64>,
+    /// Velocities, `samples × nv`.
+    pub v: Vec<f64>,
+    /// Accelerations, `samples × nv`.
+    pub a: Vec<f64>,
+    /// By train; empty where the log does not show it.
+    pub motors: Vec<Motor>,
+}
+
+/// Signals of one drive.
+#[derive(Debug, Clone, Default)]
+pub struct Motor {
+    /// Of the shaft, rad, rad/s, rad/s².
+    pub motion: Vec<[f64; 3]>,
+    /// Filtered sign of the shaft's velocity.
+    pub sign: Vec<f64>,
+    /// Filtered, A.
+    pub current: Vec<f64>,
+    /// Whether friction has a known direction here.
+    pub turns: Vec<bool>,
+    /// Elongation of the spring, m (4.28); empty for stiff drives.
+    pub elongation: Vec<f64>,
+}
+
+/// How signals are made.
+#[derive(Debug, Clone, Copy)]
+pub struct Making<'a> {
+    /// Joints and base.
+    pub subject: &'a Subject,
+    /// Drives.
+    pub trains: &'a [Train],
+    /// Per train: slower than this a motor does not count as turning, rad/s.
+    pub slow: &'a [f64],
+    /// Whether two copies are made, of every other sample each.
+    pub split: bool,
+}
+
+/// What a log is, beside its samples.
+#[derive(Debug, Clone)]
+pub struct Head {
+    pub plan: Plan,
+    /// s
+    pub step: f64,
+    /// Hz
+    pub cutoff_hz: f64,
+}
+
+/// Regressors and, where asked for, instruments: the same signals from samples that are not among those of the former.
+pub type Visit<'v> = &'v mut dyn FnMut(&Chunk, Option<&Chunk>);
+
+/// Reads a log block by block.
+///
+/// # Errors
+/// Those of the reader; a log without elastic drives, or one too short for the filter.
+pub fn each(log: &Log<'_>, making: &Making<'_>, visit: Visit<'_>) -> Result<Head, Diagnostics> {
+    let mut reader = Reader::open(log.path, log.mapping)?;
+    let plan = Plan::new(&mut reader, making.subject, making.trains)?;
+    let sampling = Sampling::probe(reader)?;
+    let step = sampling.step();
+    let parts = if making.split { 2 } else { 1 };
+    let own = step * f64::from(parts);
+    let cutoff_hz = log.options.cutoff_hz.unwrap_or(10.0).min(0.45 / own);
+    let filter = Butterworth::new(cutoff_hz, 1.0 / own).map_err(|_| {
+        let message =
+            format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
+        Diagnostics(vec![Diagnostic::error(message).in_file(log.path).help("choose another cut-off")])
+    })?;
+    let mut head = Head { plan, step, cutoff_hz };
+    let overlap = parts as usize * (filter.overlap() + SPLINE_OVERLAP);
+    let mut blocks = Blocks::new(sampling, overlap, log.options.trim_s);
+    while let Some(block) = blocks.next_block()? {
+        let range = within(&block, &log.options);
+        if range.is_empty() {
+            continue;
+        }
+        let maker =
+            Maker { making, head: &head, filter: &filter, even: Even::new(&block, step), block: &block };
+        let short = || {
+            let error = Diagnostic::error("a stretch of the log has fewer than 8 samples");
+            Diagnostics(vec![error.in_file(log.path).help("leave out more at the ends, or record longer")])
+        };
+        if making.split {
+            let [first, second] = [0, 1].map(|part| maker.chunk(range.clone(), part));
+            let (first, second) = (first.ok_or_else(short)?, second.ok_or_else(short)?);
+            let (even, odd): (Vec<usize>, Vec<usize>) = (0..first.time.len()).partition(|i| i % 2 == 0);
+            visit(&first.picked(&even), Some(&second.picked(&even)));
+            visit(&second.picked(&odd), Some(&first.picked(&odd)));
+        } else {
+            visit(&maker.chunk(range, 0).ok_or_else(short)?, None);
+        }
+    }
+    head.plan.warnings.extend(blocks.report().warnings.iter().cloned());
+    Ok(head)
+}
+
+impl Chunk {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    fn picked(&self, kept: &[usize]) -> Self {
+        let count = self.len().max(1);
+        let rows = |values: &[f64]| -> Vec<f64> {
+            let width = values.len() / count;
+            kept.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
+        };
+        let motor = |m: &Motor| Motor {
+            motion: if m.motion.is_empty() {
+                Vec::new()
+            } else {
+                kept.iter().map(|&i| m.motion[i]).collect()
+            },
+            sign: rows(&m.sign),
+            current: rows(&m.current),
+            turns: if m.turns.is_empty() { Vec::new() } else { kept.iter().map(|&i| m.turns[i]).collect() },
+            elongation: rows(&m.elongation),
+        };
+        Self {
+            time: rows(&self.time),
+            q: rows(&self.q),
+            v: rows(&self.v),
+            a: rows(&self.a),
+            motors: self.motors.iter().map(motor).collect(),
+        }
+    }
+}
+
+/// The columns of a block on an even grid.
+struct Even {
+    grid: Grid,
+    columns: Vec<Vec<f64>>,
+    uniform: bool,
+}
+
+impl Even {
+    fn new(block: &Block<'_>, step: f64) -> Self {
+        let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
+        if block.uniform {
+            let grid = Grid { start: first, step, count: block.time.len() };
+            return Self { grid, columns: block.columns.to_vec(), uniform: true };
+        }
+        let grid = Grid::covering(block.start, step, first, last);
+        let columns = block.columns.iter().map(|column| resample(block.time, column, grid)).collect();
+        Self { grid, columns, uniform: false }
+    }
+}
+
+/// Makes the signals of one block.
+struct Maker<'a> {
+    making: &'a Making<'a>,
+    head: &'a Head,
+    filter: &'a Butterworth,
+    even: Even,
+    block: &'a Block<'a>,
+}
+
+impl Maker<'_> {
+    fn parts(&self) -> usize {
+        if self.making.split { 2 } else { 1 }
+    }
+
+    /// Samples of this part of a column, filtered; every other sample if there are two parts.
+    fn filtered(&self, column: &[f64], part: usize) -> Vec<f64> {
+        let own: Vec<f64> = column.iter().skip(part).step_by(self.parts()).copied().collect();
+        self.filter.zero_phase(&own)
+    }
+
+    fn step(&self) -> f64 {
+        self.head.step * self.parts() as f64
+    }
+
+    /// Time of a sample after the first of this part, s.
+    fn place(&self, sample: usize, part: usize) -> f64 {
+        let since = if self.even.uniform {
+            sample as f64 * self.head.step
+        } else {
+            self.block.time[sample] - self.even.grid.start
+        };
+        since - part as f64 * self.head.step
+    }
+
+    fn spline(&self, column: usize, part: usize) -> Option<Spline> {
+        Spline::new(&self.filtered(&self.even.columns[column], part), self.step())
+    }
+
+    fn chunk(&self, range: Range<usize>, part: usize) -> Option<Chunk> {
+        let making = self.making;
+        let (bq, bv) = (making.subject.base.nq(), making.subject.base.nv());
+        let joints = making.subject.joints.len();
+        let count = range.len();
+        let mut chunk = Chunk {
+            time: self.block.time[range.clone()].to_vec(),
+            q: vec![0.0; count * (bq + joints)],
+            v: vec![0.0; count * (bv + joints)],
+            a: vec![0.0; count * (bv + joints)],
+            motors: vec![Motor::default(); making.trains.len()],
+        };
+        chunk.q.chunks_exact_mut((bq + joints).max(1)).for_each(|q| rest(making.subject.base, q));
+        for joint in 0..joints {
+            let Some((column, factor)) = self.head.plan.angle(joint, making.trains) else { continue };
+            let spline = self.spline(column, part)?;
+            for (i, sample) in range.clone().enumerate() {
+                let [q, v, a] = spline.at(self.place(sample, part)).map(|x| factor * x);
+                chunk.q[i * (bq + joints) + bq + joint] = q;
+                chunk.v[i * (bv + joints) + bv + joint] = v;
+                chunk.a[i * (bv + joints) + bv + joint] = a;
+            }
+        }
+        for (index, train) in making.trains.iter().enumerate().filter(|(_, train)| train.has_motor()) {
+            if self.head.plan.joints[train.joint].absent(train).is_empty() {
+                chunk.motors[index] = self.motor(index, &range, part)?;
+                if train.is_elastic() {
+                    let motion = chunk.motors[index].motion.iter();
+                    let q = chunk.q.chunks_exact(bq + joints).map(|q| q[bq + train.joint]);
+                    let elongation =
+                        motion.zip(q).map(|(m, q)| train.lever() * m[0] - train.load_radius() * q);
+                    chunk.motors[index].elongation = elongation.collect();
+                }
+            }
+        }
+        Some(chunk)
+    }
+
+    fn motor(&self, index: usize, range: &Range<usize>, part: usize) -> Option<Motor> {
+        let train = &self.making.trains[index];
+        let columns = self.head.plan.joints[train.joint];
+        let current = self.spline(columns.motor_current?, part)?;
+        // A stiff drive's motor turns with its joint.
+        let (column, factor) = match columns.motor_position {
+            Some(column) => (column, 1.0),
+            None => (columns.position?, train.gear_ratio),
+        };
+        let spline = self.spline(column, part)?;
+        let places: Vec<f64> = range.clone().map(|sample| self.place(sample, part)).collect();
+        let own = self.even.grid.count.saturating_sub(part).div_ceil(self.parts());
+        let speeds: Vec<f64> = (0..own).map(|i| factor * spline.at_sample(i)[1]).collect();
+        let signs: Vec<f64> = speeds.iter().map(|v| if *v == 0.0 { 0.0 } else { v.signum() }).collect();
+        let sign = self.filter.zero_phase(&signs);
+        let turning = self.turning(&speeds, self.making.slow[index]);
+        Some(Motor {
+            motion: places.iter().map(|t| spline.at(*t).map(|x| factor * x)).collect(),
+            sign: places.iter().map(|t| between(&sign, t / self.step())).collect(),
+            current: places.iter().map(|t| current.at(*t)[0]).collect(),
+            turns: places
+                .iter()
+                .map(|t| turning.get((t / self.step()).round().max(0.0) as usize).copied().unwrap_or(false))
+                .collect(),
+            elongation: Vec::new(),
+        })
+    }
+
+    /// Samples of the grid near which the motor is nowhere slow: as near as the filter carries a jump of friction.
+    fn turning(&self, speeds: &[f64], slow: f64) -> Vec<bool> {
+        if slow <= 0.0 {
+            return vec![true; speeds.len()];
+        }
+        let reach = (REACH / (self.head.cutoff_hz * self.step())).ceil() as usize;
+        let mut before = Vec::with_capacity(speeds.len() + 1);
+        before.push(0_usize);
+        for speed in speeds {
+            before.push(before[before.len() - 1] + usize::from(speed.abs() < slow));
+        }
+        let last = speeds.len();
+        (0..last).map(|i| before[(i + reach + 1).min(last)] == before[i.saturating_sub(reach)]).collect()
+    }
+}
+
+/// Linear between samples, constant beyond.
+fn between(values: &[f64], place: f64) -> f64 {
+    let last = values.len().saturating_sub(1);
+    let place = place.clamp(0.0, last as f64);
+    let low = (place.floor() as usize).min(last);
+    let part = place - low as f64;
+    match (values.get(low), values.get(low + 1)) {
+        (Some(a), Some(b)) => a + part * (b - a),
+        (Some(a), None) => *a,
+        _ => 0.0,
+    }
+}

@@ -1,0 +1,327 @@
+//! All steps of identification in their order.
+use super::accumulate::{Log, Settings, Sums, Weighting, accumulate, fold_table};
+use super::design::{BatchRegressor, Design};
+use super::essential::essential;
+use super::estimate::{Estimate, Fit, Method};
+use super::motions::Motions;
+use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, Problem, check, choose};
+use super::picture;
+use super::result::Identification;
+use super::summary::Found;
+use super::survey::Survey;
+use super::triangle::Triangle;
+use super::unknowns::{BaseSet, ExtraChoice};
+use crate::compare::Subject;
+use crate::diagnose::{Anatomy, Experiment};
+use crate::report::Row;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use nalgebra::DVector;
+use std::path::{Path, PathBuf};
+
+/// Passes of Huber's estimator.
+const PASSES: usize = 6;
+/// Huber's bend in scales: 95 % of the efficiency of least squares on normal errors.
+const BEND: f64 = 1.345;
+
+/// The robot, and what its logs show.
+pub struct Parts<'a> {
+    /// Joints and base.
+    pub subject: &'a Subject,
+    /// Links.
+    pub anatomy: &'a Anatomy,
+    /// Base parameters of the observed rows.
+    pub base: &'a BaseSet,
+    /// Their regressor.
+    pub regressor: &'a dyn BatchRegressor,
+    /// Observed rows of `v`.
+    pub rows: &'a [usize],
+    /// Names of the logs.
+    pub files: &'a [PathBuf],
+    /// What each log shows.
+    pub surveys: &'a [Survey],
+}
+
+/// Where samples come from.
+pub enum Feed<'a> {
+    /// Logs of joint torques, read as often as they are needed.
+    Logs(&'a [Log<'a>]),
+    /// Logs of a free robot with forces at its feet, in memory.
+    Tables(&'a [&'a dyn Experiment]),
+    /// Samples that were folded in already.
+    Folded(&'a Sums),
+}
+
+impl Feed<'_> {
+    /// One pass over all samples.
+    pub(super) fn pass(
+        &self,
+        (design, base): (&Design<'_>, &BaseSet),
+        motions: &Motions,
+        settings: &Settings,
+        weighting: Option<&Weighting>,
+    ) -> Result<Sums, Diagnostics> {
+        match self {
+            Self::Logs(logs) => accumulate(design, logs, motions, settings, weighting),
+            Self::Tables(tables) => {
+                let mut sums = Sums::new(design, motions.cells());
+                for (index, table) in tables.iter().enumerate() {
+                    fold_table(design, base, *table, &|time| motions.cell(index, time), weighting, &mut sums);
+                }
+                Ok(sums)
+            }
+            // Residuals cannot be weighed one by one any more: callers leave Huber's estimator out.
+            Self::Folded(sums) => Ok((*sums).clone()),
+        }
+    }
+}
+
+/// A log that only judges.
+pub struct Judge<'a> {
+    /// Its samples.
+    pub feed: Feed<'a>,
+    /// What it shows.
+    pub survey: &'a Survey,
+    /// Its name.
+    pub file: &'a Path,
+}
+
+/// How to identify.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Estimator.
+    pub method: Method,
+    /// What joints add.
+    pub extras: ExtraChoice,
+    /// Every so many-th sample, after a low-pass over regressor and torque.
+    pub decimate: usize,
+    /// Part of a joint's largest speed below which its samples do not count.
+    pub slow: f64,
+    /// Weight of CAD; none: chosen by folds.
+    pub weight: Option<f64>,
+    /// What is known beside the data.
+    pub bounds: Vec<Bound>,
+    /// Whether torques over time are wanted, for a report.
+    pub pictures: bool,
+    /// Rows are few, such as those of postures: all of them together must tell the unknowns, not each channel's.
+    pub scarce: bool,
+}
+
+/// The answer, and the links' new inertias for a URDF.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// For people and programs.
+    pub identification: Identification,
+    /// By link name.
+    pub links: Vec<(String, Inertia)>,
+    /// Torques over time by description and least squares, of the log that judges or else the first; if they were wanted
+    /// and logs of joint torques taught.
+    pub pictures: Vec<Row>,
+}
+
+/// Estimates parameters from logs; `judge` is a log that only judges.
+///
+/// # Errors
+/// Unreadable logs, data that cannot carry an estimate, bounds that contradict each other.
+pub fn identify(
+    parts: &Parts<'_>,
+    feed: &Feed<'_>,
+    judge: Option<&Judge<'_>>,
+    options: &Options,
+    progress: &dyn Fn(f64),
+) -> Result<Answer, Diagnostics> {
+    let one = |diagnostic: Diagnostic| Diagnostics(vec![diagnostic]);
+    let design = design(parts, feed, options);
+    let motions = Motions::new(parts.surveys);
+    let settings = Settings {
+        decimate: options.decimate,
+        slow: options.slow,
+        speed: fastest(parts),
+        threads: std::thread::available_parallelism().map_or(1, usize::from).min(8),
+    };
+    let raw = feed.pass((&design, parts.base), &motions, &settings, None)?;
+    match options.scarce {
+        true => enough_together(&design, &raw).map_err(one)?,
+        false => enough(&design, &raw).map_err(one)?,
+    }
+    progress(0.3);
+    let nominal = nominal(&design, &parts.anatomy.parameters(), &options.extras);
+    let (estimate, sums) =
+        estimated((&design, parts.base), feed, &motions, &settings, options, (&raw, &nominal))?;
+    let fit = checked_fit(&estimate, &design, &sums).map_err(one)?;
+    let folds = motions.folds();
+    let essential = essential(&estimate, &design, &raw, &folds);
+    progress(0.5);
+    let links = Links::new(parts.anatomy);
+    let bounds = Bounds::new(&options.bounds, &links).map_err(one)?;
+    let problem = Problem::new(&design, &links, &bounds);
+    let choice = match options.weight {
+        Some(weight) => Choice { weight, trials: Vec::new() },
+        None => {
+            choose(&problem, &design, &raw, &estimate, &folds, &|p| progress(0.5 + 0.4 * p)).map_err(one)?
+        }
+    };
+    let physical = problem.solve(&estimate.total, choice.weight).map_err(one)?;
+    let zeros = estimate.clone().with_held(DVector::zeros(nominal.len()));
+    let essential_theta = zeros.solve(&zeros.total, &essential.unknowns);
+    let models = [&nominal, &fit.theta, &essential_theta, &physical.theta];
+    let found = Found { design: &design, motions: &motions, raw: &raw, estimate: &estimate, fit: &fit };
+    let validation = match judge {
+        Some(judge) => Some(found.validation(parts, judge, &settings, models)?),
+        None => None,
+    };
+    progress(1.0);
+    let physical_summary = found.physical(&problem, &physical, choice);
+    let new = links.bodies.iter().zip(physical.coordinates.chunks_exact(10));
+    let links = new.map(|(body, x)| (body.name.clone(), body.inertia(x))).collect();
+    let identification = Identification {
+        method: options.method,
+        logs: found.logs(parts.files, parts.surveys),
+        rows: raw.cells.iter().flatten().map(Triangle::rows).sum(),
+        repetitions: motions.repetitions.clone(),
+        different_motions: motions.different(),
+        assumptions: assumptions(parts.surveys),
+        warnings: found.warnings(parts.files, parts.surveys, &problem),
+        condition_number: condition(&estimate.singular_values()),
+        singular_values: estimate.singular_values(),
+        parameters: found.parameters(&nominal, &essential),
+        unseen: found.unseen(),
+        pairs: found.pairs(),
+        essential: found.essential(&essential),
+        channels: found.channels(&nominal, &physical.theta, &folds),
+        physical: physical_summary,
+        validation,
+    };
+    let shown = judge.map_or(feed, |judge| &judge.feed);
+    let pictures = match shown {
+        Feed::Logs([log, ..]) if options.pictures => picture::of_log(&design, log, [&nominal, &fit.theta])?,
+        _ => Vec::new(),
+    };
+    Ok(Answer { identification, links, pictures })
+}
+
+/// The fit, if the data tell anything and all of it is a number.
+fn checked_fit(estimate: &Estimate, design: &Design<'_>, sums: &Sums) -> Result<Fit, Diagnostic> {
+    if estimate.seen.is_empty() {
+        return Err(Diagnostic::error("the data tell none of the parameters")
+            .help("record a motion in which all joints move"));
+    }
+    let fit = estimate.fit(design, sums);
+    match fit.theta.iter().position(|theta| !theta.is_finite()) {
+        None => Ok(fit),
+        Some(k) => {
+            let message = format!("the estimate of `{}` is no number", design.unknowns[k].name);
+            Err(Diagnostic::error(message).help("are positions and efforts of the logs in SI units?"))
+        }
+    }
+}
+
+fn design<'a>(parts: &Parts<'a>, feed: &Feed<'_>, options: &Options) -> Design<'a> {
+    if let Feed::Tables([first, ..]) = feed {
+        return Design::of_table(parts.subject, parts.base, *first);
+    }
+    let nb = parts.subject.base.nv();
+    let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(nb)).collect();
+    let mut extras = options.extras.list(&joints);
+    extras.retain(|extra| joints.contains(&extra.joint) && joints.contains(&extra.other));
+    Design::new(parts.subject, parts.base, parts.regressor, extras, parts.rows)
+}
+
+fn fastest(parts: &Parts<'_>) -> Vec<f64> {
+    let speed = |joint| parts.surveys.iter().map(|s| s.speed[joint]).fold(0.0, f64::max);
+    (0..parts.subject.joints.len()).map(speed).collect()
+}
+
+/// The unknowns for these inertial parameters; extras as described, else zero.
+pub(super) fn nominal(design: &Design<'_>, parameters: &[f64], extras: &ExtraChoice) -> DVector<f64> {
+    let value = |sum: &[(super::Part, f64)]| -> f64 {
+        let term = |(part, factor): &(super::Part, f64)| match part {
+            super::Part::Inertial(k) => factor * parameters[*k],
+            super::Part::Extra(k) => factor * extras.described(&design.extras[*k]),
+        };
+        sum.iter().map(term).sum()
+    };
+    DVector::from_iterator(design.unknowns.len(), design.sums().map(value))
+}
+
+/// Refuses channels with fewer rows than unknowns.
+fn enough(design: &Design<'_>, sums: &Sums) -> Result<(), Diagnostic> {
+    for (index, channel) in design.channels.iter().enumerate() {
+        let rows = sums.rows(index);
+        if rows < 2 * channel.places.len() {
+            let message = format!(
+                "`{}` has {rows} usable samples for {} parameters that act on it",
+                channel.name,
+                channel.places.len()
+            );
+            return Err(Diagnostic::error(message)
+                .help("record longer, decimate less, or count slow samples too (--slow 0)"));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses fewer rows than unknowns, over all channels.
+fn enough_together(design: &Design<'_>, sums: &Sums) -> Result<(), Diagnostic> {
+    let rows: usize = (0..design.channels.len()).map(|channel| sums.rows(channel)).sum();
+    let unknowns = design.unknowns.len();
+    if rows > unknowns {
+        return Ok(());
+    }
+    let each = design.channels.len().max(1);
+    let message = format!(
+        "{} postures give {rows} equations for {unknowns} parameters: at least {} postures are needed (thesis 5.4.1)",
+        rows / each,
+        unknowns / each + 1
+    );
+    Err(Diagnostic::error(message)
+        .help("take three times as many; `bipedc excite ROBOT --postures 50` designs them"))
+}
+
+/// Least squares of the wanted kind; Huber's weights need further passes over the logs.
+fn estimated(
+    (design, base): (&Design<'_>, &BaseSet),
+    feed: &Feed<'_>,
+    motions: &Motions,
+    settings: &Settings,
+    options: &Options,
+    (raw, nominal): (&Sums, &DVector<f64>),
+) -> Result<(Estimate, Sums), Diagnostics> {
+    let mut estimate = Estimate::weighted(design, raw, nominal.clone(), options.method);
+    let mut sums = raw.clone();
+    if options.method != Method::Huber {
+        return Ok((estimate, sums));
+    }
+    let mut scale = estimate.noise.clone();
+    for _ in 0..PASSES {
+        let theta = estimate.solve(&estimate.total, &estimate.seen);
+        let weighting = Weighting { theta, scale: scale.clone(), bend: BEND };
+        sums = feed.pass((design, base), motions, settings, Some(&weighting))?;
+        let robust = |(sizes, old): (&super::accumulate::Sizes, &f64)| {
+            // The median of |x| of a normal x is 0.6745 standard deviations.
+            sizes.median().map_or(*old, |median| (median / 0.6745).max(f64::MIN_POSITIVE.sqrt()))
+        };
+        scale = sums.sizes.iter().zip(&scale).map(robust).collect();
+        estimate = Estimate::new(design, &sums, &scale, nominal.clone());
+    }
+    Ok((estimate, sums))
+}
+
+fn condition(values: &[f64]) -> f64 {
+    let (most, least) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
+    most / least.max(f64::MIN_POSITIVE)
+}
+
+fn assumptions(surveys: &[Survey]) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for assumption in surveys.iter().flat_map(|s| &s.assumptions) {
+        if !all.contains(assumption) {
+            all.push(assumption.clone());
+        }
+    }
+    all
+}
+
+/// Judged again from the numbers alone.
+pub fn judged(links: &[(String, Inertia)]) -> Vec<(String, Consistency)> {
+    links.iter().map(|(name, inertia)| (name.clone(), check(inertia))).collect()
+}

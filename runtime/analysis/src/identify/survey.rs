@@ -1,0 +1,114 @@
+//! A first look at a log: which motion it shows, how fast joints go, what was measured.
+use super::accumulate::Log;
+use crate::compare::{Missing, Subject};
+use crate::diagnose::gate::Motion;
+use crate::diagnose::{Experiment, Recording};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+
+/// Positions are kept this far apart, s: enough to know a motion again.
+const GRID: f64 = 0.01;
+
+/// What a log shows, without its samples.
+#[derive(Debug, Clone, Default)]
+pub struct Survey {
+    /// Positions of the joints, thinned.
+    pub motion: Motion,
+    /// Largest speed of each joint, rad/s.
+    pub speed: Vec<f64>,
+    /// Whether each joint's effort was measured.
+    pub effort: Vec<bool>,
+    /// Whether the motion of the base was logged.
+    pub base: bool,
+    /// Number of usable samples.
+    pub samples: usize,
+    /// Sampling step, s.
+    pub step: f64,
+    /// Cut-off of the filter, Hz.
+    pub cutoff_hz: f64,
+    /// What could not be used and why.
+    pub missing: Vec<Missing>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// What is odd about the log.
+    pub warnings: Vec<Diagnostic>,
+}
+
+/// Looks at a log.
+///
+/// # Errors
+/// Those of the reader; a log without motion or efforts.
+pub fn survey(log: &Log<'_>, subject: &Subject) -> Result<Survey, Diagnostics> {
+    let joints = subject.joints.len();
+    let (bq, bv) = (subject.base.nq(), subject.base.nv());
+    let mut found = Survey { speed: vec![0.0; joints], ..Survey::default() };
+    found.motion.positions = vec![Vec::new(); joints];
+    let mut visit = |recording: &mut Recording| {
+        found.samples += recording.samples();
+        for (i, &time) in recording.time.iter().enumerate() {
+            let v = &recording.v[i * (bv + joints) + bv..][..joints];
+            for (most, v) in found.speed.iter_mut().zip(v) {
+                *most = most.max(v.abs());
+            }
+            if found.motion.time.last().is_none_or(|last| time - last >= 0.999 * GRID) {
+                found.motion.push(time, &recording.q[i * (bq + joints) + bq..][..joints]);
+            }
+        }
+        found.base |=
+            bv > 0 && recording.v.chunks_exact(bv + joints).any(|v| v[..bv].iter().any(|x| *x != 0.0));
+        recording.clear();
+        Ok(())
+    };
+    let recording = Recording::each(log.path, log.mapping, subject, &log.options, true, &mut visit)?;
+    found.effort = recording.effort.iter().map(Option::is_some).collect();
+    (found.step, found.cutoff_hz) = (recording.step, recording.cutoff_hz);
+    (found.missing, found.assumptions) = (recording.missing, recording.assumptions);
+    found.warnings = recording.warnings;
+    refuse(&found, log, subject)?;
+    Ok(found)
+}
+
+impl Survey {
+    /// What an experiment in memory shows.
+    pub fn of_table(experiment: &dyn Experiment, joints: usize, cutoff_hz: f64) -> Self {
+        let motion = experiment.motion();
+        let mut steps: Vec<f64> = experiment.time().windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        Self {
+            speed: vec![0.0; joints],
+            effort: vec![false; joints],
+            base: true,
+            samples: experiment.time().len(),
+            step: steps.get(steps.len() / 2).copied().unwrap_or(0.0),
+            cutoff_hz,
+            motion,
+            ..Self::default()
+        }
+    }
+}
+
+/// Logs from which nothing can be learnt.
+fn refuse(found: &Survey, log: &Log<'_>, subject: &Subject) -> Result<(), Diagnostics> {
+    let refused = |message: String, help: &str| {
+        // What is odd about the log usually says why.
+        let warnings = found.warnings.iter().cloned();
+        Err(Diagnostics(warnings.chain([Diagnostic::error(message).in_file(log.path).help(help)]).collect()))
+    };
+    if found.samples < 50 {
+        let message = format!("only {} samples of the log can be used", found.samples);
+        return refused(message, "at least a few seconds of motion are needed");
+    }
+    if !found.effort.contains(&true) && !found.base {
+        let first = subject.joints.first().map_or("joint", |joint| joint.name.as_str());
+        return refused(
+            "the log has no efforts: without torques there is nothing to fit".to_owned(),
+            &format!("give columns such as `{first}/effort`, or name others in a mapping file"),
+        );
+    }
+    if !found.base && found.speed.iter().all(|speed| *speed < 1e-6) {
+        return refused(
+            "no joint moves: constant positions tell no dynamic parameters".to_owned(),
+            "record a motion in which all joints move",
+        );
+    }
+    Ok(())
+}

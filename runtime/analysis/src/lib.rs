@@ -1,0 +1,8 @@
+//! The desk: logs, comparison, diagnosis, identification and simulation of any [`Model`](bipedc_runtime::Model).
+pub mod compare;
+pub mod diagnose;
+pub mod identify;
+pub mod log;
+pub mod report;
+pub mod signal;
+pub mod simulate;

@@ -1,0 +1,207 @@
+//! The ranked causes.
+use super::number::{joined, percent, significant, with_interval, with_unit};
+use super::svg;
+use crate::diagnose::{Diagnosis, Found, Rejected, Step};
+use bipedc_effects::effect::{Effect, Location, kind};
+use maud::{Markup, html};
+
+/// Everything that the diagnosis says about causes.
+pub(super) fn section(diagnosis: &Diagnosis) -> Markup {
+    let unit = svg::headline(diagnosis).map_or("", |fall| fall.unit.as_str());
+    html! {
+        section aria-labelledby="causes" {
+            h2 #causes { "Causes" }
+            @if diagnosis.effects.is_empty() {
+                p { "No effect earned its place." @if !diagnosis.unexplained { " Nothing is missing." } }
+            }
+            @if !diagnosis.effects.is_empty() {
+                p.hint { "Ranked by how much of the held-out error they removed. Line: 95 % confidence; bar: plausible values; dotted: zero." }
+            }
+            ol.causes {
+                @for found in &diagnosis.effects {
+                    li { (card(found, entered(diagnosis, &found.effect), unit)) }
+                }
+            }
+            @if !diagnosis.indistinguishable.is_empty() { (alternatives(&diagnosis.indistinguishable)) }
+            @if diagnosis.unexplained { (unexplained(diagnosis)) }
+            @if !diagnosis.inertial_corrections.is_empty() {
+                h3 { "Inertial corrections" }
+                p.hint { "What re-estimated masses, centres of mass and inertias account for: CAD errors." }
+                @for found in &diagnosis.inertial_corrections { div.correction { (card(found, None, unit)) } }
+            }
+            (rejected(&diagnosis.rejected))
+        }
+    }
+}
+
+/// The step at which an effect entered.
+fn entered<'a>(diagnosis: &'a Diagnosis, effect: &Effect) -> Option<&'a Step> {
+    let same = |s: &&Step| {
+        s.effect.kind == effect.kind && s.effect.location == effect.location && s.effect.name == effect.name
+    };
+    diagnosis.steps.iter().find(same)
+}
+
+/// One effect with its numbers.
+fn card(found: &Found, step: Option<&Step>, unit: &str) -> Markup {
+    let effect = &found.effect;
+    let definition = effect.definition();
+    html! {
+        article.cause {
+            h3 { (title(effect)) " " span.place { (place(&effect.location)) } }
+            @if let Some(kind) = definition { p.hint { (kind.meaning) } }
+            @if let Some(torque) = &effect.torque { p { "torque = " code { (torque) } } }
+            div.table { table.parameters {
+                caption.hidden { "Parameters with 95 % confidence intervals" }
+                tbody { @for (name, value) in ordered(effect) { (parameter(found, name, value)) } }
+            } }
+            p.shares {
+                span.track aria-hidden="true" { span.fill style=(format!("--share:{:.3}", found.share.clamp(0.0, 1.0))) {} }
+                strong { (percent(found.share)) } " of the held-out squared error removed"
+                @if let Some(step) = step { "; error " (with_unit(step.before, "")) " → " (with_unit(step.after, unit)) }
+            }
+            @for doubt in &found.doubts { p.doubt { strong { "Doubt: " } (doubt) } }
+        }
+    }
+}
+
+/// Parameters in the order of the kind's definition (settings stand last there); unknown ones at the end.
+pub(super) fn ordered(effect: &Effect) -> Vec<(&str, f64)> {
+    let mut list: Vec<(&str, f64)> =
+        effect.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+    let known = effect.definition().map_or(&[][..], |kind| kind.parameters);
+    list.sort_by_key(|(name, _)| known.iter().position(|p| p.name == *name).unwrap_or(known.len()));
+    list
+}
+
+fn title(effect: &Effect) -> String {
+    let known = effect.definition().map_or(effect.kind.as_str(), |kind| kind.title);
+    effect.name.as_deref().unwrap_or(known).to_owned()
+}
+
+fn place(location: &Location) -> String {
+    location.to_string()
+}
+
+fn parameter(found: &Found, name: &str, value: f64) -> Markup {
+    let definition = found.effect.definition().and_then(|kind| kind.parameter(name));
+    let unit = found.effect.unit(name);
+    let ci = found.ci95.get(name).copied();
+    let (text, interval) = with_interval(value, ci);
+    let plausible = definition.map_or((f64::NEG_INFINITY, f64::INFINITY), |p| p.plausible);
+    html! {
+        tr {
+            th scope="row" title=[definition.map(|p| p.meaning)] { (name) }
+            td.number { (joined(text, unit)) }
+            td { @if let Some([low, high]) = interval { "95 %: " (low) " to " (high) } @else { "set" } }
+            @if ci.is_some() { @if let Some(picture) = svg::interval(value, ci, plausible) { td.picture { (picture) } } }
+        }
+    }
+}
+
+/// Groups that the data cannot tell apart, with the experiment that could.
+fn alternatives(groups: &[Vec<Vec<Found>>]) -> Markup {
+    let names = |effects: &[Found]| {
+        let names: Vec<String> = effects.iter().map(|f| described(&f.effect)).collect();
+        if names.is_empty() { "nothing".to_owned() } else { names.join(" with ") }
+    };
+    html! {
+        h3 { "Indistinguishable on this data" }
+        @for group in groups {
+            div.alternatives {
+                ul { @for (i, alternative) in group.iter().enumerate() {
+                    li { (names(alternative)) @if i == 0 { small { " (stands above)" } } }
+                } }
+                @for experiment in experiments(group) { p { strong { "To tell them apart: " } (experiment) } }
+            }
+        }
+    }
+}
+
+/// Such as `Coulomb friction at left_knee_pitch (torque 0.402 N m)`.
+fn described(effect: &Effect) -> String {
+    let numbers: Vec<String> = ordered(effect)
+        .into_iter()
+        .map(|(name, value)| {
+            let unit = effect.unit(name);
+            format!("{name} {}", joined(significant(value, 3), unit))
+        })
+        .collect();
+    if numbers.is_empty() { effect.to_string() } else { format!("{effect} ({})", numbers.join(", ")) }
+}
+
+/// What to measure next: from the confounders of either kind, else the experiment of the first kind.
+fn experiments(group: &[Vec<Found>]) -> Vec<&'static str> {
+    let kinds = |alternative: &Vec<Found>| {
+        alternative.iter().filter_map(|f| kind(&f.effect.kind)).collect::<Vec<_>>()
+    };
+    let (Some(first), others) = (group.first().map(kinds), group.iter().skip(1).map(kinds)) else {
+        return Vec::new();
+    };
+    let mut out: Vec<&'static str> = Vec::new();
+    for b in others.flatten() {
+        for a in &first {
+            let one = |a: &bipedc_effects::effect::Kind, b: &bipedc_effects::effect::Kind| {
+                a.confounders.iter().find(|c| c.kind == b.name).map(|c| c.experiment)
+            };
+            if let Some(experiment) = one(a, b).or_else(|| one(b, a))
+                && !out.contains(&experiment)
+            {
+                out.push(experiment);
+            }
+        }
+    }
+    if out.is_empty() {
+        out.extend(first.iter().map(|kind| kind.experiment).take(1));
+    }
+    out
+}
+
+fn unexplained(diagnosis: &Diagnosis) -> Markup {
+    html! {
+        h3 { "Unexplained" }
+        p { "Something structured is left that no effect of the library accounts for, in: " (diagnosis.suspects.join(", ")) "." }
+        @if !diagnosis.unexplained_parts.is_empty() {
+            div.table { table {
+                thead { tr { th scope="col" { "row" } th.number scope="col" { "share of what remains" } th scope="col" { "goes with" } } }
+                tbody { @for part in &diagnosis.unexplained_parts { tr {
+                    th scope="row" { (part.joint) }
+                    td.number { (percent(part.share)) }
+                    td { (part.signals.join(", ")) }
+                } } }
+            } }
+        }
+    }
+}
+
+fn rejected(list: &[Rejected]) -> Markup {
+    if list.is_empty() {
+        return html! {};
+    }
+    html! {
+        details {
+            summary { "Tried and rejected: " (list.len()) }
+            div.table { table {
+                thead { tr { th scope="col" { "effect" } th scope="col" { "place" } th scope="col" { "why" } } }
+                tbody { @for entry in list { tr {
+                    th scope="row" { (kind(&entry.kind).map_or(entry.kind.as_str(), |k| k.title)) }
+                    td { (place(&entry.place)) }
+                    td { (entry.why) }
+                } } }
+            } }
+        }
+    }
+}
+
+/// A titled list; nothing if it is empty.
+pub(super) fn lines(title: &str, class: &str, texts: &[String]) -> Markup {
+    if texts.is_empty() {
+        return html! {};
+    }
+    html! {
+        div class=(class) {
+            h3 { (title) }
+            ul { @for text in texts { li { (text) } } }
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Rows of a report from an experiment.
+use super::data::{Row, Series};
+use crate::diagnose::breakdown::{breakdown, direction_states, motion_states, velocity_of};
+use crate::diagnose::{Diagnosis, Experiment};
+use bipedc_effects::effect::Effect;
+
+/// Signals that residuals are plotted against, in this order.
+const SIGNALS: [&str; 4] = ["velocity", "position", "acceleration", "load"];
+
+/// Rows of the experiment that judged, with the effects and corrections of its diagnosis; without one, of the model
+/// alone. Errors are those of the diagnosis where it has them.
+pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Vec<Row> {
+    let found = diagnosis.iter().flat_map(|d| d.effects.iter().chain(&d.inertial_corrections));
+    let effects: Vec<Effect> = found.map(|found| found.effect.clone()).collect();
+    let mut responses = if effects.is_empty() { Vec::new() } else { experiment.response(&effects) };
+    let indices = 0..experiment.rows().len();
+    let rows = indices.map(|row| {
+        let response =
+            responses.iter_mut().find(|(r, _)| *r == row).map(|(_, values)| std::mem::take(values));
+        let samples = experiment.residual(row).len();
+        let response = (!effects.is_empty()).then(|| response.unwrap_or_else(|| vec![0.0; samples]));
+        let built = row_of(experiment, row, response);
+        match diagnosis.and_then(|d| d.rows.get(&built.name)) {
+            Some(fall) => {
+                let after = built.rms_after.map(|_| fall.after);
+                built.judged(fall.before, after)
+            }
+            None => built,
+        }
+    });
+    rows.collect()
+}
+
+fn row_of(experiment: &dyn Experiment, index: usize, response: Option<Vec<f64>>) -> Row {
+    let row = &experiment.rows()[index];
+    let residual = experiment.residual(index);
+    let measured = experiment.measured(index).unwrap_or_else(|| residual.to_vec());
+    let nominal: Vec<f64> = measured.iter().zip(residual).map(|(m, r)| m - r).collect();
+    let amended = response.map(|response| nominal.iter().zip(&response).map(|(n, r)| n + r).collect());
+    let mut series =
+        Series { time: experiment.time().to_vec(), measured, nominal, amended, ..Series::default() };
+    let mut known = experiment.signals(index);
+    for name in SIGNALS {
+        if let Some(at) = known.iter().position(|(known, _)| known == name) {
+            series = series.with(name, unit_of(name, row.unit), known.swap_remove(at).1);
+        }
+    }
+    let built = Row::new(&row.name, row.channel, row.unit, row.noise, series);
+    let built = match &row.joint {
+        Some(joint) => built.at_joint(joint),
+        None => built,
+    };
+    with_parts(experiment, index, built)
+}
+
+/// Of a signal of a joint whose effort has this unit.
+fn unit_of(signal: &str, effort: &'static str) -> &'static str {
+    let slides = effort == "N";
+    match signal {
+        "velocity" if slides => "m/s",
+        "velocity" => "rad/s",
+        "position" if slides => "m",
+        "position" => "rad",
+        "acceleration" if slides => "m/s²",
+        "acceleration" => "rad/s²",
+        _ if slides => "N",
+        _ => "N m",
+    }
+}
+
+/// What is structured in the error, and the error by what the robot was doing.
+fn with_parts(experiment: &dyn Experiment, index: usize, mut row: Row) -> Row {
+    row.note = breakdown(experiment, index).words.join(". ");
+    let mut states = experiment.phases();
+    if row.joint.is_some()
+        && let Some(velocity) = velocity_of(experiment, index)
+    {
+        states.extend(direction_states(&velocity));
+        states.extend(motion_states(&velocity, experiment.time()));
+    }
+    let shown = states.into_iter().filter(|(_, chosen)| chosen.contains(&true));
+    shown.fold(row, |row, (name, chosen)| row.with_part(name, |i| chosen.get(i).copied().unwrap_or(false)))
+}

@@ -1,0 +1,61 @@
+//! Simulation of walking robots (thesis chapter 4).
+//!
+//! [`Stepper`] is the non-smooth time stepping of 4.3: rigid ground, Signorini's and Coulomb's laws, Newton's law of
+//! impact, all contacts at once ([`Problem`], [`Solver`]), on any [`Model`](bipedc_runtime::Model) with a mass matrix, a bias and
+//! contact points ([`Mechanics`]). A [`Scenario`] file says what a [`Simulation`] of a robot ([`Plant`]) does: initial
+//! state, controllers, hidden effects, sensors; its rows are a measurement log.
+//!
+//! [`FreeStepper`] does the same for planar robots in absolute coordinates, every link by itself: a check of the first.
+//!
+//! [`phases`] is the event-driven simulation of 4.4: phases in a fixed order, each integrated to its end. [`control`] are
+//! controllers that impose virtual constraints, for both.
+mod absolute;
+mod account;
+mod actuator;
+mod chatter;
+pub mod control;
+mod dense;
+mod drives;
+mod energy;
+mod ground;
+mod implicit;
+mod imu;
+mod mechanics;
+mod motors;
+mod newton;
+pub mod phases;
+mod plant;
+mod problem;
+mod proximal;
+mod random;
+mod reference;
+mod resistance;
+mod run;
+mod scenario;
+mod sensing;
+mod servo;
+mod sharing;
+mod soles;
+mod stepper;
+mod told;
+mod turned;
+
+pub use absolute::{FreeBodies, FreeLink, FreePoint, FreeStepper, Pin};
+pub use account::Account;
+pub use actuator::Actuator;
+pub use drives::Coupled;
+pub use energy::EnergyBalance;
+pub use ground::{Compliance, Ground, JointLaw};
+pub use imu::Imu;
+pub use mechanics::{FUNCTIONS, Frame, Mechanics};
+pub use motors::MotorLaw;
+pub use plant::Plant;
+pub use problem::{Block, Cone, Law, Problem};
+pub use proximal::{Solved, Solver, Tolerance};
+pub use reference::{Reference, Sine};
+pub use run::{Run, Simulation, Summary, csv_line};
+pub use scenario::{EventDriven, Initial, Scenario, Sensors, Servo, World};
+pub use sensing::Sample;
+pub use servo::DriveServo;
+pub use stepper::{Motion, Stepped, Stepper};
+pub use told::EffortSensor;

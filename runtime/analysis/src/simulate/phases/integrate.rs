@@ -1,0 +1,298 @@
+//! Integration of one phase after the other, to the instants at which they end.
+use super::watch::{ARMED, Derivative, Found, INSTANT, Watch};
+use bipedc_effects::diagnostic::Diagnostic;
+use ivp::methods::{DOP853, Tolerance};
+use serde::Serialize;
+
+/// A system whose phases follow each other, each until its guard falls through zero (4.19), (4.23).
+pub trait Phased {
+    /// `dx/dt` in a phase.
+    fn derivative(&self, phase: usize, time: f64, x: &[f64], out: &mut [f64]);
+    /// Positive while the phase lasts.
+    fn guard(&self, phase: usize, time: f64, x: &[f64]) -> f64;
+    /// The first assumption of the phase that does not hold.
+    fn violation(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation>;
+    /// The same as far as it is cheap to know: asked between accepted steps too.
+    fn glimpse(&self, _phase: usize, _time: f64, _x: &[f64]) -> Option<Violation> {
+        None
+    }
+    /// At the end of a phase: the state just after, and the phase that follows. Impulses go into `impulse`.
+    ///
+    /// # Errors
+    /// The assumption that does not hold during the change.
+    fn change(
+        &self,
+        phase: usize,
+        time: f64,
+        x: &mut [f64],
+        impulse: &mut Vec<f64>,
+    ) -> Result<usize, Violation>;
+}
+
+/// An assumption that did not hold: the model says nothing about what follows.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Violation {
+    /// Name of the phase.
+    pub phase: String,
+    /// s
+    pub time: f64,
+    /// Such as `normal force of right_foot`.
+    pub quantity: String,
+    /// What it was.
+    pub value: f64,
+    /// What it may be at most or at least.
+    pub limit: f64,
+    /// Of both.
+    pub unit: &'static str,
+    /// What that means: the foot pulls, slips, tips or scuffs.
+    pub meaning: &'static str,
+}
+
+/// How exactly to integrate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Precision {
+    /// Error per step relative to each component.
+    pub relative: f64,
+    /// Error per step below which nothing is relative.
+    pub absolute: f64,
+    /// Largest step, s.
+    pub largest_step: f64,
+    /// Guards are looked at this often at least, s, and four times per step.
+    pub largest_look: f64,
+}
+
+impl Default for Precision {
+    fn default() -> Self {
+        Self { relative: 1e-12, absolute: 1e-12, largest_step: 0.02, largest_look: 0.01 }
+    }
+}
+
+/// The state at the beginning of a walk.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// s
+    pub time: f64,
+    /// Index.
+    pub phase: usize,
+    /// As the system's.
+    pub x: Vec<f64>,
+}
+
+/// The end of a phase.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// s
+    pub time: f64,
+    /// The phase that ended.
+    pub from: usize,
+    /// The phase that begins.
+    pub to: usize,
+    /// x⁻
+    pub before: Vec<f64>,
+    /// x⁺
+    pub after: Vec<f64>,
+    /// As the system gave them: of a robot, in the order of the impact's rows, N s and N m s.
+    pub impulse: Vec<f64>,
+}
+
+/// Why a walk ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum End {
+    /// The time was over.
+    Time,
+    /// So many changes as were asked for.
+    Changes,
+    /// Whoever watched had seen enough.
+    Stopped,
+    /// An assumption did not hold.
+    Violated(Violation),
+}
+
+/// What a walk cost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Effort {
+    /// Steps of the integration that were accepted.
+    pub steps: usize,
+    /// Those that were tried again with a shorter one.
+    pub rejected: usize,
+    /// Evaluations of the derivative by the integration.
+    pub evaluations: usize,
+    /// Looks at a guard.
+    pub guards: usize,
+}
+
+/// What happened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Walk {
+    /// In order.
+    pub changes: Vec<Change>,
+    /// The last state.
+    pub last: Start,
+    /// Why it is the last.
+    pub end: End,
+    /// What it cost.
+    pub effort: Effort,
+}
+
+/// Looks on.
+pub trait Watcher {
+    /// Is shown every accepted step; `false` ends the walk.
+    fn step(&mut self, _time: f64, _phase: usize, _x: &[f64]) -> bool {
+        true
+    }
+    /// When it wants to see the state between steps, s. Asked again after every sample.
+    fn next_sample(&self) -> f64 {
+        f64::INFINITY
+    }
+    /// Is shown that state.
+    ///
+    /// # Errors
+    /// Whatever stops the walk: a full disk.
+    fn sample(&mut self, _time: f64, _phase: usize, _x: &[f64]) -> Result<(), Diagnostic> {
+        Ok(())
+    }
+    /// Is shown every change of phase; `false` ends the walk ([`End::Changes`]).
+    fn change(&mut self, _change: &Change) -> bool {
+        true
+    }
+}
+
+/// Shown the accepted steps alone.
+struct Steps<'s>(&'s mut dyn FnMut(f64, usize, &[f64]), usize);
+
+impl Watcher for Steps<'_> {
+    fn step(&mut self, time: f64, phase: usize, x: &[f64]) -> bool {
+        (self.0)(time, phase, x);
+        true
+    }
+    fn change(&mut self, _: &Change) -> bool {
+        self.1 = self.1.saturating_sub(1);
+        self.1 > 0
+    }
+}
+
+/// Changes at one instant that are still a walk, not a loop.
+const MOST_AT_ONCE: usize = 16;
+
+/// Integrates until `until` (s), or `most` changes of phase, or a violated assumption. `observer` is shown every accepted
+/// step: time, phase and state.
+///
+/// # Errors
+/// The integration fails (a step too small, numbers that are not finite), or phases change without end.
+pub fn walk(
+    system: &dyn Phased,
+    start: Start,
+    until: f64,
+    most: usize,
+    precision: &Precision,
+    observer: &mut dyn FnMut(f64, usize, &[f64]),
+) -> Result<Walk, Diagnostic> {
+    walk_watched(system, start, until, precision, &mut Steps(observer, most))
+}
+
+/// The same, watched more closely.
+///
+/// # Errors
+/// As [`walk`], and those of the watcher.
+pub fn walk_watched(
+    system: &dyn Phased,
+    start: Start,
+    until: f64,
+    precision: &Precision,
+    watcher: &mut dyn Watcher,
+) -> Result<Walk, Diagnostic> {
+    let mut walk = Walk { changes: Vec::new(), last: start, end: End::Time, effort: Effort::default() };
+    let mut at_once = 0;
+    while walk.last.time < until {
+        let before = walk.last.time;
+        if let Some(violation) = system.violation(walk.last.phase, before, &walk.last.x) {
+            walk.end = End::Violated(violation);
+            return Ok(walk);
+        }
+        let found = phase(system, &mut walk, until, precision, watcher)?;
+        at_once = if walk.last.time - before > INSTANT { 0 } else { at_once + 1 };
+        if at_once > MOST_AT_ONCE {
+            return Err(Diagnostic::error(format!("at {before} s phases follow each other without time"))
+                .help("check the initial state, and that the phases' order fits to the motion"));
+        }
+        walk.end = match found {
+            Found::Nothing => break,
+            Found::Stopped => End::Stopped,
+            Found::Violated(violation) => End::Violated(violation),
+            Found::Guard => match changed(system, &mut walk, watcher) {
+                Ok(true) => continue,
+                Ok(false) => End::Changes,
+                Err(violation) => End::Violated(violation),
+            },
+        };
+        return Ok(walk);
+    }
+    walk.end = End::Time;
+    Ok(walk)
+}
+
+/// The change at the end of a phase; whether to go on.
+fn changed(system: &dyn Phased, walk: &mut Walk, watcher: &mut dyn Watcher) -> Result<bool, Violation> {
+    let last = &mut walk.last;
+    let (from, before, mut impulse) = (last.phase, last.x.clone(), Vec::new());
+    let to = system.change(from, last.time, &mut last.x, &mut impulse);
+    if to.is_err() {
+        last.x.clone_from(&before);
+    }
+    last.phase = to?;
+    let change = Change { time: last.time, from, to: last.phase, before, after: last.x.clone(), impulse };
+    let further = watcher.change(&change);
+    walk.changes.push(change);
+    Ok(further)
+}
+
+fn phase(
+    system: &dyn Phased,
+    walk: &mut Walk,
+    until: f64,
+    precision: &Precision,
+    watcher: &mut dyn Watcher,
+) -> Result<Found, Diagnostic> {
+    let Walk { last, effort, .. } = walk;
+    let number = last.phase;
+    let derivative = Derivative { system, phase: number };
+    let mut watch = Watch {
+        system,
+        phase: number,
+        armed: system.guard(number, last.time, &last.x) > ARMED,
+        largest_look: precision.largest_look,
+        guards: 1,
+        time: last.time,
+        x: last.x.clone(),
+        work: vec![0.0; last.x.len()],
+        found: Ok(Found::Nothing),
+        watcher,
+    };
+    let method =
+        DOP853 { max_step: Some(precision.largest_step), max_steps: 10_000_000, ..DOP853::default() };
+    let result = method.solve(
+        &derivative,
+        last.time,
+        &last.x,
+        until,
+        Tolerance::Scalar(precision.relative),
+        Tolerance::Scalar(precision.absolute),
+        Some(&mut watch),
+    );
+    let result = result.map_err(|error| failed(last.time, &format!("{error:?}")))?;
+    effort.steps += result.steps.accepted;
+    effort.rejected += result.steps.rejected;
+    effort.evaluations += result.evals.ode;
+    effort.guards += watch.guards;
+    let found = watch.found?;
+    if !result.status.is_success() || !watch.x.iter().all(|x| x.is_finite()) {
+        return Err(failed(watch.time, &format!("{:?}", result.status)));
+    }
+    (last.time, last.x) = (watch.time, watch.x);
+    Ok(found)
+}
+
+fn failed(time: f64, why: &str) -> Diagnostic {
+    Diagnostic::error(format!("the integration stopped at {time} s: {why}"))
+        .help("the motion is stiff or not finite: check controller gains, masses and the initial state")
+}

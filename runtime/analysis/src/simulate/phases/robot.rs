@@ -1,0 +1,372 @@
+//! A robot with the phases of its description.
+use super::assumptions::Assumptions;
+use super::integrate::{Phased, Violation};
+use super::points::PointForces;
+use super::spec::{Ending, PhaseSpec};
+use super::support::{Load, before_line};
+use crate::compare::BaseKind;
+use crate::diagnose::Foot;
+use crate::simulate::control::Controller;
+use crate::simulate::mechanics::rotate;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::model::{Argument, Model, State};
+use std::cell::RefCell;
+
+/// Generalised forces from phase, time, `q` and `v`, written in the order of `v`.
+pub type Torque<'a> = &'a dyn Fn(usize, f64, &[f64], &[f64], &mut [f64]);
+
+/// A robot that walks through its phases (4.23).
+pub struct PhasedRobot<'a> {
+    pub(super) model: &'a dyn Model<f64>,
+    pub(super) base: BaseKind,
+    pub(super) feet: &'a [Foot],
+    pub(super) phases: Vec<(PhaseSpec, Functions)>,
+    pub(super) distances: usize,
+    positions: usize,
+    pub(super) normals: usize,
+    spread: PointForces,
+    relabelled: Option<[usize; 2]>,
+    pub(super) assumptions: Assumptions,
+    pub(super) stops: Vec<Option<[f64; 2]>>,
+    torque: Torque<'a>,
+    controller: Option<&'a Controller<'a>>,
+    pub(super) work: RefCell<Work>,
+    memory: RefCell<Memory>,
+}
+
+/// Indices of a phase's functions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Functions {
+    dynamics: usize,
+    impact: Option<usize>,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Work {
+    pub tau: Vec<f64>,
+    pub out: Vec<f64>,
+    pub points: Vec<f64>,
+}
+
+/// The last evaluations: a state is asked for by the integrator, then by the guard, then by the assumptions.
+#[derive(Debug, Default)]
+struct Memory {
+    entries: [Entry; 5],
+    next: usize,
+}
+
+#[derive(Debug, Default)]
+struct Entry {
+    phase: usize,
+    time: f64,
+    x: Vec<f64>,
+    tau: Vec<f64>,
+    out: Vec<f64>,
+}
+
+impl<'a> PhasedRobot<'a> {
+    /// Looks the functions up.
+    ///
+    /// # Errors
+    /// The model lacks one of them, or there is no phase.
+    pub fn new(
+        model: &'a dyn Model<f64>,
+        base: BaseKind,
+        feet: &'a [Foot],
+        phases: Vec<PhaseSpec>,
+        assumptions: Assumptions,
+        torque: Torque<'a>,
+    ) -> Result<Self, Diagnostic> {
+        let find = |name: &str| {
+            model.function(name).ok_or_else(|| {
+                Diagnostic::error(format!("the model has no function `{name}`"))
+                    .help("add it to what is generated from the description")
+            })
+        };
+        if phases.is_empty() {
+            return Err(
+                Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml")
+            );
+        }
+        let relabelled = if phases.iter().any(|phase| phase.relabel) {
+            Some([find("relabelled_configuration")?, find("relabelled_velocity")?])
+        } else {
+            None
+        };
+        let functions = |phase: PhaseSpec| {
+            let impact = phase.impact.as_ref().map(|landing| find(&landing.map)).transpose()?;
+            let found = Functions { dynamics: find(&phase.dynamics)?, impact };
+            Ok((phase, found))
+        };
+        Ok(Self {
+            model,
+            base,
+            feet,
+            distances: find("contact_distances")?,
+            positions: find("contact_positions")?,
+            normals: find("contact_normal_directions")?,
+            spread: PointForces::new(model)?,
+            relabelled,
+            phases: phases.into_iter().map(functions).collect::<Result<_, Diagnostic>>()?,
+            assumptions,
+            stops: Vec::new(),
+            torque,
+            controller: None,
+            work: RefCell::new(Work::default()),
+            memory: RefCell::new(Memory::default()),
+        })
+    }
+
+    /// The same with joints that may not pass these positions (rad or m, by joint).
+    #[must_use]
+    pub fn with_stops(self, stops: Vec<Option<[f64; 2]>>) -> Self {
+        Self { stops, ..self }
+    }
+
+    /// The same with a controller in the phases that it drives; `torque` is for the others.
+    #[must_use]
+    pub fn driven_by(self, controller: &'a Controller<'a>) -> Self {
+        Self { controller: Some(controller), ..self }
+    }
+
+    /// The phases.
+    pub fn phases(&self) -> impl Iterator<Item = &PhaseSpec> {
+        self.phases.iter().map(|(spec, _)| spec)
+    }
+
+    pub(super) fn split<'x>(&self, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
+        x.split_at(self.model.nq())
+    }
+
+    pub(super) fn call(&self, function: usize, state: &State<'_, f64>, out: &mut Vec<f64>) {
+        let size = self.model.signature(function).map_or(0, |s| s.rows * s.columns);
+        out.clear();
+        out.resize(size, 0.0);
+        // Lengths come from the model itself; a refusal would be a fault of this crate, seen in the numbers.
+        if self.model.evaluate(function, state, out).is_err() {
+            out.fill(f64::NAN);
+        }
+    }
+
+    /// Accelerations, then the forces of the rows, into `work.out`; torques into `work.tau`.
+    pub(super) fn dynamics(&self, phase: usize, time: f64, x: &[f64], work: &mut Work) {
+        let memory = &mut *self.memory.borrow_mut();
+        let known = |entry: &&Entry| entry.time == time && entry.phase == phase && entry.x == x;
+        if let Some(entry) = memory.entries.iter().find(known) {
+            work.tau.clone_from(&entry.tau);
+            work.out.clone_from(&entry.out);
+            return;
+        }
+        let (q, v) = self.split(x);
+        work.tau.clear();
+        work.tau.resize(v.len(), 0.0);
+        if let Some(controller) = self.controller.filter(|controller| controller.drives(phase)) {
+            controller.dynamics(phase, q, v, &mut work.tau, &mut work.out);
+        } else {
+            (self.torque)(phase, time, q, v, &mut work.tau);
+            let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, &work.tau);
+            self.call(self.phases[phase].1.dynamics, &state, &mut work.out);
+        }
+        let entry = &mut memory.entries[memory.next];
+        (entry.phase, entry.time) = (phase, time);
+        entry.x.clear();
+        entry.x.extend_from_slice(x);
+        entry.tau.clone_from(&work.tau);
+        entry.out.clone_from(&work.out);
+        memory.next = (memory.next + 1) % memory.entries.len();
+    }
+
+    /// Heights of the contact points, m.
+    pub fn heights(&self, q: &[f64]) -> Vec<f64> {
+        let mut out = Vec::new();
+        self.call(self.distances, &State::new().with(Argument::Q, q), &mut out);
+        out
+    }
+
+    /// Forces of a phase's rows, N and N m.
+    pub fn forces(&self, phase: usize, time: f64, x: &[f64]) -> Vec<f64> {
+        let mut work = Work::default();
+        self.dynamics(phase, time, x, &mut work);
+        work.out.split_off(self.model.nv())
+    }
+
+    /// Torques (in the order of `v`) and the forces on the contact points (world axes, N) in a state.
+    pub fn loads(&self, phase: usize, time: f64, x: &[f64]) -> (Vec<f64>, Vec<[f64; 3]>) {
+        let work = &mut *self.work.borrow_mut();
+        self.dynamics(phase, time, x, work);
+        let (q, v) = self.split(x);
+        let forces = self.point_forces_of(&self.phases[phase].0, q, v, work);
+        (work.tau.clone(), forces)
+    }
+
+    /// Forces on the contact points, from the accelerations and torques in `work`.
+    pub(super) fn point_forces_of(
+        &self,
+        spec: &PhaseSpec,
+        q: &[f64],
+        v: &[f64],
+        work: &Work,
+    ) -> Vec<[f64; 3]> {
+        let sum = self.spread.generalised(self.model, [q, v, &work.out[..v.len()], &work.tau]);
+        self.spread.spread(self.model, q, (&spec.standing, self.assumptions.friction), &sum)
+    }
+
+    /// Impulses on the contact points (world axes, N s) of the jump from `before` to `after`, two states of one configuration.
+    pub fn impulses(&self, phase: usize, q: &[f64], before: &[f64], after: &[f64]) -> Vec<[f64; 3]> {
+        let jump: Vec<f64> = after.iter().zip(before).map(|(after, before)| after - before).collect();
+        let standing = self.phases[phase].0.impact.as_ref().map_or(&[][..], |landing| &landing.standing);
+        let sum = self.spread.impulse(self.model, q, &jump);
+        self.spread.spread(self.model, q, (standing, self.assumptions.friction), &sum)
+    }
+
+    /// Derivatives of the positions of these points with respect to `v`, row by row, three (planar: two) for each: z, x, y.
+    pub(super) fn directions(&self, q: &[f64], points: &[usize]) -> nalgebra::DMatrix<f64> {
+        self.spread.directions(self.model, q, points).transpose()
+    }
+
+    /// Horizontal places of the points of a foot, m.
+    pub(super) fn places(&self, q: &[f64], points: &[usize], work: &mut Work) -> Vec<[f64; 2]> {
+        self.call(self.positions, &State::new().with(Argument::Q, q), &mut work.points);
+        let planar = self.base == BaseKind::Planar;
+        let place = |&i: &usize| {
+            if planar { [work.points[i], 0.0] } else { [work.points[2 * i], work.points[2 * i + 1]] }
+        };
+        points.iter().map(place).collect()
+    }
+
+    /// How far the foremost of some points is ahead of the foremost of others, m.
+    fn ahead(&self, q: &[f64], landing: &[usize], standing: &[usize], work: &mut Work) -> f64 {
+        let mut foremost = |points: &[usize]| {
+            let places = self.places(q, points, work);
+            places.iter().map(|place| place[0]).fold(f64::NEG_INFINITY, f64::max)
+        };
+        foremost(landing) - foremost(standing)
+    }
+
+    /// Positive until these points land, m.
+    fn above(&self, spec: &PhaseSpec, q: &[f64], points: &[usize], work: &mut Work) -> f64 {
+        let Assumptions { shortest_step, step_length, .. } = self.assumptions;
+        if let Some(length) = step_length {
+            return length - self.ahead(q, points, &spec.standing, work);
+        }
+        self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
+        let height = points.iter().map(|&point| work.points[point]).fold(f64::INFINITY, f64::min);
+        if shortest_step == f64::NEG_INFINITY {
+            return height;
+        }
+        height.max(shortest_step - self.ahead(q, points, &spec.standing, work))
+    }
+
+    /// Points of a foot that stand.
+    pub(super) fn sole(&self, foot: usize, standing: &[usize]) -> Vec<usize> {
+        let first: usize = self.feet[..foot].iter().map(|f| f.corners.len()).sum();
+        let own = first..first + self.feet[foot].corners.len();
+        standing.iter().copied().filter(|point| own.contains(point)).collect()
+    }
+
+    /// Centre of pressure of a flat foot, its points and their middle.
+    pub(super) fn pressure(
+        &self,
+        q: &[f64],
+        load: &Load,
+        sole: &[usize],
+        work: &mut Work,
+    ) -> ([f64; 2], Vec<[f64; 2]>, [f64; 2]) {
+        let points = self.places(q, sole, work);
+        let count = points.len().max(1) as f64;
+        let middle = [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / count);
+        let relative = load.pressure();
+        ([middle[0] + relative[0], middle[1] + relative[1]], points, middle)
+    }
+}
+
+impl Phased for PhasedRobot<'_> {
+    fn derivative(&self, phase: usize, time: f64, x: &[f64], out: &mut [f64]) {
+        let mut work = self.work.borrow_mut();
+        self.dynamics(phase, time, x, &mut work);
+        let (q, v) = self.split(x);
+        let (rates, accelerations) = out.split_at_mut(q.len());
+        accelerations.copy_from_slice(&work.out[..v.len()]);
+        let joints = self.model.joints();
+        rates[q.len() - joints..].copy_from_slice(&v[v.len() - joints..]);
+        match self.base {
+            BaseKind::Fixed => {}
+            BaseKind::Planar => rates[..3].copy_from_slice(&v[..3]),
+            BaseKind::Floating => {
+                let turn = [q[3], q[4], q[5], q[6]];
+                rates[..3].copy_from_slice(&rotate(turn, [v[0], v[1], v[2]]));
+                let [x, y, z, w] = turn;
+                let [a, b, c] = [0.5 * v[3], 0.5 * v[4], 0.5 * v[5]];
+                rates[3] = w * a + y * c - z * b;
+                rates[4] = w * b + z * a - x * c;
+                rates[5] = w * c + x * b - y * a;
+                rates[6] = -x * a - y * b - z * c;
+            }
+        }
+    }
+
+    fn guard(&self, phase: usize, time: f64, x: &[f64]) -> f64 {
+        let spec = &self.phases[phase].0;
+        let (q, v) = self.split(x);
+        let mut work = self.work.borrow_mut();
+        match &spec.ending {
+            Ending::Never => f64::INFINITY,
+            Ending::Touch(points) => self.above(spec, q, points, &mut work),
+            Ending::Release(foot) => {
+                self.dynamics(phase, time, x, &mut work);
+                Load::of(*foot, &spec.rows, &work.out[v.len()..]).force[2]
+            }
+            Ending::Tip(foot, edge) => {
+                self.dynamics(phase, time, x, &mut work);
+                let load = Load::of(*foot, &spec.rows, &work.out[v.len()..]);
+                let sole = self.sole(*foot, &spec.standing);
+                let (place, _, middle) = self.pressure(q, &load, &sole, &mut work);
+                let edge = self.places(q, edge, &mut work);
+                before_line(place, &edge, middle, self.base == BaseKind::Planar)
+            }
+        }
+    }
+
+    fn violation(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
+        // Taken out, so that what is called can use the shared workspace too.
+        let mut work = self.work.take();
+        let found = self.broken(phase, time, x, &mut work);
+        self.work.replace(work);
+        found
+    }
+
+    fn glimpse(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
+        self.broken_in_the_air(phase, time, x)
+    }
+
+    fn change(
+        &self,
+        phase: usize,
+        time: f64,
+        x: &mut [f64],
+        impulse: &mut Vec<f64>,
+    ) -> Result<usize, Violation> {
+        let (spec, functions) = &self.phases[phase];
+        let nq = self.model.nq();
+        let mut out = Vec::new();
+        *self.memory.borrow_mut() = Memory::default();
+        if let (Some(impact), Some(landing)) = (functions.impact, &spec.impact) {
+            let (q, v) = x.split_at_mut(nq);
+            self.call(impact, &State::new().with(Argument::Q, q).with(Argument::V, v), &mut out);
+            impulse.extend_from_slice(&out[v.len()..]);
+            v.copy_from_slice(&out[..v.len()]);
+            let found = self.broken_by_impact(phase, time, (q, v), (&landing.rows, impulse));
+            if let Some(found) = found {
+                return Err(found);
+            }
+        }
+        if let (true, Some([configuration, velocity])) = (spec.relabel, self.relabelled) {
+            let (q, v) = x.split_at_mut(nq);
+            self.call(configuration, &State::new().with(Argument::Q, q), &mut out);
+            q.copy_from_slice(&out);
+            self.call(velocity, &State::new().with(Argument::V, v), &mut out);
+            v.copy_from_slice(&out);
+        }
+        Ok(spec.next)
+    }
+}

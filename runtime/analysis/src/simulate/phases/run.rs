@@ -1,0 +1,361 @@
+//! A whole walk: controllers, phases, log.
+use super::integrate::{Change, Effort, End, Precision, Start, Violation, Watcher, walk_watched};
+use super::mirror::Mirror;
+use super::project::Projected;
+use super::robot::PhasedRobot;
+use super::spec::PhaseSpec;
+use crate::simulate::control::{Controller, cannot_drive};
+use crate::simulate::drives::Drives;
+use crate::simulate::plant::Plant;
+use crate::simulate::run::Run;
+use crate::simulate::scenario::{EventDriven, Scenario, Servo};
+use crate::simulate::sensing::{Sample, Sensing};
+use crate::simulate::turned::Turned;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::model::Model;
+use serde::Serialize;
+use std::cell::{Cell, RefCell};
+
+/// Longest step of the integration, s.
+const LARGEST_STEP: f64 = 0.1;
+/// Guards are looked at this often, s.
+const LARGEST_LOOK: f64 = 0.005;
+
+/// A change of phase as it is reported.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhaseChange {
+    /// s
+    pub time: f64,
+    /// Name of the phase that ended.
+    pub from: String,
+    /// Name of the phase that begins.
+    pub to: String,
+    /// On the feet of the robot as it is; none where velocities do not jump.
+    pub impulse: Vec<FootImpulse>,
+}
+
+/// What an impact did to a foot, world axes, N s.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "the names say it")]
+pub struct FootImpulse {
+    pub foot: String,
+    pub x: f64,
+    pub y: f64,
+    pub z: f64,
+}
+
+/// What a walk reports besides its log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WalkSummary {
+    /// Rows of the log.
+    pub rows: usize,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Walking steps: landings.
+    pub steps: usize,
+    /// `duration`, `steps`, `verdict` or `interrupted`.
+    pub end: &'static str,
+    /// The assumption that did not hold, if one ended the walk.
+    pub verdict: Option<Violation>,
+    /// In order.
+    pub changes: Vec<PhaseChange>,
+    /// How much the initial state was moved onto the contacts of its phase.
+    pub projected: Projected,
+    /// Steps and evaluations of the integration.
+    pub integration: Effort,
+}
+
+/// A robot and what it shall do.
+#[derive(Clone, Copy)]
+pub struct Walking<'a> {
+    /// Constrained dynamics, impacts, contact points.
+    pub model: &'a dyn Model<f64>,
+    /// As the description has them.
+    pub phases: &'a [PhaseSpec],
+    /// Names, limits, feet.
+    pub plant: &'a Plant,
+    /// A scenario with [`Scenario::events`].
+    pub scenario: &'a Scenario,
+}
+
+/// Names of the log's columns.
+///
+/// # Errors
+/// A step of no length.
+pub fn columns(plant: &Plant, scenario: &Scenario) -> Result<Vec<String>, Diagnostic> {
+    let turned = Turned::new(plant, &[]);
+    Ok(Sensing::new(plant, scenario, &ideal(plant, scenario)?, &[], turned).columns())
+}
+
+/// Drives without motors of their own: phases have joints alone.
+fn ideal(plant: &Plant, scenario: &Scenario) -> Result<Drives, Diagnostic> {
+    Drives::new(plant, &[], &[], scenario.step)
+}
+
+impl Walking<'_> {
+    /// Walks to the end, or until an assumption does not hold, or until stopped. The truth at every row of the log is shown
+    /// to `watch`.
+    ///
+    /// # Errors
+    /// A beginning that does not stand; a motion that became infinite; outputs that cannot be driven; a refused row.
+    pub fn run(&self, run: &mut Run<'_>, watch: &mut dyn FnMut(&Sample)) -> Result<WalkSummary, Diagnostic> {
+        let Self { model, phases, plant, scenario } = *self;
+        let Some(events) = &scenario.events else {
+            return Err(Diagnostic::error("the scenario is not of method = \"event_driven\""));
+        };
+        let base = plant.subject.base;
+        let relabels = phases.iter().any(|phase| phase.relabel);
+        let mirror = if relabels { Some(Mirror::new(model, base)?) } else { None };
+        let names: Vec<&str> = phases.iter().map(|phase| phase.dynamics.as_str()).collect();
+        let outputs = scenario.outputs.as_ref();
+        let controller = outputs.map(|o| Controller::new(model, base, o, &names)).transpose()?;
+        let drives = |phase: usize| controller.as_ref().filter(|controller| controller.drives(phase));
+        let swapped = Cell::new(false);
+        let servos = Servos::new(&scenario.servos, mirror.as_ref(), &swapped, model);
+        let torque =
+            |_: usize, time: f64, q: &[f64], v: &[f64], tau: &mut [f64]| servos.torque(time, q, v, tau);
+        let stops = if scenario.joint_stops { plant.position_limits.clone() } else { Vec::new() };
+        let mut robot =
+            PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, &torque)?
+                .with_stops(stops);
+        if let Some(controller) = &controller {
+            robot = robot.driven_by(controller);
+        }
+        let (x, projected) = robot.standing(plant, scenario)?;
+        let effects: Vec<_> = plant.effects.iter().chain(&scenario.effects).collect();
+        let (drives_of_log, turned) = (ideal(plant, scenario)?, Turned::new(plant, &effects));
+        let mut log = Log {
+            walking: self,
+            events,
+            robot: &robot,
+            mirror: mirror.as_ref(),
+            swapped: &swapped,
+            servo_driven: &|phase| drives(phase).is_none(),
+            sensing: Sensing::new(plant, scenario, &drives_of_log, &effects, turned),
+            drives: drives_of_log,
+            run,
+            watch,
+            sample: Sample::default(),
+            row: Vec::new(),
+            rows: 0,
+            steps: 0,
+            interrupted: false,
+            changes: Vec::new(),
+        };
+        let precision = Precision {
+            relative: events.relative,
+            absolute: events.relative,
+            largest_step: LARGEST_STEP,
+            largest_look: LARGEST_LOOK,
+        };
+        let start = Start { time: 0.0, phase: scenario.phase, x };
+        let done = walk_watched(&robot, start, scenario.duration, &precision, &mut log);
+        let (rows, steps, changes, interrupted) = (log.rows, log.steps, log.changes, log.interrupted);
+        if let Some(phase) = controller.as_ref().and_then(Controller::failed) {
+            let time = rows.saturating_sub(1) as f64 * scenario.step;
+            return Err(cannot_drive(&phases[phase].name, time));
+        }
+        let done = done?;
+        let (end, verdict) = match done.end {
+            End::Violated(violation) => ("verdict", Some(violation)),
+            _ if interrupted => ("interrupted", None),
+            End::Time => ("duration", None),
+            End::Changes | End::Stopped => ("steps", None),
+        };
+        Ok(WalkSummary {
+            rows,
+            time: done.last.time,
+            steps,
+            end,
+            verdict,
+            changes,
+            projected,
+            integration: done.effort,
+        })
+    }
+}
+
+/// Servos act on the robot as it is, phases speak of legs by their roles.
+struct Servos<'a> {
+    servos: &'a [Servo],
+    mirror: Option<&'a Mirror<'a>>,
+    swapped: &'a Cell<bool>,
+    work: RefCell<[Vec<f64>; 3]>,
+}
+
+impl<'a> Servos<'a> {
+    fn new(
+        servos: &'a [Servo],
+        mirror: Option<&'a Mirror<'a>>,
+        swapped: &'a Cell<bool>,
+        model: &dyn Model<f64>,
+    ) -> Self {
+        let (nq, nv) = (model.nq(), model.nv());
+        Self { servos, mirror, swapped, work: RefCell::new([vec![0.0; nq], vec![0.0; nv], vec![0.0; nv]]) }
+    }
+
+    fn torque(&self, time: f64, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        let Some(mirror) = self.mirror.filter(|_| self.swapped.get()) else {
+            return self.own(time, q, v, tau);
+        };
+        let [own_q, own_v, own_tau] = &mut *self.work.borrow_mut();
+        mirror.state(q, v, (&mut *own_q, &mut *own_v));
+        own_tau.fill(0.0);
+        self.own(time, own_q, own_v, own_tau);
+        mirror.velocity(own_tau, tau);
+    }
+
+    /// `u = stiffness (r − q) + damping (ṙ − q̇)`, clipped.
+    fn own(&self, time: f64, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        let joints = self.servos.len();
+        let (q, v) = (&q[q.len() - joints..], &v[v.len() - joints..]);
+        let first = tau.len() - joints;
+        for (j, servo) in self.servos.iter().enumerate() {
+            let [wanted, rate] = servo.reference.at(time);
+            let asked = servo.stiffness * (wanted - q[j]) + servo.damping * (rate - v[j]);
+            tau[first + j] = asked.clamp(-servo.limit, servo.limit);
+        }
+    }
+}
+
+/// Writes the log as the walk goes on.
+struct Log<'w, 'r, 'a> {
+    walking: &'w Walking<'a>,
+    events: &'w EventDriven,
+    robot: &'w PhasedRobot<'w>,
+    mirror: Option<&'w Mirror<'w>>,
+    swapped: &'w Cell<bool>,
+    servo_driven: &'w dyn Fn(usize) -> bool,
+    sensing: Sensing<'w>,
+    drives: Drives,
+    run: &'w mut Run<'r>,
+    watch: &'w mut dyn FnMut(&Sample),
+    sample: Sample,
+    row: Vec<f64>,
+    rows: usize,
+    steps: usize,
+    interrupted: bool,
+    changes: Vec<PhaseChange>,
+}
+
+impl Log<'_, '_, '_> {
+    /// The robot as it is: `swapped` undone.
+    fn own(&self) -> Option<&Mirror<'_>> {
+        self.mirror.filter(|_| self.swapped.get())
+    }
+
+    fn take(&mut self, time: f64, phase: usize, x: &[f64]) {
+        let (tau, forces) = self.robot.loads(phase, time, x);
+        let (q, v) = x.split_at(self.walking.model.nq());
+        let joints = self.walking.plant.subject.joints.len();
+        let mut sample = std::mem::take(&mut self.sample);
+        sample.time = time;
+        sample.q.clear();
+        sample.q.extend_from_slice(q);
+        sample.v.clear();
+        sample.v.extend_from_slice(v);
+        sample.effort.clear();
+        sample.effort.extend_from_slice(&tau[tau.len() - joints..]);
+        sample.forces.clone_from(&forces);
+        if let Some(mirror) = self.own() {
+            mirror.state(q, v, (&mut sample.q, &mut sample.v));
+            let mut own = vec![0.0; tau.len()];
+            mirror.velocity(&tau, &mut own);
+            sample.effort.copy_from_slice(&own[tau.len() - joints..]);
+            for (point, force) in forces.iter().enumerate() {
+                sample.forces[mirror.point(point)] = mirror.force(*force);
+            }
+        }
+        sample.reference.clear();
+        let servos = self.walking.scenario.servos.iter();
+        // Virtual constraints have no reference for a joint.
+        let wanted = (self.servo_driven)(phase);
+        sample.reference.extend(servos.map(|s| if wanted { s.reference.at(time)[0] } else { f64::NAN }));
+        self.sample = sample;
+    }
+
+    /// What an impact did to the feet of the robot as it is.
+    fn impulse(&self, change: &Change) -> Vec<FootImpulse> {
+        let nq = self.walking.model.nq();
+        let spec = &self.walking.phases[change.from];
+        let Some(landing) = &spec.impact else { return Vec::new() };
+        // The configuration of before, whose contacts the impulses belong to.
+        let (q, before) = change.before.split_at(nq);
+        let after = match (self.mirror, spec.relabel) {
+            (Some(mirror), true) => {
+                let mut back = vec![0.0; before.len()];
+                mirror.velocity(&change.after[nq..], &mut back);
+                back
+            }
+            _ => change.after[nq..].to_vec(),
+        };
+        let impulses = self.robot.impulses(change.from, q, before, &after);
+        let mut own = vec![[0.0; 3]; impulses.len()];
+        let mut struck = vec![false; impulses.len()];
+        for &point in &landing.standing {
+            let (to, impulse) = match self.own() {
+                Some(mirror) => (mirror.point(point), mirror.force(impulses[point])),
+                None => (point, impulses[point]),
+            };
+            (own[to], struck[to]) = (impulse, true);
+        }
+        let mut first = 0;
+        let mut found = Vec::new();
+        for foot in &self.walking.plant.feet {
+            let points = first..first + foot.corners.len();
+            first = points.end;
+            if points.clone().any(|point| struck[point]) {
+                let [x, y, z] = [0, 1, 2].map(|axis| points.clone().map(|p| own[p][axis]).sum());
+                found.push(FootImpulse { foot: foot.name.clone(), x, y, z });
+            }
+        }
+        found
+    }
+
+    /// Whether a change ends a walking step: it exchanges the legs, or, where none does, something lands.
+    fn is_step(&self, from: usize) -> bool {
+        let phases = self.walking.phases;
+        if self.mirror.is_some() { phases[from].relabel } else { phases[from].impact.is_some() }
+    }
+}
+
+impl Watcher for Log<'_, '_, '_> {
+    fn step(&mut self, time: f64, _: usize, _: &[f64]) -> bool {
+        let of_time = time / self.walking.scenario.duration;
+        let of_steps = self.events.steps.map_or(0.0, |steps| self.steps as f64 / steps as f64);
+        (self.run.progress)(of_time.max(of_steps).min(1.0));
+        self.interrupted = (self.run.stop)();
+        !self.interrupted
+    }
+
+    fn next_sample(&self) -> f64 {
+        let time = self.rows as f64 * self.walking.scenario.step;
+        // As in time stepping, the end of the run is not a row.
+        if time < self.walking.scenario.duration * (1.0 - 1e-12) { time } else { f64::INFINITY }
+    }
+
+    fn sample(&mut self, time: f64, phase: usize, x: &[f64]) -> Result<(), Diagnostic> {
+        self.take(time, phase, x);
+        (self.watch)(&self.sample);
+        self.sensing.row(&self.sample, &self.drives, &mut self.row);
+        (self.run.row)(&self.row)?;
+        self.rows += 1;
+        Ok(())
+    }
+
+    fn change(&mut self, change: &Change) -> bool {
+        let name = |phase: usize| self.walking.phases[phase].name.clone();
+        let impulse = self.impulse(change);
+        self.changes.push(PhaseChange {
+            time: change.time,
+            from: name(change.from),
+            to: name(change.to),
+            impulse,
+        });
+        if self.walking.phases[change.from].relabel {
+            self.swapped.set(!self.swapped.get());
+        }
+        self.steps += usize::from(self.is_step(change.from));
+        self.events.steps.is_none_or(|steps| self.steps < steps)
+    }
+}

@@ -1,0 +1,471 @@
+//! A whole run: control, effects, steps, sensors, log.
+use super::chatter::Chatter;
+use super::control::Driven;
+use super::drives::Drives;
+use super::energy::{EnergyBalance, Ledger};
+use super::ground::{Compliance, Ground};
+use super::imu::{self, Inertial};
+use super::mechanics::Mechanics;
+use super::plant::Plant;
+use super::scenario::{Initial, Scenario};
+use super::sensing::{Sample, Sensing};
+use super::servo::DriveServo;
+use super::stepper::{Motion, Stepper};
+use super::told::Told;
+use super::turned::Turned;
+use crate::compare::BaseKind;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::Effect;
+use serde::Serialize;
+use std::fmt::Write;
+use std::ops::Range;
+
+/// Depth by which a contact point may begin below the ground: rounding of what people write, m.
+const ROUNDING: f64 = 1e-6;
+
+/// Penetration of hard ground at which a run ends, m: a tenth of that is what a foot at 10 m/s reaches with steps of 1 ms.
+const DEEPEST: f64 = 0.05;
+
+/// What a run reports besides its log.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Summary {
+    /// Steps done.
+    pub steps: usize,
+    /// Rows of the log.
+    pub rows: usize,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Whether it was stopped before its end.
+    pub interrupted: bool,
+    /// Worst residual of a contact problem.
+    pub worst_residual: f64,
+    /// Contact problems that did not reach the tolerance.
+    pub not_converged: usize,
+    /// Largest number of closed contact points.
+    pub contacts: usize,
+    /// Deepest penetration of a contact point, m.
+    pub penetration: f64,
+    /// Largest energy that the law of impact made in one step, J; 0 unless restitution is given.
+    pub energy_made: f64,
+    /// Steps in which a torque was clipped, by joint; those without are left out.
+    pub clipped: Vec<(String, usize)>,
+    /// Where the energy went; only of a run [`Simulation::with_energy`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergyBalance>,
+}
+
+/// Where a run's rows go, who is told how far it is (0 to 1), and who may stop it.
+pub struct Run<'a> {
+    /// Takes the names of the columns once, then every row.
+    pub row: &'a mut dyn FnMut(&[f64]) -> Result<(), Diagnostic>,
+    /// Is told the fraction that is done.
+    pub progress: &'a dyn Fn(f64),
+    /// Asked now and then; true ends the run early.
+    pub stop: &'a dyn Fn() -> bool,
+}
+
+/// A scenario of a robot, ready to run.
+pub struct Simulation<'a> {
+    pub(super) plant: &'a Plant,
+    pub(super) scenario: &'a Scenario,
+    pub(super) stepper: Stepper<'a>,
+    pub(super) drives: Drives,
+    pub(super) sensing: Sensing<'a>,
+    inertial: Option<Inertial>,
+    pub(super) motion: Motion,
+    pub(super) force: Vec<f64>,
+    /// Servos inside the drives in this step.
+    pub(super) inside: Vec<DriveServo>,
+    /// By joint, of this step.
+    pub(super) told: Vec<Told>,
+    pub(super) chatter: Vec<Chatter>,
+    /// Torques that were reported of the last step and of the one before.
+    pub(super) effort: [Vec<f64>; 2],
+    /// Currents of the same steps, A; NaN without a motor.
+    pub(super) current: [Vec<f64>; 2],
+    /// Torques from motors on links in the last step.
+    pub(super) transmitted: Vec<f64>,
+    /// Of the joints in the last step, rad/s².
+    pub(super) acceleration: Vec<f64>,
+    /// Of the joints, rad/s.
+    pub(super) joint_speed: Vec<f64>,
+    pub(super) reference: Vec<f64>,
+    pub(super) clipped: Vec<usize>,
+    summary: Summary,
+    watch: Option<Watch<'a>>,
+    pub(super) driven: Option<Driven<'a>>,
+    pub(super) ledger: Option<Ledger>,
+}
+
+/// Is shown the truth.
+type Watch<'a> = Box<dyn FnMut(&Sample) + 'a>;
+
+impl<'a> Simulation<'a> {
+    /// Puts the robot where the scenario says. `mechanics` is of the true robot: effects that change masses are in it,
+    /// effects in joints, sensors and ground are not.
+    ///
+    /// # Errors
+    /// Contact points below the ground; effects that cannot be simulated.
+    pub fn new(
+        mechanics: Mechanics<'a>,
+        plant: &'a Plant,
+        scenario: &'a Scenario,
+    ) -> Result<Self, Diagnostic> {
+        let effects: Vec<&Effect> = plant.effects.iter().chain(&scenario.effects).collect();
+        // A robot on a stand hangs in the air, whatever the height of its feet is.
+        let hangs = plant.subject.base == BaseKind::Fixed;
+        let mechanics = if hangs { mechanics.without_contact() } else { mechanics };
+        let turned = Turned::new(plant, &effects);
+        let motion = begin(&mechanics, plant, &scenario.initial, turned)?;
+        let drives = Drives::new(plant, &scenario.actuators, &effects, scenario.step)?;
+        let laws = drives.laws(plant, scenario.joint_stops);
+        let ground = with_effects(scenario.ground, &effects);
+        let mut stepper = Stepper::new(mechanics, ground, laws, scenario.tolerance)?;
+        if let Some(turning) = turning(&effects).filter(|_| mechanics.tangents() == 2) {
+            stepper = stepper.with_soles(soles(plant), turning)?;
+        }
+        let stepper =
+            stepper.with_coupled(drives.coupled().to_vec())?.with_motors(drives.motors(), &motion)?;
+        let joints = mechanics.joints();
+        if let Some(late) = (0..joints).find(|j| scenario.inside && drives.is_late(*j)) {
+            let name = &plant.subject.joints[late].name;
+            return Err(Diagnostic::error(format!(
+                "`actuator_delay` at `{name}`: a controller inside the drive is not late"
+            ))
+            .help("write `servo = \"held\"` under [control]"));
+        }
+        let zeros = || vec![0.0; joints];
+        Ok(Self {
+            plant,
+            scenario,
+            sensing: Sensing::new(plant, scenario, &drives, &effects, turned),
+            inertial: scenario.imu.map(|imu| {
+                let all: Vec<Effect> = effects.iter().map(|effect| (*effect).clone()).collect();
+                Inertial::new(imu, plant.subject.base, plant.gravity_on_ground(&all))
+            }),
+            force: vec![0.0; stepper.size()],
+            inside: Vec::with_capacity(joints),
+            told: vec![Told::default(); joints],
+            chatter: vec![Chatter::default(); joints],
+            joint_speed: motion.v[motion.v.len() - joints..].to_vec(),
+            stepper,
+            drives,
+            motion,
+            effort: [zeros(), zeros()],
+            current: [zeros(), zeros()],
+            transmitted: zeros(),
+            acceleration: zeros(),
+            reference: zeros(),
+            clipped: vec![0; joints],
+            summary: Summary::default(),
+            watch: None,
+            driven: None,
+            ledger: None,
+        })
+    }
+
+    /// The same, and the truth at every row of the log is shown to `watch`: no noise, no effects of sensors.
+    #[must_use]
+    pub fn watched(mut self, watch: impl FnMut(&Sample) + 'a) -> Self {
+        self.watch = Some(Box::new(watch));
+        self
+    }
+
+    /// The same with virtual constraints instead of the servos, in the phases that have some.
+    #[must_use]
+    pub fn driven(mut self, driven: Driven<'a>) -> Self {
+        self.driven = Some(driven);
+        self
+    }
+
+    /// The same, and its summary says where the energy went.
+    ///
+    /// # Errors
+    /// The model has no energies; motors that turn on their own, coupled joints and soles that turn are not in the books.
+    pub fn with_energy(mut self) -> Result<Self, Diagnostic> {
+        if let Some(what) = self.stepper.beyond_books() {
+            return Err(Diagnostic::error(format!("the energy balance does not know {what}"))
+                .help("leave --energy out, or what brings them in out of the scenario"));
+        }
+        self.stepper = self.stepper.accounted();
+        self.ledger = Some(Ledger::new(&self.stepper, &self.motion)?);
+        Ok(self)
+    }
+
+    /// Names of the log's columns.
+    pub fn columns(&self) -> Vec<String> {
+        let mut names = self.sensing.columns();
+        if self.inertial.is_some() {
+            names.extend(imu::columns(self.plant.subject.base));
+        }
+        names
+    }
+
+    /// The present state.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Runs to the end, or until stopped.
+    ///
+    /// # Errors
+    /// The motion became infinite, or `run.row` refused a row.
+    pub fn run(mut self, run: &mut Run<'_>) -> Result<Summary, Diagnostic> {
+        let (h, every) = (self.scenario.step, self.scenario.log_every);
+        let steps = (self.scenario.duration / h).round() as usize;
+        let (mut sample, mut row) = (Sample::default(), Vec::new());
+        let (mut earlier, mut later) = (Vec::new(), Vec::new());
+        for step in 0..steps {
+            let logged = step % every == 0;
+            if step % 256 == 0 {
+                (run.progress)(step as f64 / steps as f64);
+                if (run.stop)() {
+                    self.summary.interrupted = true;
+                    break;
+                }
+            }
+            if let Some(inertial) = &mut self.inertial {
+                inertial.see(&self.motion);
+            }
+            if let Some(driven) = &mut self.driven {
+                driven.update(&self.stepper, &self.motion)?;
+            }
+            self.control(step as f64 * h)?;
+            if logged {
+                self.take(&mut sample, step as f64 * h);
+                self.measured(&mut earlier);
+            }
+            self.step(h)?;
+            self.report();
+            if logged {
+                self.measured(&mut later);
+                self.taught(&mut sample);
+                if step == 0 {
+                    earlier.clone_from(&later);
+                }
+                for (force, (a, b)) in sample.forces.iter_mut().zip(earlier.iter().zip(&later)) {
+                    *force = std::array::from_fn(|i| 0.5 * (a[i] + b[i]));
+                }
+                if let Some(watch) = &mut self.watch {
+                    watch(&sample);
+                }
+                self.sensing.row(&sample, &self.drives, &mut row);
+                if let Some(inertial) = &self.inertial {
+                    inertial.measure(&self.motion, h, self.sensing.random(), &mut row);
+                }
+                (run.row)(&row)?;
+                self.summary.rows += 1;
+            }
+        }
+        self.summary.time = self.summary.steps as f64 * h;
+        if let Some(ledger) = self.ledger.take() {
+            self.summary.energy = Some(ledger.close(&self.stepper, &self.motion)?);
+        }
+        let names = self.plant.joint_names().map(str::to_owned);
+        self.summary.clipped = names.zip(self.clipped).filter(|(_, count)| *count > 0).collect();
+        Ok(self.summary)
+    }
+
+    /// The state now.
+    fn take(&self, sample: &mut Sample, time: f64) {
+        sample.time = time;
+        sample.q.clone_from(&self.motion.q);
+        sample.v.clone_from(&self.motion.v);
+        sample.motor.clear();
+        let joints = self.told.len();
+        sample
+            .motor
+            .extend((0..joints).map(|j| self.drives.motor(j).map_or(f64::NAN, |k| self.stepper.motor(k)[0])));
+        sample.reference.clone_from(&self.reference);
+        sample.forces.resize(self.stepper.mechanics().points(), [0.0; 3]);
+    }
+
+    /// What the motors reported: the mean of the steps before and after the sample; one of them alone would be half a
+    /// step late or early.
+    fn taught(&self, sample: &mut Sample) {
+        let first = self.summary.steps == 1;
+        let mean = |[now, last]: &[Vec<f64>; 2], mean: &mut Vec<f64>| {
+            mean.clear();
+            mean.extend(
+                now.iter().zip(last).map(|(now, last)| if first { *now } else { 0.5 * (now + last) }),
+            );
+        };
+        mean(&self.effort, &mut sample.effort);
+        mean(&self.current, &mut sample.current);
+    }
+
+    /// Forces of the last step on the contact points, N.
+    fn measured(&self, forces: &mut Vec<[f64; 3]>) {
+        forces.clear();
+        let points = self.stepper.mechanics().points();
+        forces.extend((0..points).map(|i| self.stepper.impulse(i).map(|x| x / self.scenario.step)));
+    }
+
+    fn step(&mut self, h: f64) -> Result<(), Diagnostic> {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.begin(&self.motion);
+        }
+        let stepped = self.stepper.step(&mut self.motion, &self.force, h)?;
+        if let Some(ledger) = &mut self.ledger {
+            ledger.end(&self.motion, h);
+        }
+        let summary = &mut self.summary;
+        summary.steps += 1;
+        summary.worst_residual = summary.worst_residual.max(stepped.solved.residual);
+        summary.not_converged += usize::from(stepped.solved.residual > self.scenario.tolerance.relative);
+        summary.contacts = summary.contacts.max(stepped.contacts);
+        let deepest = self.stepper.gaps().iter().fold(0.0, |deep: f64, gap| deep.max(-gap));
+        summary.penetration = summary.penetration.max(deepest);
+        if deepest > DEEPEST && self.stepper.ground().compliance.is_none() {
+            return Err(self.sunk(deepest, h));
+        }
+        // Without restitution impacts make none: what servos in the same step push against would look like it.
+        if self.stepper.ground().restores() {
+            summary.energy_made = summary.energy_made.max(stepped.made);
+        }
+        Ok(())
+    }
+}
+
+impl Simulation<'_> {
+    /// A point so deep in hard ground that a step took it there.
+    fn sunk(&self, depth: f64, step: f64) -> Diagnostic {
+        let gaps = self.stepper.gaps().iter().enumerate();
+        let point = gaps.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(point, _)| point);
+        Diagnostic::error(format!(
+            "at {:.6} s `{}` is {depth:.3} m below hard ground: the step of {step} s is too long for this motion",
+            self.motion.time,
+            self.plant.point_name(point)
+        ))
+        .help("take a shorter `step`; if the robot flies apart, lower the controllers' gains")
+    }
+}
+
+/// The initial state with the height of the base.
+fn begin(
+    mechanics: &Mechanics<'_>,
+    plant: &Plant,
+    initial: &Initial,
+    turned: Turned,
+) -> Result<Motion, Diagnostic> {
+    let (mut q, mut v) = (initial.q.clone(), initial.v.clone());
+    turned.into_ground(&mut q, &mut v);
+    let mut gaps = vec![0.0; mechanics.points()];
+    mechanics.distances(&q, &mut gaps);
+    let lowest = |gaps: &[f64]| gaps.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+    if let (Some(clearance), Some((_, gap))) = (initial.clearance, lowest(&gaps)) {
+        let height = if plant.subject.base == BaseKind::Planar { 1 } else { 2 };
+        q[height] += clearance - gap;
+    } else if let Some((point, gap)) = lowest(&gaps)
+        && gap < -ROUNDING
+    {
+        let message = format!("`{}` begins {:.6} m below the ground", plant.point_name(point), -gap);
+        let (line, column) = initial.position;
+        return Err(Diagnostic::error(message)
+            .at(line, column)
+            .help("raise `base_position`, or write `clearance = 0.0` instead of it"));
+    }
+    Ok(Motion { time: 0.0, q, v })
+}
+
+/// Largest moment about the vertical of a flat sole per normal force, m.
+fn turning(effects: &[&Effect]) -> Option<f64> {
+    let of = |kind: &str| effects.iter().rev().find(|effect| effect.kind == kind).copied();
+    let spin = of("spin_friction")?;
+    Some(spin.value("radius") * of("foot_slip").unwrap_or(spin).value("friction"))
+}
+
+/// Contact points of the feet that can stand flat.
+fn soles(plant: &Plant) -> Vec<Range<usize>> {
+    let mut soles = Vec::new();
+    let mut first = 0;
+    for foot in &plant.feet {
+        let points = first..first + foot.corners.len();
+        first = points.end;
+        if points.len() > 2 {
+            soles.push(points);
+        }
+    }
+    soles
+}
+
+/// The ground as the effects make it.
+fn with_effects(mut ground: Ground, effects: &[&Effect]) -> Ground {
+    for effect in effects {
+        match effect.kind.as_str() {
+            "ground_compliance" => {
+                ground.compliance = Some(Compliance {
+                    stiffness: effect.value("stiffness"),
+                    damping: effect.value("damping"),
+                });
+            }
+            "impact_restitution" => ground.normal_restitution = effect.value("coefficient"),
+            "foot_slip" => ground.friction = effect.value("friction"),
+            _ => {}
+        }
+    }
+    ground
+}
+
+/// A row as a line of CSV; nothing where the number is NaN.
+pub fn csv_line(row: &[f64], line: &mut String) {
+    line.clear();
+    for (i, value) in row.iter().enumerate() {
+        if i > 0 {
+            line.push(',');
+        }
+        if value.is_finite() {
+            decimal(*value, line);
+        }
+    }
+    line.push('\n');
+}
+
+/// With nine decimals. Through a whole number where it has room: a quarter of a run's time went into exact formatting.
+fn decimal(value: f64, line: &mut String) {
+    const ONE: f64 = 1e9;
+    let scaled = (value * ONE).round();
+    // Every whole number below 2⁵³ is exact.
+    if scaled.abs() >= 9e15 {
+        // Writing to a string cannot fail.
+        let _ = write!(line, "{value:.9}");
+        return;
+    }
+    let mut rest = scaled.abs() as u64;
+    let mut digits = [b'0'; 18];
+    let mut first = digits.len();
+    // Nine decimals and one digit before them at least.
+    while rest > 0 || first > digits.len() - 10 {
+        first -= 1;
+        digits[first] = b'0' + (rest % 10) as u8;
+        rest /= 10;
+    }
+    if scaled < 0.0 {
+        line.push('-');
+    }
+    let point = digits.len() - 9;
+    line.extend(digits[first..point].iter().map(|digit| char::from(*digit)));
+    line.push('.');
+    line.extend(digits[point..].iter().map(|digit| char::from(*digit)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::csv_line;
+
+    #[test]
+    fn lines_have_nine_decimals() {
+        let mut line = String::new();
+        let row = [0.0, -0.0, -1e-12, 1.5, -0.000_000_001, 1_234.567_890_123_4, f64::NAN, 8e6, 1e12, -3.0];
+        csv_line(&row, &mut line);
+        let expected = "0.000000000,0.000000000,0.000000000,1.500000000,-0.000000001,1234.567890123,,8000000.000000000,1000000000000.000000000,-3.000000000\n";
+        assert_eq!(line, expected);
+        let mut x = 0.37_f64;
+        for _ in 0..1000 {
+            x = -1.7 * x % 1e4 + 0.013;
+            csv_line(&[x], &mut line);
+            let back: f64 = line.trim().parse().unwrap();
+            assert!((back - x).abs() <= 0.5001e-9, "{x} {line}");
+        }
+    }
+}

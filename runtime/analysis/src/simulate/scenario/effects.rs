@@ -1,0 +1,197 @@
+//! `[[effect]]` of a scenario: what is hidden. Written as in `biped.toml`.
+use super::read::Reading;
+use crate::log::closest;
+use crate::simulate::Plant;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::formula::Formula;
+use bipedc_effects::effect::{Effect, KINDS, Kind, Law, Location, Place, Role, kind};
+use std::collections::BTreeMap;
+use toml::{Spanned, Value};
+
+type Table = BTreeMap<String, Spanned<Value>>;
+
+/// Reads one table; what is wrong goes to `reading`.
+pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<Table>) -> Option<Effect> {
+    let at = table.span().start;
+    let entries = table.get_ref();
+    let name = match entries.get("kind").map(|value| (value.get_ref().as_str(), value.span().start)) {
+        Some((Some(name), _)) => name,
+        Some((None, at)) => return reading.wrong(at, "`kind` is not a text", "write kind = \"payload\""),
+        None => return reading.wrong(at, "an [[effect]] has no `kind`", "add kind = \"coulomb_friction\""),
+    };
+    let Some(kind) = kind(name) else {
+        let help = match closest(name, KINDS.iter().map(|kind| kind.name)) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => "`bipedc effects` lists them".to_owned(),
+        };
+        return reading.wrong(at, format!("there is no effect `{name}`"), help);
+    };
+    if let Some(why) = refused(kind, plant) {
+        return reading.wrong(at, format!("`{name}` cannot be simulated: {why}"), "leave it out");
+    }
+    let mut effect = Effect::new(kind.name, Location::default(), &[]);
+    for (key, value) in entries.iter().filter(|(key, _)| *key != "kind") {
+        if let Err(problem) = set(&mut effect, kind, plant, key, value.get_ref()) {
+            let help = problem.help.unwrap_or_default();
+            reading.wrong::<()>(value.span().start, problem.message, help);
+            return None;
+        }
+    }
+    if let Some((what, help)) = impossible(kind, &effect, plant) {
+        return reading.wrong(at, what, help);
+    }
+    let missing = missing_place(kind, &effect).or_else(|| {
+        let needed = kind.estimated().find(|p| !effect.parameters.contains_key(p.name));
+        needed.map(|p| format!("`{}` ({}: {})", p.name, p.unit, p.meaning))
+    });
+    match missing {
+        Some(what) => reading.wrong(at, format!("[[effect]] `{name}` has no {what}"), "add it"),
+        None => Some(effect),
+    }
+}
+
+/// Why a kind has no place in a simulation.
+fn refused(kind: &Kind, plant: &Plant) -> Option<&'static str> {
+    let fixed = plant.subject.base == crate::compare::BaseKind::Fixed;
+    match kind.law {
+        Law::PointFeet | Law::NoImpact | Law::SingleMass | Law::DecoupledPlanes => {
+            Some("it is an assumption about models, nothing that a robot does")
+        }
+        Law::GroundSlope if fixed => Some("the robot hangs on a stand and touches no ground"),
+        Law::SpinFriction if plant.feet.iter().all(|foot| foot.corners.len() < 3) => {
+            Some("no foot has a sole that could turn: three contact points at least")
+        }
+        _ => None,
+    }
+}
+
+/// What must be so and is not, besides missing parameters.
+fn impossible(kind: &Kind, effect: &Effect, plant: &Plant) -> Option<(String, String)> {
+    let planar = plant.subject.base == crate::compare::BaseKind::Planar;
+    match kind.law {
+        Law::GroundSlope | Law::GravityTilt if planar && effect.value("roll") != 0.0 => {
+            Some(("`roll` of a robot in the plane".to_owned(), "write roll = 0.0".to_owned()))
+        }
+        Law::Formula => match effect.torque.as_deref().map(Formula::parse) {
+            None => Some((
+                "[[effect]] `formula` has no `torque`".to_owned(),
+                "add torque = \"k * sin(position)\", and parameters.k = 1.0".to_owned(),
+            )),
+            Some(Err(error)) => Some((format!("`torque` does not read: {error}"), error.help)),
+            Some(Ok(_)) => None,
+        },
+        _ => None,
+    }
+}
+
+fn missing_place(kind: &Kind, effect: &Effect) -> Option<String> {
+    let place = &effect.location;
+    match kind.place {
+        Place::Joint | Place::JointPair if place.joint.is_none() => Some("`joint`".into()),
+        Place::JointPair if place.other_joint.is_none() => Some("`other_joint`".into()),
+        Place::Link if place.link.is_none() => Some("`link`".into()),
+        _ => None,
+    }
+}
+
+/// Numbers that the author of a formula named: plain ones, or tables with a `value`.
+fn own_parameters(effect: &mut Effect, value: &Value) -> Result<(), Diagnostic> {
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|x| x as f64));
+    let table = value.as_table().ok_or_else(|| {
+        Diagnostic::error("`parameters` is not a table").help("write parameters.k = 0.1, or { value = 0.1 }")
+    })?;
+    for (name, value) in table {
+        let found = number(value).or_else(|| value.get("value").and_then(number)).filter(|x| x.is_finite());
+        let Some(found) = found else {
+            return Err(Diagnostic::error(format!("`parameters.{name}` has no value"))
+                .help(format!("write parameters.{name} = 0.1, or {{ value = 0.1 }}")));
+        };
+        effect.parameters.insert(name.clone(), found);
+    }
+    Ok(())
+}
+
+fn set(effect: &mut Effect, kind: &Kind, plant: &Plant, key: &str, value: &Value) -> Result<(), Diagnostic> {
+    let number = value.as_float().or_else(|| value.as_integer().map(|x| x as f64));
+    if let Some(parameter) = kind.parameter(key) {
+        let (low, high) = parameter.bounds;
+        let number = number.filter(|x| x.is_finite() && *x >= low && *x <= high);
+        let Some(number) = number else {
+            let unit = parameter.unit;
+            return Err(Diagnostic::error(format!("`{key}` of `{}` has no possible value", kind.name))
+                .help(format!("the {} is a number from {low} to {high} {unit}", parameter.meaning)));
+        };
+        effect.parameters.insert(key.to_owned(), number);
+        return Ok(());
+    }
+    let text = || {
+        value.as_str().map(str::to_owned).ok_or_else(|| Diagnostic::error(format!("`{key}` is not a text")))
+    };
+    let known = |name: &str, what: &str, list: &mut dyn Iterator<Item = &str>| {
+        let names: Vec<&str> = list.collect();
+        if names.contains(&name) {
+            return Ok(Some(name.to_owned()));
+        }
+        let help = closest(name, names.iter().copied()).map(|meant| format!("did you mean `{meant}`?"));
+        Err(Diagnostic::error(format!("there is no {what} `{name}`"))
+            .help(help.unwrap_or_else(|| format!("there are: {}", names.join(", ")))))
+    };
+    let formula = kind.law == Law::Formula;
+    match key {
+        "torque" if formula => {
+            effect.torque = Some(text()?);
+            return Ok(());
+        }
+        "name" if formula => {
+            effect.name = Some(text()?);
+            return Ok(());
+        }
+        "parameters" if formula => return own_parameters(effect, value),
+        _ => {}
+    }
+    let location = &mut effect.location;
+    match (key, kind.place) {
+        ("other_joint", _) if formula => {
+            location.other_joint = known(&text()?, "joint", &mut plant.joint_names())?;
+        }
+        ("joint", Place::Joint | Place::JointPair) => {
+            location.joint = known(&text()?, "joint", &mut plant.joint_names())?;
+        }
+        ("other_joint", Place::JointPair) => {
+            location.other_joint = known(&text()?, "joint", &mut plant.joint_names())?;
+        }
+        ("link", Place::Link) => {
+            location.link = known(&text()?, "link", &mut plant.links.iter().map(String::as_str))?;
+        }
+        ("sensor", Place::Sensor) => {
+            let corner = |foot: &crate::diagnose::Foot, name: &str| format!("{}/{name}", foot.name);
+            let all: Vec<String> = plant
+                .feet
+                .iter()
+                .flat_map(|foot| {
+                    let corners = foot.corners.iter().map(|c| corner(foot, &c.name));
+                    std::iter::once(foot.name.clone()).chain(corners).collect::<Vec<_>>()
+                })
+                .collect();
+            location.sensor = known(&text()?, "foot or corner", &mut all.iter().map(String::as_str))?;
+        }
+        _ => {
+            let names: Vec<&str> = kind.parameters.iter().map(|p| p.name).collect();
+            return Err(Diagnostic::error(format!("`{}` has no `{key}`", kind.name))
+                .help(format!("its parameters: {}", names.join(", "))));
+        }
+    }
+    Ok(())
+}
+
+/// Settings that were left out, so that the truth says everything.
+pub(super) fn with_settings(mut effect: Effect) -> Effect {
+    if let Some(kind) = effect.definition() {
+        for parameter in kind.parameters {
+            if let Role::Setting(default) = parameter.role {
+                effect.parameters.entry(parameter.name.to_owned()).or_insert(default);
+            }
+        }
+    }
+    effect
+}

@@ -1,0 +1,235 @@
+//! Keys of a scenario that say how a robot walks from event to event.
+use super::file::{Checks, File};
+use super::read::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
+use super::{EventDriven, World};
+use crate::compare::BaseKind;
+use crate::log::closest;
+use crate::simulate::Plant;
+use crate::simulate::phases::Assumptions;
+use bipedc_effects::effect::{Effect, Law};
+use toml::{Spanned, Value};
+
+const METHODS: [&str; 2] = ["time_stepping", "event_driven"];
+/// Coulomb's coefficient unless the scenario says otherwise: as in time stepping.
+const FRICTION: f64 = 0.8;
+/// Of the integration, unless the scenario says otherwise.
+const RELATIVE: f64 = 1e-10;
+
+/// Why an effect has no place in event-driven walking.
+fn refused(effect: &Effect) -> Option<&'static str> {
+    let law = effect.definition().map(|kind| kind.law);
+    let smooth = ["viscous_friction", "parallel_spring", "torque_ripple", "rotor_inertia"];
+    match law {
+        Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError) => None,
+        _ if smooth.contains(&effect.kind.as_str()) || effect.kind.starts_with("force_sensor") => None,
+        _ if effect.kind.contains("friction") => Some("a joint that sticks is an event of its own"),
+        _ => Some("contacts and drives are ideal there"),
+    }
+}
+
+impl Reading<'_> {
+    /// The method; keys of the other one are refused.
+    pub(super) fn is_event_driven(&mut self, file: &File, plant: &Plant) -> bool {
+        let event_driven = match file.method.as_ref().map(|method| (method.get_ref().as_str(), method.span()))
+        {
+            None | Some(("time_stepping", _)) => false,
+            Some(("event_driven", span)) => {
+                self.can_walk(plant, span.start);
+                true
+            }
+            Some((other, span)) => {
+                let help = match closest(other, METHODS.iter().copied()) {
+                    Some(meant) => format!("did you mean \"{meant}\"?"),
+                    None => "write method = \"time_stepping\" or \"event_driven\"".to_owned(),
+                };
+                return self
+                    .wrong::<()>(span.start, format!("there is no method \"{other}\""), help)
+                    .is_some();
+            }
+        };
+        let at = |found: Option<usize>, key: &'static str| found.map(|at| (at, key));
+        let foreign: Vec<(usize, &str)> = if event_driven {
+            let control = file.control.as_ref();
+            vec![
+                at(file.step.as_ref().map(|x| x.span().start), "step"),
+                at(file.residual.as_ref().map(|x| x.span().start), "residual"),
+                at(file.ground.as_ref().map(|x| x.span().start), "[ground]"),
+                at(control.and_then(|c| c.trajectory.as_ref()).map(|x| x.span().start), "trajectory"),
+                at(control.and_then(|c| c.servo.as_ref()).map(|x| x.span().start), "servo"),
+                at(file.drives.as_ref().map(|x| x.span().start), "drives"),
+                at(file.motor.values().next().map(|x| x.span().start), "[motor]"),
+                at(file.imu.as_ref().map(|x| x.span().start), "[imu]"),
+                at(
+                    file.initial
+                        .as_ref()
+                        .and_then(|i| i.get_ref().clearance.as_ref())
+                        .map(|x| x.span().start),
+                    "clearance",
+                ),
+            ]
+        } else {
+            vec![
+                at(file.steps.as_ref().map(|x| x.span().start), "steps"),
+                at(file.relative_tolerance.as_ref().map(|x| x.span().start), "relative_tolerance"),
+                at(file.assumptions.as_ref().map(|x| x.span().start), "[assumptions]"),
+            ]
+        }
+        .into_iter()
+        .flatten()
+        .collect();
+        for (at, key) in foreign {
+            let (message, help) = foreign_key(key, event_driven);
+            self.wrong::<()>(at, message, help);
+        }
+        event_driven
+    }
+
+    /// Whether the robot has what phases need.
+    fn can_walk(&mut self, plant: &Plant, at: usize) {
+        if plant.phases.is_empty() {
+            let help = "add [[phase]] tables to biped.toml, or write method = \"time_stepping\"";
+            self.wrong::<()>(at, "the robot has no phases", help);
+        }
+        if plant.subject.base == BaseKind::Fixed {
+            let help = "choose --base planar or floating, or write method = \"time_stepping\"";
+            self.wrong::<()>(at, "a robot on a fixed base does not walk", help);
+        }
+        for effect in &plant.effects {
+            if let Some(why) = refused(effect) {
+                let message = format!(
+                    "`{}` of the description cannot be simulated from event to event: {why}",
+                    effect.kind
+                );
+                self.wrong::<()>(at, message, "write method = \"time_stepping\"");
+            }
+        }
+    }
+
+    /// What belongs to event-driven walking alone.
+    pub(super) fn events(&mut self, file: &File) -> EventDriven {
+        if let Some(steps) = &file.steps
+            && *steps.get_ref() == 0
+        {
+            self.wrong::<()>(
+                steps.span().start,
+                "`steps` = 0 is not possible",
+                "leave it out, or write steps = 10",
+            );
+        }
+        let initial = file.initial.as_ref().map(|start| start.get_ref());
+        EventDriven {
+            steps: file.steps.as_ref().map(|steps| *steps.get_ref() as usize),
+            relative: self.number(
+                "relative_tolerance",
+                file.relative_tolerance.as_ref(),
+                RELATIVE,
+                (1e-13, 1e-3),
+                "1",
+            ),
+            assumptions: self.assumptions(file.assumptions.as_ref().map(|checks| checks.get_ref())),
+            given: [
+                initial.is_some_and(|start| start.base_velocity.is_some()),
+                initial.is_some_and(|start| start.base_angular_velocity.is_some()),
+            ],
+        }
+    }
+
+    /// Effects of the scenario that the event-driven method does not know.
+    pub(super) fn refuse_effect(&mut self, effect: &Effect, at: usize) {
+        if let Some(why) = refused(effect) {
+            let message = format!("`{}` cannot be simulated from event to event: {why}", effect.kind);
+            self.wrong::<()>(at, message, "leave it out, or write method = \"time_stepping\"");
+        }
+    }
+
+    fn assumptions(&mut self, checks: Option<&Checks>) -> Assumptions {
+        let none = Checks::default();
+        let checks = checks.unwrap_or(&none);
+        let usual = Assumptions::default();
+        let shortest = checks.shortest_step.as_ref();
+        Assumptions {
+            friction: self.number_or_false("friction", checks.friction.as_ref(), FRICTION, "1"),
+            scuffing: self.number_or_false("scuffing", checks.scuffing.as_ref(), usual.scuffing, "m"),
+            pushing: checks.pushing.unwrap_or(usual.pushing),
+            shortest_step: self.number("shortest_step", shortest, usual.shortest_step, ANY, "m"),
+            step_length: checks
+                .step_length
+                .as_ref()
+                .map(|length| self.number("step_length", Some(length), 0.0, POSITIVE, "m")),
+            second_impact: checks.second_impact.unwrap_or(usual.second_impact),
+            level: self.number("level", checks.level.as_ref(), usual.level, NOT_NEGATIVE, "m"),
+        }
+    }
+
+    /// `false` is infinite: not checked.
+    fn number_or_false(&mut self, name: &str, found: Option<&Spanned<Value>>, usual: f64, unit: &str) -> f64 {
+        let Some(found) = found else { return usual };
+        let number = match found.get_ref() {
+            Value::Boolean(false) => return f64::INFINITY,
+            Value::Float(x) => *x,
+            Value::Integer(x) => *x as f64,
+            _ => f64::NAN,
+        };
+        if number >= NOT_NEGATIVE.0 && number.is_finite() {
+            return number;
+        }
+        let unit = if unit == "1" { String::new() } else { format!(" in {unit}") };
+        let help = format!("write a number{unit} that is not negative, or false: not checked");
+        self.wrong::<()>(found.span().start, format!("`{name}` is not possible"), help);
+        usual
+    }
+
+    /// The phase at time 0.
+    pub(super) fn first_phase(&mut self, file: &File, plant: &Plant, has_phases: bool) -> usize {
+        let named = file.initial.as_ref().and_then(|start| start.get_ref().phase.as_ref());
+        let Some(named) = named else { return 0 };
+        let at = named.span().start;
+        if !has_phases {
+            let message = "`phase` has no meaning without method = \"event_driven\" or [[control.output]]";
+            self.wrong::<()>(at, message, "leave it out");
+            return 0;
+        }
+        self.phase(plant, named).unwrap_or(0)
+    }
+
+    /// Index of a phase by its name.
+    pub(super) fn phase(&mut self, plant: &Plant, named: &Spanned<String>) -> Option<usize> {
+        let name = named.get_ref();
+        let found = plant.phases.iter().position(|phase| phase == name);
+        if found.is_none() {
+            let help = match closest(name, plant.phases.iter().map(String::as_str)) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None => format!("phases: {}", plant.phases.join(", ")),
+            };
+            self.wrong::<()>(named.span().start, format!("the robot has no phase `{name}`"), help);
+        }
+        found
+    }
+
+    /// Gravity and slope.
+    pub(super) fn world(&mut self, file: &File) -> World {
+        let gravity = self.number("gravity", file.gravity.as_ref(), 9.81, POSITIVE, "m/s²");
+        World {
+            gravity: file.gravity.as_ref().map(|_| gravity),
+            slope: self.number("slope", file.slope.as_ref(), 0.0, (-1.5, 1.5), "rad"),
+        }
+    }
+}
+
+/// What is said about a key of the other method.
+fn foreign_key(key: &str, event_driven: bool) -> (String, &'static str) {
+    let method = if event_driven { "event_driven" } else { "time_stepping" };
+    let help = match key {
+        "step" => "the step follows from `relative_tolerance`; rows of the log from `log_step`",
+        "[ground]" => {
+            "the ground is rigid and does not give back; friction is checked: [assumptions] friction"
+        }
+        "clearance" => "the contacts of the first phase stand on the ground",
+        "residual" | "trajectory" => "leave it out",
+        "servo" | "drives" | "[motor]" | "[imu]" => {
+            "drives are ideal from event to event: leave it out, or write method = \"time_stepping\""
+        }
+        _ => "write method = \"event_driven\", or leave it out",
+    };
+    (format!("`{key}` has no meaning with method = \"{method}\""), help)
+}

@@ -1,0 +1,322 @@
+//! What the log says of the true state: names of the columns, and a row of numbers.
+use super::drives::Drives;
+use super::mechanics::rotate;
+use super::plant::Plant;
+use super::random::Random;
+use super::scenario::{Scenario, Sensors};
+use super::told::EffortSensor;
+use super::turned::Turned;
+use crate::compare::BaseKind;
+use bipedc_effects::effect::Effect;
+use std::f64::consts::TAU;
+
+/// Load below which a foot has no centre of pressure, N.
+const LOADED: f64 = 1.0;
+
+/// The truth at one sample.
+#[derive(Debug, Clone, Default)]
+pub struct Sample {
+    /// s
+    pub time: f64,
+    /// As the model's.
+    pub q: Vec<f64>,
+    /// As the model's.
+    pub v: Vec<f64>,
+    /// Reported torques, N m.
+    pub effort: Vec<f64>,
+    /// Where the controllers want the joints, rad or m.
+    pub reference: Vec<f64>,
+    /// On the contact points, world axes, N.
+    pub forces: Vec<[f64; 3]>,
+    /// Angles of motors behind a spring or play, as seen at the joint, rad; NaN where motor and joint are one.
+    pub motor: Vec<f64>,
+    /// Of the motors, A; NaN where there is none.
+    pub current: Vec<f64>,
+}
+
+/// What a log has of a joint.
+#[derive(Debug, Clone, Copy, Default)]
+struct Channels {
+    effort: bool,
+    /// Turns of what is logged as the motor's angle per turn of the joint.
+    motor: Option<f64>,
+    current: bool,
+    /// Counts per turn of the joint: of the joint's encoder and of the motor's; 0: exact.
+    counts: [f64; 2],
+    /// The controller's encoder is the motor's.
+    by_motor: bool,
+}
+
+impl Channels {
+    fn new(joint: usize, drives: &Drives, sensors: &Sensors) -> Self {
+        let split = drives.motor(joint).is_some();
+        let general = sensors.encoder_counts;
+        let given = |own: f64| if own > 0.0 { own } else { general };
+        let Some(actuator) = drives.actuator(joint) else {
+            let motor = split.then_some(1.0);
+            return Self { effort: true, motor, counts: [general; 2], by_motor: split, ..Self::default() };
+        };
+        let counts_of_motor = given(actuator.motor_counts * actuator.turns.abs());
+        // Where nothing gives, the motor's encoder tells the joint's angle.
+        let of_joint =
+            if actuator.joint_counts > 0.0 || split { given(actuator.joint_counts) } else { counts_of_motor };
+        let current = actuator.torque_constant.is_some() && actuator.passive.is_none();
+        let sensor = sensors.torque == EffortSensor::Joint;
+        // A described drive is known by its current, at its shaft.
+        let shaft = actuator.described && current && !sensor;
+        Self {
+            effort: !shaft && actuator.passive.is_none(),
+            motor: if shaft { Some(actuator.turns) } else { split.then_some(1.0) },
+            current,
+            counts: [of_joint, counts_of_motor],
+            by_motor: split || actuator.joint_counts == 0.0,
+        }
+    }
+}
+
+/// Turns samples into rows.
+pub(super) struct Sensing<'a> {
+    plant: &'a Plant,
+    sensors: Sensors,
+    /// Those of foot force sensors.
+    effects: Vec<&'a Effect>,
+    random: Random,
+    /// Whether the log has feet and base.
+    stands: bool,
+    /// By joint.
+    channels: Vec<Channels>,
+    turned: Turned,
+}
+
+impl<'a> Sensing<'a> {
+    pub fn new(
+        plant: &'a Plant,
+        scenario: &Scenario,
+        drives: &Drives,
+        effects: &[&'a Effect],
+        turned: Turned,
+    ) -> Self {
+        let effects = effects.iter().filter(|e| e.kind.starts_with("force_sensor")).copied().collect();
+        let stands = plant.subject.base != BaseKind::Fixed;
+        let sensors = scenario.sensors;
+        let channels = (0..plant.subject.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
+        Self { plant, sensors, effects, random: Random::new(scenario.seed), stands, channels, turned }
+    }
+
+    /// The numbers that noise is made from.
+    pub fn random(&mut self) -> &mut Random {
+        &mut self.random
+    }
+
+    /// Names of the columns, `time` first.
+    pub fn columns(&self) -> Vec<String> {
+        let mut names = vec!["time".to_owned()];
+        for (joint, channels) in self.plant.joint_names().zip(&self.channels) {
+            let wanted = [
+                ("position", true),
+                ("velocity", self.sensors.velocities),
+                ("effort", channels.effort),
+                ("reference", true),
+                ("motor_position", channels.motor.is_some()),
+                ("motor_current", channels.current),
+            ];
+            let wanted = wanted.iter().filter(|(_, there)| *there);
+            names.extend(wanted.map(|(quantity, _)| format!("{joint}/{quantity}")));
+        }
+        if self.stands {
+            for foot in &self.plant.feet {
+                names.extend(
+                    ["force/x", "force/y", "force/z", "cop/x", "cop/y"].map(|c| format!("{}/{c}", foot.name)),
+                );
+                names.extend(
+                    foot.corners.iter().map(|corner| format!("{}/{}/force/z", foot.name, corner.name)),
+                );
+            }
+        }
+        let base: &[&str] = match self.plant.subject.base {
+            BaseKind::Fixed => &[],
+            BaseKind::Planar => &[
+                "position/x",
+                "position/z",
+                "orientation/pitch",
+                "linear_velocity/x",
+                "linear_velocity/z",
+                "angular_velocity/y",
+            ],
+            BaseKind::Floating => &[
+                "position/x",
+                "position/y",
+                "position/z",
+                "orientation/x",
+                "orientation/y",
+                "orientation/z",
+                "orientation/w",
+                "linear_velocity/x",
+                "linear_velocity/y",
+                "linear_velocity/z",
+                "angular_velocity/x",
+                "angular_velocity/y",
+                "angular_velocity/z",
+            ],
+        };
+        names.extend(base.iter().map(|name| format!("base/{name}")));
+        names
+    }
+
+    /// The position that an encoder reads, without noise: what the controller works with.
+    pub fn encoder(&self, drives: &Drives, joint: usize, position: f64) -> f64 {
+        let Channels { counts, by_motor, .. } = self.channels[joint];
+        rounded(position + drives.encoder_offset(joint), counts[usize::from(by_motor)])
+    }
+
+    /// A row, in the order of the columns; NaN where there is nothing.
+    pub fn row(&mut self, sample: &Sample, drives: &Drives, row: &mut Vec<f64>) {
+        row.clear();
+        row.push(sample.time);
+        let joints = self.plant.subject.joints.len();
+        let (first_q, first_v) = (sample.q.len() - joints, sample.v.len() - joints);
+        let sensors = self.sensors;
+        for j in 0..joints {
+            let position = sample.q[first_q + j] + drives.encoder_offset(j) + self.noise(sensors.position);
+            let channels = self.channels[j];
+            row.push(rounded(position, channels.counts[0]));
+            if sensors.velocities {
+                row.push(sample.v[first_v + j] + self.noise(sensors.velocity));
+            }
+            let effort = sample.effort[j] + self.noise(sensors.effort);
+            if channels.effort {
+                row.push(effort);
+            }
+            row.push(sample.reference[j]);
+            self.motor(sample, drives, j, row);
+        }
+        if self.stands {
+            self.feet(sample, row);
+            if self.turned.is_none() {
+                self.base(&sample.q, &sample.v, row);
+            } else {
+                let (mut q, mut v) = (sample.q.clone(), sample.v.clone());
+                self.turned.into_log(&mut q, &mut v);
+                self.base(&q, &v, row);
+            }
+        }
+    }
+
+    /// Angle and current of a joint's motor.
+    fn motor(&mut self, sample: &Sample, drives: &Drives, j: usize, row: &mut Vec<f64>) {
+        let (channels, sensors) = (self.channels[j], self.sensors);
+        if let Some(turns) = channels.motor {
+            let joint = sample.q[sample.q.len() - self.channels.len() + j];
+            let own = if sample.motor[j].is_nan() { joint } else { sample.motor[j] };
+            let angle = own + drives.encoder_offset(j) + self.noise(sensors.position);
+            row.push(turns * rounded(angle, channels.counts[1]));
+        }
+        if channels.current {
+            let current = sample.current[j] + self.noise(sensors.current);
+            let step = sensors.current_step;
+            row.push(if step > 0.0 { (current / step).round() * step } else { current });
+        }
+    }
+
+    /// Forces and centres of pressure.
+    fn feet(&mut self, sample: &Sample, row: &mut Vec<f64>) {
+        let planar = self.plant.subject.base == BaseKind::Planar;
+        let mut point = 0;
+        for foot in &self.plant.feet {
+            let (mut sum, mut moment, mut load) = ([0.0; 3], [0.0; 2], 0.0);
+            let mut corners = Vec::with_capacity(foot.corners.len());
+            for (index, corner) in foot.corners.iter().enumerate() {
+                let mut force = sample.forces[point];
+                point += 1;
+                for (axis, force) in force.iter_mut().enumerate() {
+                    if !(planar && axis == 1) {
+                        *force += self.sensors.force * self.random.normal();
+                    }
+                }
+                if self.sensors.force_limit > 0.0 {
+                    force[2] = force[2].min(self.sensors.force_limit);
+                }
+                let name = format!("{}/{}", foot.name, corner.name);
+                let logged = self.turned.logged(force);
+                corners.push(self.read(&foot.name, &name, logged)[2]);
+                let place = foot.corner(index);
+                (0..3).for_each(|axis| sum[axis] += logged[axis]);
+                moment = [moment[0] + place.x * force[2], moment[1] + place.y * force[2]];
+                load += force[2];
+            }
+            row.extend(self.read(&foot.name, &foot.name, sum));
+            let loaded = load > LOADED;
+            row.extend(moment.map(|moment| if loaded { moment / load } else { f64::NAN }));
+            row.extend(corners);
+        }
+    }
+
+    /// A force through the effects of a foot's sensor, or of that of one of its corners.
+    fn read(&self, foot: &str, place: &str, force: [f64; 3]) -> [f64; 3] {
+        let mut force = force;
+        for effect in &self.effects {
+            let sensor = effect.location.sensor.as_deref();
+            if sensor.is_some_and(|sensor| sensor != foot && sensor != place) {
+                continue;
+            }
+            match effect.kind.as_str() {
+                "force_sensor_gain" => force = force.map(|f| f * effect.value("gain")),
+                "force_sensor_bias" => {
+                    force = std::array::from_fn(|i| force[i] + effect.value(["x", "y", "z"][i]));
+                }
+                _ => force[2] = force[2].min(effect.value("limit")),
+            }
+        }
+        force
+    }
+
+    /// Pose and velocities of the base.
+    fn base(&mut self, q: &[f64], v: &[f64], row: &mut Vec<f64>) {
+        let s = self.sensors;
+        if self.plant.subject.base == BaseKind::Planar {
+            let noise = [s.base_position, s.base_position, s.base_orientation];
+            for (value, deviation) in q[..3].iter().zip(noise) {
+                row.push(value + self.noise(deviation));
+            }
+            for value in &v[..3] {
+                row.push(value + self.noise(s.base_velocity));
+            }
+            return;
+        }
+        for value in &q[..3] {
+            row.push(value + self.noise(s.base_position));
+        }
+        let turn = [0; 3].map(|_| 0.5 * self.noise(s.base_orientation));
+        let own = [q[3], q[4], q[5], q[6]];
+        let noisy = small_turn(own, turn);
+        row.extend(noisy);
+        for value in rotate(own, [v[0], v[1], v[2]]) {
+            row.push(value + self.noise(s.base_velocity));
+        }
+        for value in &v[3..6] {
+            row.push(value + self.noise(s.base_velocity));
+        }
+    }
+
+    fn noise(&mut self, deviation: f64) -> f64 {
+        // Every channel draws, so that switching one off leaves the noise of the others as it was.
+        deviation * self.random.normal()
+    }
+}
+
+/// A quaternion (x y z w) turned by half a rotation vector that is small.
+fn small_turn([x, y, z, w]: [f64; 4], [a, b, c]: [f64; 3]) -> [f64; 4] {
+    let turned = [
+        x + w * a + y * c - z * b,
+        y + w * b + z * a - x * c,
+        z + w * c + x * b - y * a,
+        w - x * a - y * b - z * c,
+    ];
+    let length = turned.iter().map(|x| x * x).sum::<f64>().sqrt();
+    turned.map(|x| x / length)
+}
+
+/// To the nearest count; 0 counts per turn: exact.
+fn rounded(value: f64, counts: f64) -> f64 {
+    if counts > 0.0 { (value * counts / TAU).round() * TAU / counts } else { value }
+}

@@ -1,0 +1,514 @@
+//! Moreau's time stepping: impulses over a step, no matter whether something strikes, slides or lets go in it.
+mod books;
+mod extended;
+mod rows;
+
+use super::dense::{self, Stretch};
+use super::drives::Coupled;
+use super::ground::{Ground, JointLaw};
+use super::implicit::Relaxed;
+use super::mechanics::{Frame, Mechanics};
+use super::motors::{Motors, embed};
+use super::problem::{Block, Law, Problem};
+use super::proximal::{Solved, Solver, Tolerance};
+use super::servo::DriveServo;
+use super::soles::Soles;
+use bipedc_effects::diagnostic::Diagnostic;
+
+/// Configuration and velocity at a time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Motion {
+    /// s
+    pub time: f64,
+    /// As the model's.
+    pub q: Vec<f64>,
+    /// As the model's.
+    pub v: Vec<f64>,
+}
+
+/// What a step did.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stepped {
+    /// Of the contact problem; all zero without contact.
+    pub solved: Solved,
+    /// Closed contact points.
+    pub contacts: usize,
+    /// Kinetic energy after the impulses minus that of the same step without them, J. Never positive without
+    /// restitution.
+    pub work: f64,
+    /// What Newton's law of impact made, J: `½ Λ · (γ⁻ + γ⁺)` on hard ground, as far as it is in `work` too. Never positive
+    /// where tangential and normal restitution are equal; it can be where they differ (Kane and Levinson, 1985). `work` has the
+    /// forces of the step besides, such as those of a turning body: an error of the stepping, of first order.
+    pub made: f64,
+}
+
+/// Where a row comes from: a contact point, or an axis (joints in their order, then motors of their own).
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Source {
+    Point(usize),
+    Dry(usize),
+    /// Stops of a joint, or of the play of a motor.
+    Lower(usize),
+    Upper(usize),
+    /// Index of the servo.
+    Servo(usize),
+    /// A corner of a flat sole, whose friction is that of the sole.
+    Normal(usize),
+    /// Index of the sole.
+    Sole(usize),
+}
+
+/// Rows that one axis can have.
+const ROWS_OF_AXIS: usize = 4;
+
+/// Steps a robot on the ground through time (4.7), (4.14).
+///
+/// One step of length `h`: with the midpoint `q_M = q + ½ h v` and the points and limits that are closed there,
+/// `D(q_M) (v⁺ − v) = h (τ − H(q_M, ṽ)) + W Λ`, where Λ and `ξ = γ⁺ + e γ⁻` obey Signorini's and Coulomb's laws; then
+/// `q⁺ = q_M + ½ h v⁺`. `ṽ` is the velocity at the midpoint as it would be without contact, which makes motion without
+/// contact second order. Damping of joints is part of the left side and never unstable.
+///
+/// Motors of their own ([`Self::with_motors`]) are further coordinates after those of the model. Their angles and speeds are kept
+/// here.
+pub struct Stepper<'a> {
+    mechanics: Mechanics<'a>,
+    ground: Ground,
+    joints: Vec<JointLaw>,
+    motors: Motors,
+    coupled: Vec<Coupled>,
+    servos: Vec<DriveServo>,
+    soles: Soles,
+    tolerance: Tolerance,
+    solver: Solver,
+    problem: Problem,
+    sources: Vec<Source>,
+    /// Impulses of the last step by source; where the next one starts.
+    memory: Vec<f64>,
+    /// Heights of the points at the last midpoint, m.
+    gaps: Vec<f64>,
+    mass: Vec<f64>,
+    /// Of the model alone, where motors make the other one larger.
+    inner: Vec<f64>,
+    /// `v` and the speeds of the motors before the step.
+    speed: Vec<f64>,
+    /// Diagonal of the mass matrix, by axis.
+    inertia: Vec<f64>,
+    /// Impulses at the play of the motors.
+    stops: Vec<f64>,
+    /// Impulses that servos asked for, by axis.
+    asked: Vec<f64>,
+    bias: Vec<f64>,
+    middle: Vec<f64>,
+    drive: Vec<f64>,
+    /// `W` of the closed rows, one row per coordinate; then `L⁻ᵀ W`.
+    directions: Vec<f64>,
+    /// Where its rows are not zero.
+    stretches: Vec<Stretch>,
+    normal: Vec<f64>,
+    tangential: Vec<f64>,
+    /// γ⁻ of the closed rows.
+    before: Vec<f64>,
+    /// Twice the mean of their velocities without and with impulses.
+    mean: Vec<f64>,
+    bookkeeping: Option<books::Bookkeeping>,
+}
+
+impl<'a> Stepper<'a> {
+    /// On this ground. `joints` in the order of the model's.
+    ///
+    /// # Errors
+    /// Impossible numbers of ground or joints.
+    pub fn new(
+        mechanics: Mechanics<'a>,
+        ground: Ground,
+        joints: Vec<JointLaw>,
+        tolerance: Tolerance,
+    ) -> Result<Self, Diagnostic> {
+        ground.check()?;
+        if joints.len() != mechanics.joints() {
+            return Err(Diagnostic::error(format!(
+                "{} joint laws were given for {} joints",
+                joints.len(),
+                mechanics.joints()
+            )));
+        }
+        joints.iter().try_for_each(JointLaw::check)?;
+        let (nv, points, tangents) = (mechanics.nv(), mechanics.points(), mechanics.tangents());
+        Ok(Self {
+            mechanics,
+            ground,
+            joints,
+            motors: Motors::default(),
+            coupled: Vec::new(),
+            servos: Vec::new(),
+            soles: Soles::default(),
+            tolerance,
+            solver: Solver::default(),
+            problem: Problem::default(),
+            sources: Vec::new(),
+            memory: Vec::new(),
+            gaps: vec![0.0; points],
+            mass: Vec::new(),
+            inner: vec![0.0; nv * nv],
+            speed: Vec::new(),
+            inertia: Vec::new(),
+            stops: Vec::new(),
+            asked: Vec::new(),
+            bias: vec![0.0; nv],
+            middle: Vec::new(),
+            drive: Vec::new(),
+            directions: Vec::new(),
+            normal: vec![0.0; nv * points],
+            tangential: vec![0.0; nv * points * tangents],
+            before: Vec::new(),
+            mean: Vec::new(),
+            stretches: Vec::new(),
+            bookkeeping: None,
+        }
+        .with_room())
+    }
+
+    /// The model.
+    pub fn mechanics(&self) -> &Mechanics<'a> {
+        &self.mechanics
+    }
+
+    /// The ground.
+    pub fn ground(&self) -> &Ground {
+        &self.ground
+    }
+
+    /// The ground from now on.
+    pub fn ground_mut(&mut self) -> &mut Ground {
+        &mut self.ground
+    }
+
+    /// Laws of the joints.
+    pub fn joints(&self) -> &[JointLaw] {
+        &self.joints
+    }
+
+    /// Laws of the joints from now on, such as friction that depends on the load.
+    pub fn joints_mut(&mut self) -> &mut [JointLaw] {
+        &mut self.joints
+    }
+
+    /// Heights of the contact points at the middle of the last step, m.
+    pub fn gaps(&self) -> &[f64] {
+        &self.gaps
+    }
+
+    /// Impulse of the ground on a point in the last step, world axes, N s.
+    pub fn impulse(&self, point: usize) -> [f64; 3] {
+        let tangents = self.mechanics.tangents();
+        let own = &self.memory[point * (1 + tangents)..(point + 1) * (1 + tangents)];
+        [own[1], if tangents == 2 { own[2] } else { 0.0 }, own[0]]
+    }
+
+    /// Impulse of dry friction and limits on a joint in the last step, N m s.
+    pub fn joint_impulse(&self, joint: usize) -> f64 {
+        let own = &self.memory[self.slot_of_axis(joint)..][..ROWS_OF_AXIS];
+        own[0] + own[1] - own[2]
+    }
+
+    /// One step of `time` seconds under generalised forces (N, N m; in the order of `v`, then of the motors). Allocates
+    /// nothing.
+    ///
+    /// # Errors
+    /// The mass matrix is not positive definite or the state became infinite: the step is too long, or controller
+    /// gains too high for it.
+    pub fn step(&mut self, motion: &mut Motion, force: &[f64], time: f64) -> Result<Stepped, Diagnostic> {
+        let (nv, n) = (self.mechanics.nv(), self.size());
+        self.mechanics.advance(&mut motion.q, &motion.v, 0.5 * time, Frame::Start);
+        self.motors.advance(0.5 * time);
+        self.speed[..nv].copy_from_slice(&motion.v);
+        self.speed[nv..].copy_from_slice(&self.motors.rate);
+        self.free_motion(motion, force, time)?;
+        self.close(motion, time);
+        let rows: usize = self.problem.rows();
+        let mut stepped = Stepped::default();
+        if rows > 0 {
+            self.assemble(motion, time);
+            stepped.solved = self.solver.solve(&mut self.problem, &self.tolerance);
+            let touches = |source: &&Source| matches!(source, Source::Point(_) | Source::Normal(_));
+            stepped.contacts = self.sources.iter().filter(touches).count();
+        }
+        stepped.work = self.apply(rows);
+        stepped.made = stepped.work.min(self.made()).max(0.0);
+        self.velocities_after(rows);
+        dense::backward(&self.mass, n, &mut self.drive);
+        self.book(motion, force, time);
+        for (v, change) in self.speed.iter_mut().zip(&self.drive) {
+            *v += change;
+        }
+        self.finish(motion, time);
+        if self.speed.iter().all(|v| v.is_finite()) { Ok(stepped) } else { Err(too_long(motion.time)) }
+    }
+
+    /// The second half of the motion.
+    fn finish(&mut self, motion: &mut Motion, time: f64) {
+        let (nv, joints) = (self.mechanics.nv(), self.joints.len());
+        for k in 0..self.stops.len() {
+            let own = &self.memory[self.slot_of_axis(joints + k)..][..ROWS_OF_AXIS];
+            self.stops[k] = own[2] - own[1];
+        }
+        let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[nv - joints..]);
+        self.motors.finish(&self.speed, q, v, nv - joints, &self.stops, time);
+        motion.v.copy_from_slice(&self.speed[..nv]);
+        self.mechanics.advance(&mut motion.q, &motion.v, 0.5 * time, Frame::End);
+        self.motors.advance(0.5 * time);
+        motion.time += time;
+    }
+
+    /// Factors D at the midpoint; `drive` becomes `L⁻ᵀ h (τ − H)`.
+    fn free_motion(&mut self, motion: &Motion, force: &[f64], time: f64) -> Result<(), Diagnostic> {
+        let (nv, n) = (self.mechanics.nv(), self.size());
+        let first = nv - self.joints.len();
+        if n == nv {
+            self.mechanics.mass_matrix(&motion.q, &mut self.mass);
+        } else {
+            self.mechanics.mass_matrix(&motion.q, &mut self.inner);
+            embed(&self.inner, nv, &mut self.mass, n);
+        }
+        for (j, joint) in self.joints.iter().enumerate() {
+            let i = first + j;
+            self.mass[i * n + i] += joint.rotor_inertia + 0.5 * time * (joint.damping + joint.slope);
+        }
+        for pair in &self.coupled {
+            let [a, b] = pair.joints;
+            self.mass[(first + a.max(b)) * n + first + a.min(b)] += pair.inertia;
+        }
+        self.motors.add_inertia(&mut self.mass, n, first, time);
+        for (axis, inertia) in self.inertia.iter_mut().enumerate() {
+            *inertia = self.mass[(first + axis) * (n + 1)];
+        }
+        if !dense::factor(&mut self.mass, n) {
+            return Err(too_long(motion.time));
+        }
+        self.push(motion, force, time, false);
+        self.middle.copy_from_slice(&self.drive);
+        dense::backward(&self.mass, n, &mut self.middle);
+        for (middle, v) in self.middle.iter_mut().zip(&self.speed) {
+            *middle = v + 0.5 * *middle;
+        }
+        self.push(motion, force, time, true);
+        Ok(())
+    }
+
+    /// `drive = L⁻ᵀ h (τ − H(q_M, v) − damping)`, with the velocity `middle` in H or the present one.
+    fn push(&mut self, motion: &Motion, force: &[f64], time: f64, middle: bool) {
+        let (nv, n, joints) = (self.mechanics.nv(), self.size(), self.joints.len());
+        let first = nv - joints;
+        let v = if middle { &self.middle } else { &self.speed };
+        self.mechanics.bias(&motion.q, &v[..nv], &mut self.bias);
+        for (drive, force) in self.drive.iter_mut().zip(force) {
+            *drive = time * force;
+        }
+        for (drive, bias) in self.drive.iter_mut().zip(&self.bias) {
+            *drive -= time * bias;
+        }
+        for (j, joint) in self.joints.iter().enumerate() {
+            self.drive[first + j] -= time * joint.damping * motion.v[first + j];
+        }
+        let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[first..]);
+        self.motors.add_impulses(&mut self.drive, first, q, v, time);
+        if !middle {
+            // Servos and friction give about what they gave before: without them the middle's velocity, and with it H, would
+            // be of first order only.
+            for axis in 0..self.inertia.len() {
+                let slot = self.slot_of_axis(axis);
+                self.drive[first + axis] += self.memory[slot] + self.memory[slot + 3];
+            }
+        }
+        dense::forward_one(&self.mass, n, &mut self.drive);
+    }
+
+    /// Finds the closed points and limits at the midpoint and makes place for them.
+    fn close(&mut self, motion: &Motion, time: f64) {
+        self.mechanics.distances(&motion.q, &mut self.gaps);
+        self.sources.clear();
+        let mut rows = self.touch();
+        let first = motion.q.len() - self.joints.len();
+        let before = self.sources.len();
+        let reach = self.reach(time);
+        for (j, joint) in self.joints.iter().enumerate() {
+            let q = motion.q[first + j];
+            let near = |upper: bool| joint.way(upper, q).is_some_and(|way| way <= reach);
+            let closed = [
+                (joint.dry != [0.0; 2], Source::Dry(j)),
+                (near(false), Source::Lower(j)),
+                (near(true), Source::Upper(j)),
+            ];
+            self.sources.extend(closed.into_iter().filter(|(closed, _)| *closed).map(|(_, source)| source));
+        }
+        for (k, motor) in self.motors.laws.iter().enumerate() {
+            let (axis, plays) = (self.joints.len() + k, motor.gap > 0.0);
+            let closed = [
+                (motor.dry != [0.0; 2], Source::Dry(axis)),
+                (plays, Source::Lower(axis)),
+                (plays, Source::Upper(axis)),
+            ];
+            self.sources.extend(closed.into_iter().filter(|(closed, _)| *closed).map(|(_, source)| source));
+        }
+        self.sources.extend((0..self.servos.len()).map(Source::Servo));
+        rows += self.sources.len() - before;
+        self.problem.clear(rows);
+    }
+
+    /// Delassus' matrix, free velocities, laws and the guess.
+    fn assemble(&mut self, motion: &Motion, time: f64) {
+        let (n, rows) = (self.size(), self.problem.rows());
+        self.directions.clear();
+        self.directions.resize(n * rows, 0.0);
+        if matches!(self.sources.first(), Some(Source::Point(_) | Source::Normal(_))) {
+            self.mechanics.directions(&motion.q, &mut self.normal, &mut self.tangential);
+            if !self.soles.points.is_empty() {
+                self.mechanics.positions(&motion.q, &mut self.soles.places);
+            }
+        }
+        let mut row = 0;
+        for index in 0..self.sources.len() {
+            let source = self.sources[index];
+            let law = self.law(source, time);
+            self.direct(source, row);
+            let block = Block { first: row, law };
+            let slot = self.slot(source);
+            let guess = &self.memory[slot..slot + block.size()];
+            self.problem.impulse[row..row + block.size()].copy_from_slice(guess);
+            self.problem.blocks.push(block);
+            row += block.size();
+        }
+        self.free_velocities();
+        dense::gram(&self.directions, rows, &self.stretches, &mut self.problem.delassus);
+        self.soften(motion, time);
+    }
+
+    fn free_velocities(&mut self) {
+        let (n, rows) = (self.size(), self.problem.rows());
+        self.before.clear();
+        self.before.resize(rows, 0.0);
+        for (w, v) in self.directions.chunks_exact(rows).zip(&self.speed) {
+            self.before.iter_mut().zip(w).for_each(|(gamma, w)| *gamma += w * v);
+        }
+        self.stretches.clear();
+        self.stretches.extend(self.directions.chunks_exact(rows).map(Stretch::of));
+        dense::forward(&self.mass, n, &mut self.directions, rows, &mut self.stretches);
+        self.problem.free.copy_from_slice(&self.before);
+        for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
+            self.problem.free.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
+        }
+        if self.ground.compliance.is_some() {
+            return;
+        }
+        let [normal, tangential] = [self.ground.normal_restitution, self.ground.tangential_restitution];
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            let (first, size) = (block.first, block.size());
+            // Where the tangential rows begin.
+            let slides = match source {
+                Source::Point(_) | Source::Normal(_) => {
+                    self.problem.free[first] += normal * self.before[first];
+                    first + 1
+                }
+                Source::Sole(_) => first,
+                _ => continue,
+            };
+            for row in slides..first + size {
+                self.problem.free[row] += tangential * self.before[row];
+            }
+        }
+    }
+
+    /// Relaxed rows: soft ground, springs behind play, servos.
+    ///
+    /// Spring and damper below each corner are taken at the end of the step: `λ = −k (κ_M + ½ h γ⁺) − d γ⁺`, written as
+    /// `γ⁺ + Λ/(h (½ h k + d)) + k κ_M/(½ h k + d) = 0`, the relaxed constraint of (4.17). And the recovery from
+    /// penetration of hard ground.
+    fn soften(&mut self, motion: &Motion, time: f64) {
+        let (rows, joints) = (self.problem.rows(), self.joints.len());
+        let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
+        for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
+            let row = block.first;
+            let relaxed = match *source {
+                Source::Point(point) | Source::Normal(point) => {
+                    Some(self.ground.relaxed(self.gaps[point], time))
+                }
+                Source::Lower(axis) | Source::Upper(axis) if axis >= joints => {
+                    self.motors.stop(axis - joints, matches!(source, Source::Upper(_)), q, v)
+                }
+                // The way that is left would last as long as a step: as at the ends of play, see `Motors::stop`. A joint that is
+                // beyond is held where it is; pushed out it would rebound.
+                Source::Lower(axis) | Source::Upper(axis) => {
+                    let way = self.joints[axis].way(matches!(source, Source::Upper(_)), q[axis]);
+                    way.map(|way| Relaxed { softness: 0.0, offset: way.max(0.0) / time })
+                }
+                Source::Servo(index) => {
+                    let (servo, axis) = (&self.servos[index], self.servos[index].axis);
+                    let state = match axis.checked_sub(joints) {
+                        Some(k) => [self.motors.angle[k], self.motors.rate[k]],
+                        None => [q[axis], v[axis]],
+                    };
+                    let relaxed = servo.relaxed(state, 1.0 / self.inertia[axis], time);
+                    self.asked[axis] = relaxed.map_or(0.0, |relaxed| relaxed.softness);
+                    if relaxed.is_none() {
+                        // Without gains what is left is constant.
+                        let given = time * servo.bias.max(servo.limits[0]).min(servo.limits[1]);
+                        block.law = Law::Limited { low: given, high: given };
+                    }
+                    relaxed
+                }
+                _ => None,
+            };
+            if let Some(relaxed) = relaxed {
+                self.problem.delassus[row * rows + row] += relaxed.softness;
+                self.problem.free[row] += relaxed.offset;
+            }
+        }
+    }
+
+    /// Adds the impulses to `drive` (in the coordinates `L⁻ᵀ`), remembers them, and gives the work of those of
+    /// ground, stops and friction.
+    fn apply(&mut self, rows: usize) -> f64 {
+        self.memory.fill(0.0);
+        let (mut work, mut row) = (0.0, 0);
+        for index in 0..self.sources.len() {
+            let size = self.problem.blocks[index].size();
+            let slot = self.slot(self.sources[index]);
+            self.memory[slot..slot + size].copy_from_slice(&self.problem.impulse[row..row + size]);
+            if let Source::Servo(servo) = self.sources[index] {
+                // Within its limits ξ = 0; beyond, ξ is what is left of the row `γ⁺ + softness Λ + offset`.
+                let axis = self.servos[servo].axis;
+                let softness = self.asked[axis];
+                let missing = if softness > 0.0 { self.problem.velocity[row] / softness } else { 0.0 };
+                self.asked[axis] = self.problem.impulse[row] - missing;
+            }
+            row += size;
+        }
+        self.share();
+        if rows == 0 {
+            return work;
+        }
+        // Twice the mean of the velocities without and with all impulses: what each impulse works against.
+        self.mean.clear();
+        self.mean.extend(self.before.iter().map(|gamma| 2.0 * gamma));
+        for (drive, y) in self.drive.iter_mut().zip(self.directions.chunks_exact(rows)) {
+            let push: f64 = y.iter().zip(&self.problem.impulse).map(|(y, impulse)| y * impulse).sum();
+            let both = 2.0 * *drive + push;
+            self.mean.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * both);
+            *drive += push;
+        }
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            // Springs and servos give energy by their nature.
+            if !self.is_drive(*source) {
+                let rows = block.first..block.first + block.size();
+                let of = rows.map(|row| 0.5 * self.mean[row] * self.problem.impulse[row]);
+                work += of.sum::<f64>();
+            }
+        }
+        work
+    }
+}
+
+fn too_long(time: f64) -> Diagnostic {
+    Diagnostic::error(format!("at {time} s the motion is no longer finite"))
+        .help("shorten the step; if a controller drives the robot, lower its gains")
+}

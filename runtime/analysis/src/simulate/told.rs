@@ -1,0 +1,268 @@
+//! Controllers, motors and the laws of joints around a step: what they give before it, what they reported after it.
+use super::chatter::Swing;
+use super::drives::Reading;
+use super::resistance::Variables;
+use super::run::Simulation;
+use super::scenario::Servo;
+use super::servo::DriveServo;
+use bipedc_effects::diagnostic::Diagnostic;
+
+/// h² k/D from which on a spring that is held swings within some twenty steps.
+const NOTICEABLE: f64 = 0.1;
+
+/// What a motor was told in the present step, and the joint's state before it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Told {
+    /// Reported torque but for the back-EMF, N m.
+    torque: f64,
+    /// Back-EMF per speed, as reported, N m s/rad.
+    damping: f64,
+    /// Torque that truly acts but for the back-EMF, N m: of held controllers.
+    truly: f64,
+    /// Viscous friction with the back-EMF, N m s/rad.
+    loss: f64,
+    rotor_inertia: f64,
+    /// Speed of the motor's axis before the step, rad/s.
+    speed: f64,
+    clipped: bool,
+}
+
+/// Where a torque is measured that a log reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum EffortSensor {
+    /// Motor current times torque constant times gear.
+    #[default]
+    Motor,
+    /// A torque sensor between motor and link.
+    Joint,
+}
+
+impl Simulation<'_> {
+    /// Torques that the controllers ask for, and laws of friction, of the next step.
+    ///
+    /// # Errors
+    /// A held controller that is unstable at this step.
+    pub(super) fn control(&mut self, time: f64) -> Result<(), Diagnostic> {
+        self.force.fill(0.0);
+        self.inside.clear();
+        if let Some(ledger) = &mut self.ledger {
+            ledger.torque.fill(0.0);
+        }
+        for j in 0..self.told.len() {
+            self.resist(j);
+            self.command(j, time)?;
+        }
+        self.stepper.set_servos(self.inside.iter().copied());
+        Ok(())
+    }
+
+    /// Position and velocity of a joint.
+    fn joint(&self, j: usize) -> [f64; 2] {
+        let joints = self.told.len();
+        let (q, v) = (&self.motion.q, &self.motion.v);
+        [q[q.len() - joints + j], v[v.len() - joints + j]]
+    }
+
+    /// Position and velocity of what the motor of a joint turns.
+    fn shaft(&self, j: usize) -> [f64; 2] {
+        self.drives.motor(j).map_or_else(|| self.joint(j), |motor| self.stepper.motor(motor))
+    }
+
+    /// Index among the forces.
+    fn coordinate(&self, axis: usize) -> usize {
+        self.stepper.mechanics().nv() - self.told.len() + axis
+    }
+
+    /// Smooth laws and friction of a joint: held at the middle of the step, with their slopes.
+    fn resist(&mut self, j: usize) {
+        let h = self.scenario.step;
+        let joints = self.told.len();
+        let (nq, nv) = (self.motion.q.len(), self.motion.v.len());
+        let (q, v) = (&self.motion.q[nq - joints..], &self.motion.v[nv - joints..]);
+        // Friction that follows the load follows that of the last step: looking ahead would make it swing.
+        let (rates, load) = (&self.acceleration, self.transmitted[j]);
+        let state = |k: usize| [q[k] + 0.5 * h * v[k], v[k] + 0.5 * h * rates[k]];
+        let own = Variables { own: [q[j] + 0.5 * h * v[j], v[j], rates[j]], load, ..Variables::default() };
+        let link = self.drives.resistance(j, false, own, &state);
+        let [angle, speed] = self.shaft(j);
+        let motor = self.drives.motor(j);
+        let (axis, coordinate) = (self.drives.axis(j), self.coordinate(j));
+        self.force[coordinate] -= link.value;
+        // At the middle of the step; of a motor behind a spring its speed before it.
+        let middle = if motor.is_some() { speed } else { state(j)[1] };
+        let dry = self.drives.dry(j, middle, load);
+        let (_, rotor) = self.drives.constant(j);
+        let laws = &mut self.stepper.joints_mut()[j];
+        laws.slope = link.velocity;
+        laws.rotor_inertia = link.acceleration + if motor.is_some() { 0.0 } else { rotor };
+        match motor {
+            None => laws.dry = dry,
+            Some(motor) => {
+                self.stepper.motors_mut()[motor].dry = dry;
+                let own =
+                    Variables { own: [angle + 0.5 * h * speed, speed, 0.0], load, ..Variables::default() };
+                let ripple = self.drives.resistance(j, true, own, &|_| [0.0; 2]);
+                let coordinate = self.coordinate(axis);
+                self.force[coordinate] -= ripple.value;
+            }
+        }
+    }
+
+    /// What the controller of a joint asks for.
+    fn command(&mut self, j: usize, time: f64) -> Result<(), Diagnostic> {
+        let (viscous, rotor_inertia) = self.drives.constant(j);
+        let [angle, speed] = self.shaft(j);
+        let scenario = self.scenario;
+        let servo = &scenario.servos[j];
+        let reading = self.drives.reading(j, scenario.sensors.torque == EffortSensor::Joint);
+        self.reference[j] = servo.reference.at(time)[0];
+        self.told[j] = Told { rotor_inertia, speed, loss: viscous, ..Told::default() };
+        if self.drives.actuator(j).is_some_and(|actuator| actuator.passive.is_some()) {
+            return Ok(());
+        }
+        // Torques of virtual constraints are held over the step.
+        let driven = self.driven.as_ref().and_then(|driven| driven.torque(j));
+        if scenario.inside && driven.is_none() {
+            self.ask_inside(j, servo, time, reading);
+        } else {
+            let asked = self.hold(j, servo, time, [angle, speed], reading, driven);
+            if let Some(swing) = self.chatter[j].swings(asked).filter(|_| driven.is_none()) {
+                self.refuse_gains(j, servo, swing)?;
+            }
+        }
+        let loss = self.told[j].loss;
+        match self.drives.motor(j) {
+            Some(motor) => self.stepper.motors_mut()[motor].damping = loss,
+            None => self.stepper.joints_mut()[j].damping = loss,
+        }
+        Ok(())
+    }
+
+    /// A controller that works once per step, with what the encoder reads, or the torque of virtual constraints: the torque
+    /// that is asked for.
+    fn hold(
+        &mut self,
+        j: usize,
+        servo: &Servo,
+        time: f64,
+        [angle, speed]: [f64; 2],
+        reading: Reading,
+        driven: Option<f64>,
+    ) -> f64 {
+        let [wanted, rate] = servo.reference.at(time);
+        let read = self.sensing.encoder(&self.drives, j, angle);
+        let servo_asks = servo.stiffness * (wanted - read) + servo.damping * (rate - speed);
+        let asked = driven.unwrap_or(servo_asks);
+        let limited = asked.clamp(-servo.limit, servo.limit);
+        let (given, late) = self.drives.give(j, limited, speed);
+        let coordinate = self.coordinate(self.drives.axis(j));
+        let truly = reading.torque(late);
+        self.force[coordinate] += truly;
+        if let Some(ledger) = &mut self.ledger {
+            ledger.torque[j] = truly;
+        }
+        let told = &mut self.told[j];
+        told.torque = given.torque;
+        told.damping = given.damping;
+        told.truly = truly;
+        told.loss += given.damping * reading.gain;
+        told.clipped = limited != asked || given.clipped;
+        limited
+    }
+
+    /// A controller inside the drive: a row of the step's problem.
+    fn ask_inside(&mut self, j: usize, servo: &Servo, time: f64, reading: Reading) {
+        let told = &mut self.told[j];
+        let ([low, high], damping) = self.drives.range(j, told.speed);
+        let limits = [low.max(-servo.limit), high.min(servo.limit)];
+        let [wanted, rate] = servo.reference.at(time + 0.5 * self.scenario.step);
+        told.damping = damping;
+        told.loss += damping * reading.gain;
+        self.inside.push(DriveServo {
+            axis: self.drives.axis(j),
+            stiffness: reading.gain * servo.stiffness,
+            damping: reading.gain * servo.damping,
+            wanted: [wanted - self.drives.encoder_offset(j), rate],
+            bias: reading.offset,
+            limits: limits.map(|limit| reading.torque(limit)),
+        });
+    }
+
+    /// What the motors reported over the step that was just done, and what they transmitted.
+    pub(super) fn report(&mut self) {
+        let h = self.scenario.step;
+        self.effort.swap(0, 1);
+        self.current.swap(0, 1);
+        let sensor = self.scenario.sensors.torque == EffortSensor::Joint;
+        for j in 0..self.told.len() {
+            let axis = self.drives.axis(j);
+            let mut told = self.told[j];
+            let speed = self.shaft(j)[1];
+            let mean = 0.5 * (told.speed + speed);
+            if self.inside.iter().any(|servo| servo.axis == axis) {
+                self.answer(j, axis, &mut told);
+            }
+            self.clipped[j] += usize::from(told.clipped);
+            let reported = told.torque - told.damping * mean;
+            let now = self.joint(j)[1];
+            self.transmitted[j] = match self.drives.motor(j) {
+                Some(motor) => self.stepper.spring_torque(motor),
+                None => {
+                    let friction = self.stepper.dry_impulse(j) / h - told.loss * mean;
+                    told.truly + friction - told.rotor_inertia * (now - told.speed) / h
+                }
+            };
+            self.acceleration[j] = (now - self.joint_speed[j]) / h;
+            self.joint_speed[j] = now;
+            self.effort[0][j] = if sensor { self.drives.sensed(j, self.transmitted[j]) } else { reported };
+            let constant = self.drives.actuator(j).and_then(|actuator| actuator.torque_per_current());
+            self.current[0][j] = constant.map_or(f64::NAN, |constant| reported / constant);
+        }
+    }
+
+    /// What a servo inside the drive gave in the step, and what it reports.
+    fn answer(&self, j: usize, axis: usize, told: &mut Told) {
+        let (h, scenario) = (self.scenario.step, self.scenario);
+        let reading = self.drives.reading(j, scenario.sensors.torque == EffortSensor::Joint);
+        let asked = (self.stepper.servo_asked(axis, h) - reading.offset) / reading.gain;
+        let ([low, high], _) = self.drives.range(j, told.speed);
+        let most = scenario.servos[j].limit;
+        told.truly = self.stepper.servo_torque(axis, h);
+        told.torque = asked.max(low.max(-most)).min(high.min(most));
+        told.clipped = (told.torque - asked).abs() > 1e-6 * asked.abs();
+    }
+
+    /// Says which gain is too large, if it is.
+    fn refuse_gains(&self, j: usize, servo: &Servo, swing: Swing) -> Result<(), Diagnostic> {
+        let h = self.scenario.step;
+        let mobility = self.stepper.mobility(self.drives.axis(j));
+        // Held over a step, torques −k q − d q̇ on an inertia D are unstable where h d/D > 2, and where h d/D < ½ h² k/D.
+        let (fade, turn) = (h * servo.damping * mobility, h * h * servo.stiffness * mobility);
+        let motion = &self.plant.subject.joints[j];
+        let unit = if motion.prismatic { ["N s/m", "N/m", "kg"] } else { ["N m s/rad", "N m/rad", "kg m²"] };
+        // Joints that swing together are unstable earlier than each alone.
+        let most = if swing == Swing::EveryStep { 0.8 } else { 2.0 };
+        let (gain, help) = if fade >= most {
+            let lower = servo.damping / fade;
+            (format!("damping = {} {}", servo.damping, unit[0]), format!("lower the damping to {lower:.2}"))
+        } else if turn >= NOTICEABLE && fade < 0.5 * turn {
+            let least = 0.5 * h * servo.stiffness;
+            (
+                format!("stiffness = {} {}", servo.stiffness, unit[1]),
+                format!("lower it, or raise the damping well above {least:.2} {}", unit[0]),
+            )
+        } else {
+            return Ok(());
+        };
+        Err(Diagnostic::error(format!(
+            "`{}`: the controller is unstable: its {gain}, held over a step of {h} s, makes it swing ever more (at {:.3} s; the joint resists with {:.2e} {})",
+            motion.name,
+            self.motion.time,
+            1.0 / mobility,
+            unit[2],
+        ))
+        .help(format!(
+            "write `servo = \"drive\"` under [control], which is evaluated within the step; or {help}, or shorten `step`"
+        )))
+    }
+}

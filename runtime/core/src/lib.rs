@@ -1,0 +1,17 @@
+//! What runs on the robot: what generated models need at run time.
+//!
+//! The crate is `no_std` (but with the feature `std`), never allocates and never panics on finite input.
+#![cfg_attr(not(feature = "std"), no_std)]
+
+pub mod lanes;
+pub mod math;
+pub mod model;
+pub mod real;
+
+#[cfg(feature = "source")]
+pub mod source;
+
+pub use model::{Argument, Arguments, CallError, Model, Signature, State};
+pub use real::Real;
+
+pub use nalgebra;

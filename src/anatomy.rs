@@ -1,0 +1,40 @@
+//! The links in their bodies, for tools that change or estimate inertial parameters.
+use bipedc_analysis::diagnose::anatomy::{Anatomy, Link};
+use bipedc_compiler::description::model::{Inertial, RobotDescription};
+use bipedc_compiler::tree::Rotation;
+use bipedc_compiler::tree::{Placement, Tree};
+
+/// All links with the bodies that they belong to, bodies in the order of the inertial parameters.
+///
+/// The virtual bodies of a planar base have parameters too (that play no part), so they are counted.
+pub fn anatomy(description: &RobotDescription, tree: &Tree) -> Anatomy {
+    let mut anatomy =
+        Anatomy { links: Vec::new(), bodies: tree.bodies.iter().map(|body| body.name.clone()).collect() };
+    for link in &description.links {
+        let Some(frame) = tree.frame(&link.name) else { continue };
+        // Links of the world have no parameters.
+        let Some(body) = frame.body else { continue };
+        let placement: Placement = tree.bodies[body].main_link.inverse().then(&frame.placement);
+        let none = Inertial { mass: 0.0, origin: Default::default(), inertia: [0.0; 6] };
+        let inertial = link.inertial.unwrap_or(none);
+        anatomy.links.push(Link {
+            name: link.name.clone(),
+            body,
+            rotation: placement.rotation.matrix(),
+            translation: placement.translation,
+            mass: inertial.mass,
+            center: inertial.origin.xyz,
+            inertia: about_center(&inertial),
+        });
+    }
+    anatomy
+}
+
+/// The inertia about the centre of mass in link axes.
+fn about_center(inertial: &Inertial) -> [[f64; 3]; 3] {
+    let [xx, xy, xz, yy, yz, zz] = inertial.inertia;
+    let given = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+    let r = Rotation::from_rpy(inertial.origin.rpy).matrix();
+    let half = |i: usize, k: usize| (0..3).map(|l| given[k][l] * r[i][l]).sum::<f64>();
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| (0..3).map(|k| r[j][k] * half(i, k)).sum()))
+}

@@ -1,0 +1,23 @@
+//! Feet as tools that read measurements know them.
+use bipedc_analysis::diagnose::{Corner, Foot};
+use bipedc_compiler::compile::{distinct, identifier};
+use bipedc_compiler::description::model::{ContactPoint, RobotDescription, Side};
+
+/// All feet with their corners, in the order of the description.
+pub fn feet(description: &RobotDescription) -> Vec<Foot> {
+    let corner = |p: &ContactPoint| Corner { name: p.name.clone(), position: p.position };
+    let feet = description.feet.iter();
+    // As functions about these links are named when they are asked for in this order.
+    let mut links: Vec<&str> = Vec::new();
+    feet.clone()
+        .for_each(|foot| links.extend((!links.contains(&foot.link.as_str())).then_some(foot.link.as_str())));
+    let frames = distinct(links.iter().map(|link| identifier(link)));
+    let frame = |link: &str| links.iter().position(|other| *other == link).map(|k| frames[k].clone());
+    feet.map(|foot| Foot {
+        name: foot.name.clone(),
+        frame: frame(&foot.link).unwrap_or_default(),
+        left: foot.side.map(|side| side == Side::Left),
+        corners: foot.points.iter().map(corner).collect(),
+    })
+    .collect()
+}

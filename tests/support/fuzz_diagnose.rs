@@ -1,0 +1,140 @@
+//! The body of the fuzz target `diagnose`: any bytes as a log of robots that are fine, then what `bipedc diagnose`,
+//! `compare` and `compare --free-run` do with it.
+use bipedc::{ProgramTorques, anatomy, feet};
+use bipedc_analysis::compare::{self, BaseKind, Joint, Subject};
+use bipedc_analysis::diagnose::anatomy::Anatomy;
+use bipedc_analysis::diagnose::contact_log::ContactExperiment;
+use bipedc_analysis::diagnose::gate::inspect;
+use bipedc_analysis::diagnose::impacts::ImpactExperiment;
+use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::diagnose::{Experiment, Foot, MotionExperiment, Options, Recording, diagnose};
+use bipedc_analysis::log::{Kind, Mapping, Reader};
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::Wish;
+use bipedc_compiler::description::SourceFiles;
+use bipedc_compiler::program::ProgramModel;
+use bipedc_effects::diagnostic::Diagnostics;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+/// Longer logs take their time, as they should.
+const MOST_BYTES: usize = 30_000;
+const MOST_SAMPLES: usize = 300;
+/// Two legs of one joint each, on soles.
+const URDF: &str = include_str!("fuzz_robot.urdf");
+const TOML: &str = include_str!("fuzz_robot.toml");
+
+struct Subjected {
+    model: ProgramModel,
+    torques: ProgramTorques,
+    subject: Subject,
+    anatomy: Anatomy,
+    feet: Vec<Foot>,
+}
+
+fn robot() -> Result<Subjected, Diagnostics> {
+    let sources = SourceFiles {
+        urdf_path: PathBuf::from("robot.urdf"),
+        urdf_text: URDF.to_owned(),
+        toml_path: PathBuf::from("biped.toml"),
+        toml_text: TOML.to_owned(),
+    };
+    let (description, warnings) = sources.parse()?;
+    let robot = Robot { description, warnings, sources };
+    let one = |error| Diagnostics(vec![error]);
+    let tree = robot.tree().map_err(one)?;
+    let wish = |family: &str, subject: Option<&String>| Wish {
+        family: family.to_owned(),
+        subject: subject.cloned(),
+    };
+    let mut wishes: Vec<Wish> = [
+        "inverse_dynamics",
+        "inverse_dynamics_regressor",
+        "center_of_mass",
+        "center_of_mass_regressor",
+        "center_of_mass_jacobian",
+    ]
+    .map(|family| wish(family, None))
+    .to_vec();
+    for foot in &robot.description.feet {
+        wishes.extend(["position", "rotation", "jacobian"].map(|family| wish(family, Some(&foot.link))));
+    }
+    let compiled = robot.compile_only(&wishes).map_err(one)?;
+    let joints = tree.joints.iter().map(|joint| Joint::revolute(&joint.name)).collect();
+    Ok(Subjected {
+        torques: ProgramTorques::new(&compiled).map_err(one)?,
+        model: ProgramModel::new(compiled),
+        subject: Subject { joints, base: BaseKind::Floating },
+        anatomy: anatomy(&robot.description, &tree),
+        feet: feet(&robot.description),
+    })
+}
+
+/// Up to a zero byte the input is a mapping file, what follows is the table; without one it is all table.
+pub fn run(data: &[u8]) {
+    static ROBOT: Mutex<Option<Subjected>> = Mutex::new(None);
+    if data.len() > MOST_BYTES {
+        return;
+    }
+    let (mapping, table) = match data.iter().position(|b| *b == 0) {
+        Some(end) => (std::str::from_utf8(&data[..end]).unwrap_or(""), &data[end + 1..]),
+        None => ("", data),
+    };
+    let Ok(mapping) = Mapping::parse(Path::new("map.toml"), mapping) else { return };
+    // The experiments open their files themselves.
+    let file = std::env::temp_dir().join(format!("bipedc-fuzz-{}.csv", std::process::id()));
+    let mut robot = ROBOT.lock().unwrap_or_else(|broken| broken.into_inner());
+    let robot = robot.get_or_insert_with(robot_or_why);
+    std::fs::write(&file, table).expect("a temporary file");
+    let told = found(robot, &file, &mapping);
+    std::fs::remove_file(&file).expect("our own file");
+    if let Err(errors) = told {
+        assert!(!errors.0.is_empty());
+        drop(errors.to_string());
+    }
+}
+
+fn robot_or_why() -> Subjected {
+    robot().unwrap_or_else(|errors| panic!("the robot is fine: {errors}"))
+}
+
+/// What the file holds, as `bipedc diagnose` sees it.
+fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diagnostics> {
+    let reader = Reader::open(file, mapping)?;
+    let forces = reader.columns().any(|column| column.name.contains("/force/"));
+    let moves = reader.columns().any(|column| column.name.contains("base/position"));
+    let kind = reader.kind();
+    drop(reader);
+    // Short logs of a fuzzer must reach the filter, too.
+    let mut options = compare::Options { trim_s: 0.0, ..compare::Options::default() };
+    let efforts = kind == Kind::Time && !(moves && forces);
+    if efforts {
+        let compared = compare::compare_file(&mut own.torques, &own.subject, file, mapping, &options)?;
+        drop(compared.to_string());
+        options.cutoff_hz = Some(compared.quietest_cutoff());
+    } else {
+        options.cutoff_hz = Some(5.0);
+    }
+    let robot = bipedc_analysis::diagnose::Robot {
+        model: &own.model,
+        subject: &own.subject,
+        anatomy: &own.anatomy,
+        feet: &own.feet,
+        effects: &[],
+    };
+    let experiment: Box<dyn Experiment + '_> = match kind {
+        Kind::Posture => Box::new(PostureExperiment::read(robot, file, mapping, None)?),
+        Kind::Impact => Box::new(ImpactExperiment::read(robot, file, mapping, None)?),
+        Kind::Time if !efforts => Box::new(ContactExperiment::read(robot, file, mapping, &options)?),
+        Kind::Time => {
+            let mut recording = Recording::read(file, mapping, &own.subject, &options)?;
+            recording.thin(MOST_SAMPLES);
+            let motion = MotionExperiment::new(&own.model, &own.subject, &own.anatomy, recording, &[]);
+            Box::new(motion.map_err(|error| Diagnostics(vec![error]))?)
+        }
+    };
+    drop(inspect(&*experiment, None));
+    let answer = diagnose(&*experiment, None, &Options { most: 1, ..Options::default() }, &|_| ());
+    drop(serde_json::to_string(&answer).map(|text| text + &answer.summary));
+    Ok(())
+}
