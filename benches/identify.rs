@@ -6,9 +6,9 @@
 //! the clock starts and used again and again, because a million of them would be memory of the bench's own.
 #![allow(missing_docs)]
 use bipedc::identification::base_regressor;
-use bipedc_analysis::compare::{BaseKind, Joint, Subject};
-use bipedc_analysis::diagnose::Recording;
 use bipedc_analysis::identify::{Design, Estimate, ExtraChoice, Method, Settings, Sums, fold};
+use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::{BaseKind, Joint, Subject};
 use bipedc_compiler::Robot;
 use bipedc_runtime::nalgebra::DVector;
 use std::path::Path;

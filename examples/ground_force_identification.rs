@@ -7,14 +7,15 @@ mod reproduction;
 
 use bipedc::ProgramRegressor;
 use bipedc::standing::{Root, Standing as Rooted};
-use bipedc_analysis::compare::{Batch, Options};
-use bipedc_analysis::diagnose::Experiment;
-use bipedc_analysis::diagnose::contact_log::ContactExperiment;
+use bipedc_analysis::experiments::Experiment;
+use bipedc_analysis::experiments::contact_log::ContactExperiment;
 use bipedc_analysis::identify::cop::least_squares;
 use bipedc_analysis::identify::{
     BaseSet, BatchRegressor, Feed, Options as IdentifyOptions, Parts, Survey, identify,
 };
 use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::robot::Batch;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::exact::Model;
 use bipedc_runtime::nalgebra::{DMatrix, DVector};

@@ -6,7 +6,7 @@
 mod reproduction;
 
 use bipedc::standing::{Root, Standing as Rooted};
-use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::cop::{
     PostureTable, PressureErrors, held_out, least_squares, pressure_errors, simplified,

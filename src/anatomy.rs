@@ -1,5 +1,5 @@
 //! The links in their bodies, for tools that change or estimate inertial parameters.
-use bipedc_analysis::diagnose::anatomy::{Anatomy, Link};
+use bipedc_analysis::robot::anatomy::{Anatomy, Link};
 use bipedc_compiler::description::model::{Inertial, RobotDescription};
 use bipedc_compiler::tree::Rotation;
 use bipedc_compiler::tree::{Placement, Tree};

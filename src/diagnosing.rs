@@ -3,12 +3,11 @@ use crate::currents::{self, Prepared};
 use crate::failure::Failure;
 use crate::measurements::{Content, Loaded, Measured};
 use crate::output;
-use bipedc_analysis::compare;
-use bipedc_analysis::diagnose::gate::{Findings, inspect};
-use bipedc_analysis::diagnose::{
-    Diagnosis, Experiment, Options, Selected, diagnose, errors, estimate, summary, support,
-};
+use bipedc_analysis::diagnose::{Diagnosis, Options, Selected, diagnose, errors, estimate, summary, support};
+use bipedc_analysis::experiments::Experiment;
+use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::effect::Effect;
@@ -21,7 +20,7 @@ pub struct Request {
     pub validate: Option<PathBuf>,
     pub mapping: Mapping,
     /// Times between which samples of the first log count, and the filter.
-    pub reading: compare::Options,
+    pub reading: measure::Options,
     /// Stance foot of postures, striking foot of impacts.
     pub foot: Option<String>,
     /// Logs with foot forces: also the joints' efforts.
@@ -127,12 +126,12 @@ fn answer(
         reading.cutoff_hz = Some(cutoff);
     }
     let foot = request.foot.as_deref();
-    let load = |file: &Path, reading: &compare::Options| -> Result<Loaded<'_>, Failure> {
+    let load = |file: &Path, reading: &measure::Options| -> Result<Loaded<'_>, Failure> {
         let loaded = measured.load(file, &request.mapping, reading, foot)?;
         selected(loaded, &request.channels).map_err(|e| Failure(vec![e.in_file(file)]))
     };
     let train = load(&request.log, &reading)?;
-    let judging = compare::Options { from_s: None, to_s: None, ..reading.clone() };
+    let judging = measure::Options { from_s: None, to_s: None, ..reading.clone() };
     let judge = match &request.validate {
         Some(file) => Some(load(file, &judging)?),
         None => None,
@@ -189,7 +188,7 @@ fn admitted(found: Findings, request: &Request) -> Result<Vec<Diagnostic>, Failu
 fn unsupported(
     measured: &Measured,
     request: &Request,
-    reading: &compare::Options,
+    reading: &measure::Options,
     train: &Loaded<'_>,
 ) -> Result<Vec<Diagnostic>, Failure> {
     let Some(cutoff) = reading.cutoff_hz else { return Ok(Vec::new()) };
@@ -198,7 +197,7 @@ fn unsupported(
     }
     let cutoffs = [cutoff, 2.0 * cutoff];
     let at = |cutoff: f64| {
-        let reading = compare::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
+        let reading = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
         measured.load(&request.log, &request.mapping, &reading, None)
     };
     let (slower, faster) = (at(0.5 * cutoff)?, at(cutoffs[1])?);
@@ -263,12 +262,12 @@ fn best_filter(measured: &Measured, request: &Request, answer: &mut Diagnosis) -
     let standing = answer.standing.iter().map(|found| found.effect.clone());
     let effects: Vec<Effect> = standing.chain(answer.steps.iter().map(|step| step.effect.clone())).collect();
     let at = |file: &Path, cutoff: f64| -> Result<_, Failure> {
-        let reading = compare::Options { cutoff_hz: Some(cutoff), ..compare::Options::default() };
+        let reading = measure::Options { cutoff_hz: Some(cutoff), ..measure::Options::default() };
         let loaded = measured.load(file, &request.mapping, &reading, None)?;
         Ok(errors(&*loaded.experiment, &effects))
     };
     let mut best: Option<(f64, f64)> = None;
-    for cutoff in compare::CANDIDATES {
+    for cutoff in measure::CANDIDATES {
         // A cut-off beyond half the sampling rate is not one.
         let Ok(falls) = at(&request.log, cutoff) else { continue };
         let error = falls.get("effort").map_or(f64::INFINITY, |fall| fall.after);

@@ -1,5 +1,5 @@
 //! Feet as tools that read measurements know them.
-use bipedc_analysis::diagnose::{Corner, Foot};
+use bipedc_analysis::robot::{Corner, Foot};
 use bipedc_compiler::compile::{distinct, identifier};
 use bipedc_compiler::description::model::{ContactPoint, RobotDescription, Side};
 

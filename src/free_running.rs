@@ -2,9 +2,11 @@
 use crate::failure::Failure;
 use crate::measurements::{Content, subject};
 use crate::output;
-use bipedc_analysis::compare::{FreeRun, Options, Subject, free_run};
-use bipedc_analysis::diagnose::Recording;
+use bipedc_analysis::compare::{FreeRun, free_run};
 use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::Subject;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramModel;

@@ -1,13 +1,18 @@
 //! Measurement files as experiments: what `diagnose` and `amend` work on.
 use crate::failure::Failure;
 use bipedc::{ProgramTorques, anatomy, feet};
-use bipedc_analysis::compare::{self, Joint, Options, Subject, compare_file};
-use bipedc_analysis::diagnose::anatomy::Anatomy;
-use bipedc_analysis::diagnose::contact_log::{ContactExperiment, WalkingExperiment};
-use bipedc_analysis::diagnose::impacts::ImpactExperiment;
-use bipedc_analysis::diagnose::postures::PostureExperiment;
-use bipedc_analysis::diagnose::{Experiment, Foot, MotionExperiment, Recording, Robot, Source};
+use bipedc_analysis::compare::compare_file;
+use bipedc_analysis::experiments::contact_log::{ContactExperiment, WalkingExperiment};
+use bipedc_analysis::experiments::impacts::ImpactExperiment;
+use bipedc_analysis::experiments::postures::PostureExperiment;
+use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::{Kind, Mapping, Reader};
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::measure::{Recording, Source};
+use bipedc_analysis::robot;
+use bipedc_analysis::robot::anatomy::Anatomy;
+use bipedc_analysis::robot::{Foot, Robot};
+use bipedc_analysis::robot::{Joint, Subject};
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::Base;
@@ -132,7 +137,7 @@ impl Measured {
         let model: &dyn Model<f64> = &self.model;
         let mut q = vec![0.0; model.nq()];
         let first = q.len().saturating_sub(joints.len());
-        if self.subject.base == compare::BaseKind::Floating {
+        if self.subject.base == robot::BaseKind::Floating {
             q[6] = 1.0;
         }
         q[first..].copy_from_slice(joints);
@@ -246,7 +251,7 @@ impl Measured {
 pub fn content(subject: &Subject, file: &Path, mapping: &Mapping) -> Result<Content, Diagnostics> {
     let reader = Reader::open(file, mapping)?;
     let has = |part: &str| reader.columns().any(|column| column.name.contains(part));
-    let moves = subject.base != compare::BaseKind::Fixed && has("base/position");
+    let moves = subject.base != robot::BaseKind::Fixed && has("base/position");
     Ok(match reader.kind() {
         Kind::Posture => Content::Postures,
         Kind::Impact => Content::Impacts,
@@ -277,9 +282,9 @@ fn wishes(robot: &Described) -> Vec<Wish> {
 /// What a comparison has to know of the robot.
 pub fn subject(tree: &Tree) -> Result<Subject, Diagnostic> {
     let base = match tree.base {
-        BaseKind::Floating => compare::BaseKind::Floating,
-        BaseKind::Planar => compare::BaseKind::Planar,
-        BaseKind::Fixed => compare::BaseKind::Fixed,
+        BaseKind::Floating => robot::BaseKind::Floating,
+        BaseKind::Planar => robot::BaseKind::Planar,
+        BaseKind::Fixed => robot::BaseKind::Fixed,
         BaseKind::Pivot => {
             return Err(Diagnostic::error("a log does not tell the angle of a pivot")
                 .help("choose another base with --base floating|planar|fixed"));

@@ -4,7 +4,8 @@ use crate::failure::Failure;
 use crate::measurements::{Content, Loaded, Measured};
 use crate::output;
 use bipedc::drawing::drawing;
-use bipedc_analysis::diagnose::{Diagnosis, Experiment, Fall};
+use bipedc_analysis::diagnose::{Diagnosis, Fall};
+use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::Identification;
 use bipedc_analysis::identify::elastic::DriveSummary;
 use bipedc_analysis::report::{

@@ -1,7 +1,8 @@
 //! Robots ready for [`bipedc_analysis::simulate`]: what is built into the true model, and what a simulation knows beside it.
 use crate::feet;
-use bipedc_analysis::compare::{self, Joint, Subject};
-use bipedc_analysis::diagnose::Foot;
+use bipedc_analysis::robot;
+use bipedc_analysis::robot::Foot;
+use bipedc_analysis::robot::{Joint, Subject};
 use bipedc_analysis::simulate::control::POINT_FUNCTIONS;
 use bipedc_analysis::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
 use bipedc_analysis::simulate::{Actuator, FUNCTIONS, Plant, World};
@@ -19,9 +20,9 @@ use bipedc_effects::effect::{Effect, Law};
 /// A base that cannot be simulated.
 pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagnostic> {
     let base = match tree.base {
-        BaseKind::Floating => compare::BaseKind::Floating,
-        BaseKind::Planar => compare::BaseKind::Planar,
-        BaseKind::Fixed => compare::BaseKind::Fixed,
+        BaseKind::Floating => robot::BaseKind::Floating,
+        BaseKind::Planar => robot::BaseKind::Planar,
+        BaseKind::Fixed => robot::BaseKind::Fixed,
         BaseKind::Pivot => {
             return Err(Diagnostic::error(
                 "a robot on a pivot is not simulated: its contact could not let go",
@@ -172,7 +173,7 @@ pub struct Walker {
     /// In the order of the model's contact points.
     pub feet: Vec<Foot>,
     /// How it hangs in the world.
-    pub base: compare::BaseKind,
+    pub base: robot::BaseKind,
 }
 
 /// The phases of a description with their functions and endings.

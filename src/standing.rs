@@ -1,9 +1,9 @@
 //! A robot that stands on one foot: the same description with that foot, or a point of its sole, as root.
 use crate::anatomy;
 use crate::identification::standing_base;
-use bipedc_analysis::diagnose::{Anatomy, AnyModel};
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::excite::postures::{JointPlace, Place, SolePlace, StandingParts};
+use bipedc_analysis::robot::{Anatomy, AnyModel};
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Base, Foot, JointKind, Side};
 use bipedc_compiler::exact::Model;

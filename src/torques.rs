@@ -1,17 +1,11 @@
-//! Inverse dynamics of many states with one workspace, for comparisons with logs.
-use bipedc_analysis::compare::{Batch, EvaluationError, InverseDynamics};
+//! A compiled inverse dynamics as comparisons with logs read it.
+use bipedc_analysis::robot::{Batch, EvaluationError, InverseDynamics};
 use bipedc_compiler::compile::CompiledModel;
-use bipedc_compiler::program::Evaluator;
+use bipedc_compiler::program::BatchStates;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::{Argument, State};
 
 /// A compiled model's function `inverse_dynamics`.
-pub struct ProgramTorques {
-    evaluator: Evaluator,
-    workspace: Vec<f64>,
-    nq: usize,
-    nv: usize,
-}
+pub struct ProgramTorques(BatchStates);
 
 impl ProgramTorques {
     /// Looks the function up.
@@ -23,28 +17,19 @@ impl ProgramTorques {
             Diagnostic::error("the model has no function `inverse_dynamics`")
                 .help("add it to what is generated from the description")
         })?;
-        let evaluator = Evaluator::new(&function.program);
-        let workspace = evaluator.workspace();
-        Ok(Self { evaluator, workspace, nq: compiled.tree.nq, nv: compiled.tree.nv })
+        Ok(Self(BatchStates::new(&function.program, (compiled.tree.nq, compiled.tree.nv))))
     }
 }
 
 impl InverseDynamics for ProgramTorques {
     fn nq(&self) -> usize {
-        self.nq
+        self.0.coordinates().0
     }
     fn nv(&self) -> usize {
-        self.nv
+        self.0.coordinates().1
     }
     fn torques(&mut self, batch: &Batch<'_>, tau: &mut [f64]) -> Result<(), EvaluationError> {
-        let (nq, nv) = (self.nq, self.nv);
-        for (i, tau) in tau.chunks_exact_mut(nv.max(1)).enumerate().take(batch.count) {
-            let state = State::new()
-                .with(Argument::Q, &batch.q[i * nq..(i + 1) * nq])
-                .with(Argument::V, &batch.v[i * nv..(i + 1) * nv])
-                .with(Argument::A, &batch.a[i * nv..(i + 1) * nv]);
-            self.evaluator.run(&state, &mut self.workspace, tau);
-        }
+        self.0.evaluate(batch.count, [batch.q, batch.v, batch.a], tau);
         Ok(())
     }
 }

@@ -3,7 +3,7 @@ use super::findings::Released;
 use super::rocker::{Landing, Rocked, Rocker};
 use super::trials::{Failure, Trial, range, tulip};
 use bipedc::simulation::filmed_model;
-use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::{Mechanics, Scenario};
 use bipedc_compiler::Robot;
 

@@ -2,8 +2,8 @@
 #![allow(dead_code)]
 use bipedc::feet;
 use bipedc::standing::Standing as Rooted;
-use bipedc_analysis::compare::{BaseKind, Joint, Subject};
-use bipedc_analysis::diagnose::{Foot, Robot as Parts};
+use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::{Foot, Robot as Parts};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::Foot as Described;

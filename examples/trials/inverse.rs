@@ -1,6 +1,6 @@
 //! Inverse kinematics of TUlip: postures with given feet, torso and centre of mass.
 use super::Failure;
-use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::{Frame, Mechanics};
 use bipedc_runtime::nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 

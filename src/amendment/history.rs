@@ -7,7 +7,7 @@
 use super::files::read_text;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use bipedc_analysis::diagnose::Source;
+use bipedc_analysis::measure::Source;
 use bipedc_compiler::robot::fnv1a;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;

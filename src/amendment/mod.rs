@@ -17,7 +17,7 @@ pub mod words;
 pub use apply::{Amended, amend};
 pub use undo::{Undone, undo};
 
-use bipedc_analysis::diagnose::Source;
+use bipedc_analysis::measure::Source;
 use bipedc_compiler::description::DESCRIPTION_FILE;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;

@@ -9,11 +9,10 @@ use crate::measurements::{Content, Measured, content, subject};
 use crate::output;
 use crate::reporting::{self, Outputs};
 use bipedc::ProgramTorques;
-use bipedc_analysis::compare::{
-    Comparison, FreeRun, Options, Reading, VelocitySource, channels_of, compare_file,
-};
+use bipedc_analysis::compare::{Comparison, FreeRun, Reading, channels_of, compare_file};
 use bipedc_analysis::diagnose::{Breakdown, breakdowns};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure::{Options, VelocitySource};
 use bipedc_analysis::report::Report;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;

@@ -6,11 +6,11 @@ use crate::failure::{Failure, Outcome};
 use crate::measurements::{Loaded, Measured};
 use crate::output;
 use crate::reporting::{self, Outputs};
-use bipedc_analysis::compare;
-use bipedc_analysis::diagnose::anatomy::CadError;
 use bipedc_analysis::diagnose::{Diagnosis, Found, Options};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure;
 use bipedc_analysis::report::Report;
+use bipedc_analysis::robot::anatomy::CadError;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -141,11 +141,11 @@ impl Diagnose {
             log: self.log.clone(),
             validate: self.validate.clone(),
             mapping: self.mapping.as_deref().map(Mapping::open).transpose()?.unwrap_or_default(),
-            reading: compare::Options {
+            reading: measure::Options {
                 cutoff_hz: self.cutoff,
                 from_s: self.from,
                 to_s: self.to,
-                ..compare::Options::default()
+                ..measure::Options::default()
             },
             foot: self.foot.clone(),
             with_joints: self.with_joints,

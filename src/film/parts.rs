@@ -1,7 +1,7 @@
 //! What the robot looks like: boxes, cylinders, spheres and hulls of the meshes of its URDF; lines where it states none.
 use super::meshes::mesh;
-use bipedc_analysis::diagnose::Foot;
 use bipedc_analysis::report::{FilmPart, Form, Side};
+use bipedc_analysis::robot::Foot;
 use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{Placement, Rotation, Tree};
 use roxmltree::Node;

@@ -2,8 +2,8 @@
 use super::parts::{parts, side_of_bodies};
 use super::poses::poses;
 use crate::feet;
-use bipedc_analysis::diagnose::Foot;
 use bipedc_analysis::report::{Curve, Film, FilmFoot, FilmPoint, Frame, Plot, Side};
+use bipedc_analysis::robot::Foot;
 use bipedc_analysis::simulate::{Mechanics, Sample};
 use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{BaseKind, Tree};

@@ -226,7 +226,7 @@ fn interrupted_twice_it_ends_at_once_and_leaves_nothing() {
     assert!(super::grows(&folder), "no temporary file");
     for _ in 0..2 {
         // The second one finds it at work still, or done.
-        let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status();
+        let _ = Command::new("kill").args(["-TERM", &child.id().to_string()]).stderr(Stdio::null()).status();
     }
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(leftovers(&folder).is_empty());

@@ -3,10 +3,10 @@
 //! The made robot sways by sines. What its base needs is computed from the model's inverse dynamics at the true state
 //! (with the regressor where masses differ) and carried by both feet; sensors and encoders then report what they do.
 use crate::support::measured::{Subjects, inertial_error, rms};
-use bipedc_analysis::compare::Options;
-use bipedc_analysis::diagnose::contact_log::ContactExperiment;
-use bipedc_analysis::diagnose::{Channel, Experiment};
+use bipedc_analysis::experiments::contact_log::ContactExperiment;
+use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_analysis::measure::Options;
 use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use bipedc_runtime::{Argument, Model, State};

@@ -1,10 +1,11 @@
 //! Logs with feet on the ground as experiments: known figures of the example, and effects against independent
 //! computations.
 use crate::support::measured::{Subjects, example, rms};
-use bipedc_analysis::compare::Options;
-use bipedc_analysis::diagnose::contact_log::{ContactExperiment, ContactRecording};
-use bipedc_analysis::diagnose::{Channel, Experiment, Recording};
+use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording};
+use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::measure::Recording;
 use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::{Argument, Model, State};
 use tulip::Tulip;

@@ -1,9 +1,10 @@
 //! Wrong use of logs is named before anything is searched for in them, and true effects are left alone.
 use crate::support::measured::{Subjects, example};
-use bipedc_analysis::compare::Options;
-use bipedc_analysis::diagnose::gate::inspect;
-use bipedc_analysis::diagnose::{Experiment, MotionExperiment, Recording};
+use bipedc_analysis::experiments::data_checks::inspect;
+use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::measure::Recording;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
 use std::sync::OnceLock;
 use tulip::Tulip;

@@ -3,10 +3,10 @@
 //! The data are read in place; without them the test says so and passes.
 use crate::support::measured::Subjects;
 use crate::support::project;
-use bipedc_analysis::compare::Options;
-use bipedc_analysis::diagnose::Experiment;
-use bipedc_analysis::diagnose::contact_log::{ContactExperiment, ContactRecording, Quantity};
+use bipedc_analysis::experiments::Experiment;
+use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording, Quantity};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure::Options;
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramModel;

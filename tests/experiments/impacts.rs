@@ -1,7 +1,7 @@
 //! Impacts as an experiment: known figures of the example, and every effect against an independent computation.
 use crate::support::measured::{Subjects, example, inertial_error, rms};
-use bipedc_analysis::diagnose::Experiment;
-use bipedc_analysis::diagnose::impacts::ImpactExperiment;
+use bipedc_analysis::experiments::Experiment;
+use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::log::{Mapping, Reader};
 use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::nalgebra::{DMatrix, DVector};

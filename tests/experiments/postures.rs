@@ -1,7 +1,7 @@
 //! Static postures as an experiment: known figures of the example, and every effect against an independent computation.
 use crate::support::measured::{Subjects, example, inertial_error, rms};
-use bipedc_analysis::diagnose::postures::PostureExperiment;
-use bipedc_analysis::diagnose::{Channel, Experiment};
+use bipedc_analysis::experiments::postures::PostureExperiment;
+use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::{Mapping, Reader};
 use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};

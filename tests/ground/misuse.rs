@@ -1,7 +1,7 @@
 //! Wrong use: what is said names the column, the joint or the posture.
 use crate::cli::{bipedc, scratch, text};
 use crate::support::measured::{Subjects, example};
-use bipedc_analysis::diagnose::postures::PostureExperiment;
+use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::identify::cop::check_postures;
 use bipedc_analysis::log::{Mapping, Reader};
 use flate2::read::GzDecoder;

@@ -1,9 +1,9 @@
 //! Data without noise give back the parameters they were made of.
 use crate::subject::{Simulated, friction};
 use crate::support::{Order, read_json};
-use bipedc_analysis::compare::{BaseKind, Subject};
-use bipedc_analysis::diagnose::Recording;
 use bipedc_analysis::identify::{Estimate, Extra, Law, Method, Part};
+use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::{BaseKind, Subject};
 use bipedc_runtime::nalgebra::DVector;
 use bipedc_runtime::{CallError, Model, Signature, State};
 

@@ -1,8 +1,8 @@
 //! Parameters that bodies can have.
 use crate::subject::{CELLS, Noise, Simulated, friction};
-use bipedc_analysis::diagnose::Anatomy;
 use bipedc_analysis::identify::physical::{Bound, Bounds, Links, Physical, Problem, choose};
 use bipedc_analysis::identify::{Design, Estimate, Extra, Held, Method, Part, by_channel, errors};
+use bipedc_analysis::robot::Anatomy;
 use bipedc_runtime::nalgebra::{DVector, Matrix3, Vector3};
 
 /// CAD that is off: masses by 20 %, centres by a centimetre, inertias with the masses and 10 % more.

@@ -2,9 +2,10 @@
 use crate::support::project;
 use bipedc::identification::base_regressor;
 use bipedc::{ProgramRegressor, anatomy};
-use bipedc_analysis::compare::{BaseKind, Joint, Subject};
-use bipedc_analysis::diagnose::{Anatomy, Recording};
 use bipedc_analysis::identify::{BaseSet, Design, Extra, Law, Settings, Sums, fold};
+use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::Anatomy;
+use bipedc_analysis::robot::{BaseKind, Joint, Subject};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramModel;

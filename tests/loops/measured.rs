@@ -2,9 +2,10 @@
 //! command line, on a copy of a robot.
 use crate::cli::{bipedc, scratch, text};
 use crate::support::measured::{Subjects, example};
-use bipedc_analysis::compare::Options;
-use bipedc_analysis::diagnose::{Experiment, MotionExperiment, Recording};
+use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::measure::Recording;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::program::ProgramModel;

@@ -1,7 +1,7 @@
 //! The rimless wheel: a closed form for the gait, by events and by time stepping.
 use super::{described, passive, phased, ready};
 use bipedc::simulation::true_model;
-use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::phases::{Assumptions, End, Precision, Start, walk};
 use bipedc_analysis::simulate::{Ground, Mechanics, Motion, Stepper, Tolerance};
 use std::f64::consts::PI;

@@ -1,7 +1,9 @@
 //! TUlip with Coulomb friction in its left knee: the example log against the model, and a diagnosis written by hand.
 use bipedc::drawing::drawing;
-use bipedc_analysis::diagnose::{Channel, Diagnosis, Fall, Found, Rejected, Source, Step, Unexplained};
+use bipedc_analysis::diagnose::{Diagnosis, Fall, Found, Rejected, Step, Unexplained};
+use bipedc_analysis::experiments::Channel;
 use bipedc_analysis::log::{Mapping, Reader, Table};
+use bipedc_analysis::measure::Source;
 use bipedc_analysis::report::{Fact, HistoryStep, Report, Row, Series};
 use bipedc_analysis::signal::{Butterworth, Spline};
 use bipedc_compiler::Robot;

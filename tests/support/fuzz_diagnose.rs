@@ -1,14 +1,19 @@
 //! The body of the fuzz target `diagnose`: any bytes as a log of robots that are fine, then what `bipedc diagnose`,
 //! `compare` and `compare --free-run` do with it.
 use bipedc::{ProgramTorques, anatomy, feet};
-use bipedc_analysis::compare::{self, BaseKind, Joint, Subject};
-use bipedc_analysis::diagnose::anatomy::Anatomy;
-use bipedc_analysis::diagnose::contact_log::ContactExperiment;
-use bipedc_analysis::diagnose::gate::inspect;
-use bipedc_analysis::diagnose::impacts::ImpactExperiment;
-use bipedc_analysis::diagnose::postures::PostureExperiment;
-use bipedc_analysis::diagnose::{Experiment, Foot, MotionExperiment, Options, Recording, diagnose};
+use bipedc_analysis::compare::{self};
+use bipedc_analysis::diagnose::{Options, diagnose};
+use bipedc_analysis::experiments::contact_log::ContactExperiment;
+use bipedc_analysis::experiments::data_checks::inspect;
+use bipedc_analysis::experiments::impacts::ImpactExperiment;
+use bipedc_analysis::experiments::postures::PostureExperiment;
+use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::{Kind, Mapping, Reader};
+use bipedc_analysis::measure;
+use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::Foot;
+use bipedc_analysis::robot::anatomy::Anatomy;
+use bipedc_analysis::robot::{BaseKind, Joint, Subject};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::SourceFiles;
@@ -106,7 +111,7 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
     let kind = reader.kind();
     drop(reader);
     // Short logs of a fuzzer must reach the filter, too.
-    let mut options = compare::Options { trim_s: 0.0, ..compare::Options::default() };
+    let mut options = measure::Options { trim_s: 0.0, ..measure::Options::default() };
     let efforts = kind == Kind::Time && !(moves && forces);
     if efforts {
         let compared = compare::compare_file(&mut own.torques, &own.subject, file, mapping, &options)?;
@@ -115,7 +120,7 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
     } else {
         options.cutoff_hz = Some(5.0);
     }
-    let robot = bipedc_analysis::diagnose::Robot {
+    let robot = bipedc_analysis::robot::Robot {
         model: &own.model,
         subject: &own.subject,
         anatomy: &own.anatomy,

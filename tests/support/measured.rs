@@ -1,8 +1,9 @@
 //! Robots with measurements: what the experiments need, from a description.
 use super::{project, read_robot};
 use bipedc::{anatomy, feet};
-use bipedc_analysis::compare::{BaseKind, Joint, Subject};
-use bipedc_analysis::diagnose::{Anatomy, AnyModel, Experiment, Foot, Robot};
+use bipedc_analysis::experiments::Experiment;
+use bipedc_analysis::robot::{Anatomy, AnyModel, Foot, Robot};
+use bipedc_analysis::robot::{BaseKind, Joint, Subject};
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_effects::effect::Effect;

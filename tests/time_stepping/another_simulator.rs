@@ -1,6 +1,6 @@
 //! Standing, falling and rocking as MuJoCo has it, with its soft contacts made stiff.
 use super::in_process::tulip;
-use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
 use bipedc_runtime::Model;
 use serde_json::Value;

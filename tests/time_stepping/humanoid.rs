@@ -1,5 +1,5 @@
 //! TUlip in a posture, on its emitted code.
-use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepped, Stepper, Tolerance};
 use bipedc_runtime::Model;
 

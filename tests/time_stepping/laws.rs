@@ -1,6 +1,6 @@
 //! Energy, momentum and order of convergence of whole robots.
 use super::humanoid::{Case, Humanoid, STANDING};
-use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
 
 /// Energy of TUlip, J.

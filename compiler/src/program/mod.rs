@@ -1,4 +1,5 @@
 //! Straight-line programs: what is emitted as Rust and what runs in process.
+mod batch;
 mod count;
 mod dual;
 mod evaluate;
@@ -6,6 +7,7 @@ mod lower;
 mod model;
 mod schedule;
 
+pub use batch::{BatchColumns, BatchStates};
 pub use count::Operations;
 pub use dual::Dual;
 pub use evaluate::Evaluator;

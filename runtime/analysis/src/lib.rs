@@ -1,8 +1,11 @@
 //! The desk: logs, comparison, diagnosis, identification and simulation of any [`Model`](bipedc_runtime::Model).
 pub mod compare;
 pub mod diagnose;
+pub mod experiments;
 pub mod identify;
 pub mod log;
+pub mod measure;
 pub mod report;
+pub mod robot;
 pub mod signal;
 pub mod simulate;

@@ -5,9 +5,8 @@ use crate::failure::Failure;
 use crate::measurements::Measured;
 use crate::output;
 use bipedc::standing::{Root, Standing};
-use bipedc_analysis::compare::Batch;
-use bipedc_analysis::diagnose::postures::PostureExperiment;
-use bipedc_analysis::diagnose::{Anatomy, Channel, Experiment};
+use bipedc_analysis::experiments::postures::PostureExperiment;
+use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::identify::cop::{
     Confounded, PostureTable, TILTED, check_postures, confounded, held_out, least_squares, pressure_errors,
     simplified, swing_tilt,
@@ -17,6 +16,8 @@ use bipedc_analysis::identify::{
     Answer, BaseSet, BatchRegressor, Feed, Identification, Judge, Options, Parts, Survey, identify,
 };
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::robot::Anatomy;
+use bipedc_analysis::robot::Batch;
 use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};

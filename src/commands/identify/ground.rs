@@ -1,10 +1,11 @@
 //! What `--method cop` and `--method zmp` say beside the parameters: mass, centre of pressure, causes alike.
 use crate::measurements::Measured;
 use crate::output::table;
-use bipedc_analysis::diagnose::{Anatomy, Experiment};
+use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::cop::{Confounded, PressureErrors};
 use bipedc_analysis::identify::physical::Inertia;
 use bipedc_analysis::identify::{BaseSet, Identification};
+use bipedc_analysis::robot::Anatomy;
 use serde::Serialize;
 use std::fmt::Write as _;
 

@@ -12,11 +12,11 @@ use crate::identifying::{Identified, content, inspected, loaded, table_survey};
 use crate::measurements::{Content, Measured};
 use crate::output;
 use crate::reporting::{Outputs, of_identification};
-use bipedc_analysis::compare;
-use bipedc_analysis::diagnose::Experiment;
+use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::physical::Inertia;
 use bipedc_analysis::identify::{Answer, Feed, Judge, Log, Method, Options, Survey, identify, survey};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure;
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Inertial, Pose};
 use bipedc_compiler::description::with_inertials;
@@ -170,9 +170,9 @@ impl Identify {
         let mapping = self.mapping.as_deref().map(Mapping::open).transpose()?.unwrap_or_default();
         let reading = zmp::reading(&self);
         // The judge is another recording: its clock has nothing to do with --from and --to.
-        let whole = compare::Options { from_s: None, to_s: None, ..reading.clone() };
+        let whole = measure::Options { from_s: None, to_s: None, ..reading.clone() };
         let log =
-            |path, options: &compare::Options| Log { path, mapping: &mapping, options: options.clone() };
+            |path, options: &measure::Options| Log { path, mapping: &mapping, options: options.clone() };
         let logs: Vec<Log<'_>> = self.logs.iter().map(|path| log(path, &reading)).collect();
         let judge = self.validate.as_deref().map(|path| log(path, &whole));
         match self.method {

@@ -1,7 +1,7 @@
 //! Options of `identify` that are more than a number.
-use bipedc_analysis::compare::Subject;
 use bipedc_analysis::identify::physical::Bound;
 use bipedc_analysis::identify::{ExtraChoice, joint};
+use bipedc_analysis::robot::Subject;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// What joints add.

@@ -7,10 +7,11 @@ use crate::identifying::{Identified, loaded, table_survey};
 use crate::measurements::{Content, Loaded, Measured, content, subject};
 use crate::output;
 use bipedc::standing::{Root, Standing};
-use bipedc_analysis::compare;
-use bipedc_analysis::diagnose::{Anatomy, Channel, Experiment};
+use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::identify::cop::confounded;
 use bipedc_analysis::identify::{Answer, Feed, Judge, Log, Parts, Survey, identify};
+use bipedc_analysis::measure;
+use bipedc_analysis::robot::Anatomy;
 use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -157,12 +158,12 @@ fn ground(
 }
 
 /// How logs are read: the filter and the times.
-pub fn reading(command: &Identify) -> compare::Options {
-    compare::Options {
+pub fn reading(command: &Identify) -> measure::Options {
+    measure::Options {
         cutoff_hz: Some(command.cutoff),
         trim_s: command.trim,
         from_s: command.from,
         to_s: command.to,
-        ..compare::Options::default()
+        ..measure::Options::default()
     }
 }

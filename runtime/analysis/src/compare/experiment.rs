@@ -1,6 +1,7 @@
 //! Comparisons of measurements of any kind, by way of their experiments.
-use super::report::{Channel, Comparison, Cutoff, KindError, Missing};
-use crate::diagnose::Experiment;
+use super::report::{Channel, Comparison, Cutoff, KindError};
+use crate::experiments::Experiment;
+use crate::measure::Missing;
 use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
@@ -28,7 +29,7 @@ pub struct Reading {
 /// One channel per row of an experiment.
 pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
     let rows = experiment.rows().iter().enumerate();
-    let channel = |(index, row): (usize, &crate::diagnose::Row)| {
+    let channel = |(index, row): (usize, &crate::experiments::Row)| {
         let residual = experiment.residual(index);
         let rms =
             |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt();

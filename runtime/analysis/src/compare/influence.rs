@@ -1,6 +1,6 @@
 //! Which predicted efforts depend on the motion of a joint.
-use super::dynamics::{Batch, EvaluationError, InverseDynamics};
-use super::options::{BaseKind, Subject};
+use crate::robot::{BaseKind, Subject};
+use crate::robot::{Batch, EvaluationError, InverseDynamics};
 
 /// States that are tried: a dependence that vanishes at all of them does not exist.
 const STATES: usize = 4;

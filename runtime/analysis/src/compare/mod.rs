@@ -7,22 +7,14 @@
 //! Memory is that of a block: at least 16384 samples, and four times the filter's overlap. Filtered positions of a
 //! log in several blocks differ from those of the whole log at once by less than 4e-12 of the signal's range
 //! ([`crate::signal::TRUNCATION`]); logs shorter than a block are one block.
-mod base;
-pub(crate) mod columns;
-mod dynamics;
 mod experiment;
 mod free_run;
 mod influence;
-mod options;
 mod report;
 mod run;
 mod statistics;
-pub(crate) mod trajectory;
 
-pub(crate) use base::rest;
-pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
 pub use experiment::{Reading, channels_of};
 pub use free_run::{FEWEST_SAMPLES, FreeChannel, FreeRun, MOST_WINDOWS, free_run};
-pub use options::{BaseKind, CANDIDATES, Joint, Options, Subject, VelocitySource};
-pub use report::{Channel, Comparison, Cutoff, KindError, Missing};
+pub use report::{Channel, Comparison, Cutoff, KindError};
 pub use run::{compare, compare_file};

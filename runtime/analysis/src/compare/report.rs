@@ -1,4 +1,5 @@
 //! The result of a comparison, for people and for programs.
+use crate::measure::Missing;
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -44,15 +45,6 @@ pub struct Cutoff {
     /// Geometric mean of the channels' root mean squares: one channel that the model explains badly does not
     /// choose the filter of all others.
     pub geometric_mean: f64,
-}
-
-/// A joint that could not be compared.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Missing {
-    /// Of the joint.
-    pub name: String,
-    /// Such as the column that is not there.
-    pub reason: String,
 }
 
 /// What a model predicts against what was logged. Its JSON keys are its field names.

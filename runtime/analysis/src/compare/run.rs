@@ -1,14 +1,17 @@
 //! The comparison itself: one pass over the log, all cut-offs at once.
-use super::columns::{JointColumns, Plan};
-use super::dynamics::{Batch, InverseDynamics};
 use super::experiment::by_kind;
 use super::influence::depends_on;
-use super::options::{Options, Subject};
-use super::report::{Channel, Comparison, Cutoff, Missing};
+use super::report::{Channel, Comparison, Cutoff};
 use super::statistics::Sums;
-use super::trajectory::{Even, States, Unusable};
-use crate::diagnose::{white_noise, within};
 use crate::log::{Block, Blocks, MOST_GAPS, Mapping, Reader, Sampling};
+use crate::measure::Missing;
+use crate::measure::Options;
+use crate::measure::columns::{JointColumns, Plan};
+use crate::measure::noise::white_noise;
+use crate::measure::recording::within;
+use crate::measure::trajectory::{Even, States, Unusable};
+use crate::robot::Subject;
+use crate::robot::{Batch, InverseDynamics};
 use crate::signal::{Butterworth, FilterError};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Where a model fails: the error of each row by what the robot was doing, against the measurement's noise, and what
 //! is structured in it, in words.
 use super::signature::{self, Feature};
-use super::{Experiment, Row};
+use crate::experiments::{Experiment, Row};
 use serde::Serialize;
 
 /// Windows that a log is cut into.

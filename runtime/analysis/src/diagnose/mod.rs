@@ -14,35 +14,15 @@
 //! - `force_sensor_gain`, `_bias`: true = reported / gain, true = reported − bias. A logged torque has the gain, but no
 //!   bias; a logged centre of pressure is a measurement of its own and has neither.
 //! - Ground reaction acts *on* the foot.
-pub mod anatomy;
 pub(crate) mod breakdown;
-mod calls;
-pub mod contact_log;
 mod engine;
-mod experiment;
-mod feet;
-pub mod gate;
-pub mod impacts;
-mod motion;
-pub mod postures;
 mod result;
-mod robot;
 mod selected;
 mod signature;
 pub mod support;
-pub(crate) mod world;
 
-pub use anatomy::Anatomy;
 pub use breakdown::{AT_NOISE, Breakdown, Part, WINDOWS, Window, breakdowns};
-pub use calls::AnyModel;
-pub(crate) use engine::effect_columns;
 pub use engine::{Options, diagnose, errors, estimate, summary};
-pub use experiment::{Channel, Experiment, Inertial, Row};
-pub use feet::{Corner, Foot};
-pub(crate) use motion::recording::within;
-pub(crate) use motion::white_noise;
-pub use motion::{HELD, MotionExperiment, Recording};
-pub use result::{Diagnosis, Fall, Found, Rejected, Source, Step, Unexplained};
-pub use robot::Robot;
+pub use result::{Diagnosis, Fall, Found, Rejected, Step, Unexplained};
 pub use selected::Selected;
 pub use signature::Feature;

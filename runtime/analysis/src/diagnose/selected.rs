@@ -1,8 +1,8 @@
 //! An experiment of which only some kinds of rows count.
-use super::anatomy::CadError;
-use super::gate::Motion;
-use super::{Experiment, Inertial, Row};
+use crate::experiments::{Experiment, Inertial, Row};
 use crate::log::names;
+use crate::measure::Motion;
+use crate::robot::anatomy::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Location};
 

@@ -4,8 +4,8 @@
 //! all, a delay follows the rate of the load. The function with the largest correlation is taken first; what it
 //! explains is projected out before the next is looked for. This says how a residual looks; which effect stands behind
 //! it is for [`super::diagnose`] to decide, on held-out data.
-use super::Experiment;
 use super::breakdown::short;
+use crate::experiments::Experiment;
 use serde::Serialize;
 
 /// Most functions that are named.

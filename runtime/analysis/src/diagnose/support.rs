@@ -4,7 +4,7 @@
 //! noise: velocities and accelerations carry it, and the noisier a regressor, the smaller its coefficient (errors in
 //! variables). All parameters come out too small, with narrow error bars. The tell-tale needs no truth: with a higher
 //! cut-off there is more noise in the motion, and the model's torque fades from the measured one.
-use super::{Channel, Experiment};
+use crate::experiments::{Channel, Experiment};
 use nalgebra::{DMatrix, DVector};
 
 /// A scale that loses more than this part of itself when the cut-off doubles has faded.
@@ -187,7 +187,7 @@ impl Fading {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::Row;
+    use crate::experiments::Row;
     use bipedc_effects::effect::{Effect, Location};
 
     /// One joint: torque and load as given.

@@ -1,8 +1,8 @@
 //! The regression: which unknowns act in which rows, and the numbers of a batch of samples.
 use super::triangle::Triangle;
 use super::unknowns::{BaseSet, Extra, Part, Source, Unknown, plain};
-use crate::compare::{Batch, Subject};
-use crate::diagnose::{Channel as Kind, Experiment, Row};
+use crate::experiments::{Channel as Kind, Experiment, Row};
+use crate::robot::{Batch, Subject};
 use nalgebra::DVector;
 
 /// The base regressor of many states.
@@ -173,7 +173,7 @@ impl<'a> Design<'a> {
         let (nq, nv) = self.widths();
         let mut random = Random(0x1dea);
         let mut q: Vec<f64> = (0..count * nq).map(|_| 1.5 * random.next()).collect();
-        if self.subject.base == crate::compare::BaseKind::Floating {
+        if self.subject.base == crate::robot::BaseKind::Floating {
             for q in q.chunks_exact_mut(nq) {
                 let length = q[3..7].iter().map(|x| x * x).sum::<f64>().sqrt();
                 q[3..7].iter_mut().for_each(|x| *x /= length);
@@ -247,7 +247,7 @@ fn signed(x: f64) -> String {
 fn base_row(subject: &Subject, row: usize) -> (String, &'static str) {
     const FLOATING: [&str; 6] = ["linear/x", "linear/y", "linear/z", "angular/x", "angular/y", "angular/z"];
     const PLANAR: [&str; 3] = ["x", "z", "pitch"];
-    let planar = subject.base == crate::compare::BaseKind::Planar;
+    let planar = subject.base == crate::robot::BaseKind::Planar;
     let (name, linear) = if planar { (PLANAR[row], row < 2) } else { (FLOATING[row], row < 3) };
     (format!("base/{name}"), if linear { "N" } else { "N m" })
 }

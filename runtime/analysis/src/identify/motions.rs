@@ -1,6 +1,6 @@
 //! Which stretches of which logs show the same motion: what must not judge what it has taught.
 use super::survey::Survey;
-use crate::diagnose::gate::{repeats, shared};
+use crate::measure::{repeats, shared};
 use serde::Serialize;
 
 /// Stretches of motion into which the data are cut, over all logs.
@@ -158,7 +158,7 @@ fn span(survey: &Survey) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::gate::Motion as Seen;
+    use crate::measure::Motion as Seen;
 
     /// A log at 100 Hz of a motion with this period, beginning at a phase (s) of it; time runs from `start`.
     fn log(duration: f64, period: f64, phase: f64, start: f64) -> Survey {

@@ -1,9 +1,10 @@
 //! Measured against modelled torques over time, for reports.
 use super::accumulate::Log;
 use super::design::{Channel, Design, Work};
-use crate::compare::Batch;
-use crate::diagnose::{Channel as Kind, Recording};
-use crate::report::{Row, Series};
+use crate::experiments::Channel as Kind;
+use crate::experiments::plotted::{Row, Series};
+use crate::measure::Recording;
+use crate::robot::Batch;
 use bipedc_effects::diagnostic::Diagnostics;
 use nalgebra::DVector;
 

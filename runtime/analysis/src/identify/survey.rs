@@ -1,8 +1,10 @@
 //! A first look at a log: which motion it shows, how fast joints go, what was measured.
 use super::accumulate::Log;
-use crate::compare::{Missing, Subject};
-use crate::diagnose::gate::Motion;
-use crate::diagnose::{Experiment, Recording};
+use crate::experiments::Experiment;
+use crate::measure::Missing;
+use crate::measure::Motion;
+use crate::measure::Recording;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 /// Positions are kept this far apart, s: enough to know a motion again.

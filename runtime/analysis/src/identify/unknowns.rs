@@ -1,5 +1,5 @@
 //! What is estimated: base parameters of the rigid bodies, and what joints add to them.
-use crate::compare::Subject;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
 

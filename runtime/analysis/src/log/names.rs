@@ -1,4 +1,5 @@
 //! Names of columns: what they may be called and what is meant by a misspelt one.
+pub use bipedc_effects::diagnostic::{list, shorten};
 
 /// What a joint's column can hold: the part of its name after the joint's name.
 ///
@@ -54,22 +55,6 @@ pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .filter(|(likeness, _)| *likeness > 0.8)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, c)| c)
-}
-
-/// Up to `most` names in backquotes, separated by commas; the rest as a count.
-pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String {
-    let names: Vec<_> = names.into_iter().collect();
-    let shown: Vec<_> = names.iter().take(most).map(|n| format!("`{}`", shorten(n))).collect();
-    let rest = names.len().saturating_sub(most);
-    if rest > 0 { format!("{} and {rest} more", shown.join(", ")) } else { shown.join(", ") }
-}
-
-/// The text cut to 60 characters, so that a huge field does not fill a message.
-pub fn shorten(text: &str) -> String {
-    if text.chars().count() <= 60 {
-        return text.to_owned();
-    }
-    text.chars().take(57).chain("...".chars()).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Rows of a report from an experiment.
-use super::data::{Row, Series};
+use crate::diagnose::Diagnosis;
 use crate::diagnose::breakdown::{breakdown, direction_states, motion_states, velocity_of};
-use crate::diagnose::{Diagnosis, Experiment};
+use crate::experiments::Experiment;
+use crate::experiments::plotted::{Row, Series};
 use bipedc_effects::effect::Effect;
 
 /// Signals that residuals are plotted against, in this order.

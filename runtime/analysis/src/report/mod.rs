@@ -29,10 +29,8 @@ mod svg;
 mod thin;
 mod write;
 
-pub use data::{
-    Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, Part, Report, Row, Series,
-    Signal,
-};
+pub use crate::experiments::plotted::{Part, Row, Series, Signal};
+pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, Report};
 pub use fill::rows_of;
 pub use film::{
     Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Plot, Pose, Side, render_film, write_film,

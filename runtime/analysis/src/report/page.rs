@@ -1,9 +1,10 @@
 //! The page as a whole.
-use super::data::{Report, Row};
+use super::data::Report;
 use super::number::{percent, with_unit};
 use super::payload;
 use super::svg;
 use super::{causes, sections};
+use crate::experiments::plotted::Row;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const PLOT_LIBRARY: &str = include_str!("assets/vendor/uplot/uPlot.iife.min.js");

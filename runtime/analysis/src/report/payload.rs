@@ -1,6 +1,7 @@
 //! The numbers that the page's script plots, as JSON.
-use super::data::{Abscissa, Part, Report, Row};
+use super::data::{Abscissa, Report};
 use super::thin::thin;
+use crate::experiments::plotted::{Part, Row};
 use serde::Serialize;
 
 /// Most samples of one row; more cannot be seen.
@@ -145,7 +146,7 @@ pub(super) fn rounded(mut values: Vec<f64>, digits: i32) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::Channel;
+    use crate::experiments::Channel;
     use crate::report::Series;
 
     #[test]

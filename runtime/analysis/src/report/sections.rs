@@ -119,7 +119,7 @@ pub(super) fn basis(report: &Report) -> Markup {
         report.facts.iter().map(|f| (f.name.clone(), f.value.clone())).collect();
     if let Some(diagnosis) = &report.diagnosis {
         let source =
-            |s: &crate::diagnose::Source| format!("{}, {} samples, FNV-1a {}", s.file, s.samples, s.hash);
+            |s: &crate::measure::Source| format!("{}, {} samples, FNV-1a {}", s.file, s.samples, s.hash);
         facts.push(("estimated from".to_owned(), source(&diagnosis.training)));
         let judge = diagnosis.validation.as_ref().map_or_else(|| "blocks of the same log".to_owned(), source);
         facts.push(("judged on".to_owned(), judge));

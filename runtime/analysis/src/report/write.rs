@@ -97,7 +97,7 @@ impl Names {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::Channel;
+    use crate::experiments::Channel;
     use crate::report::{Row, Series};
 
     #[test]

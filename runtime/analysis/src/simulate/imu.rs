@@ -2,7 +2,7 @@
 use super::mechanics::rotate;
 use super::random::Random;
 use super::stepper::Motion;
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Where it sits and how well it measures.

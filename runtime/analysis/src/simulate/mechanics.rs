@@ -1,5 +1,5 @@
 //! The functions of a model that a simulation calls, and how its coordinates move.
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::math::sin_cos;
 use bipedc_runtime::model::{Argument, Model, State};

@@ -1,7 +1,7 @@
 //! What a simulation knows of a robot besides its model.
 use super::actuator::Actuator;
-use crate::compare::Subject;
-use crate::diagnose::Foot;
+use crate::robot::Foot;
+use crate::robot::Subject;
 use bipedc_effects::effect::Effect;
 
 /// Names, places and limits of a robot.

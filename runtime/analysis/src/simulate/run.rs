@@ -13,7 +13,7 @@ use super::servo::DriveServo;
 use super::stepper::{Motion, Stepper};
 use super::told::Told;
 use super::turned::Turned;
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
 use serde::Serialize;

@@ -6,7 +6,7 @@ use super::random::Random;
 use super::scenario::{Scenario, Sensors};
 use super::told::EffortSensor;
 use super::turned::Turned;
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use bipedc_effects::effect::Effect;
 use std::f64::consts::TAU;
 

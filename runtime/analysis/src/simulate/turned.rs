@@ -5,8 +5,8 @@
 //! the tilt (`gravity_tilt`) true = R_t logged. On a fixed base the tilt is part of the model instead.
 use super::mechanics::rotate;
 use super::plant::Plant;
-use crate::compare::BaseKind;
-use crate::diagnose::world::World;
+use crate::robot::BaseKind;
+use crate::robot::world::World;
 use bipedc_effects::effect::Effect;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 

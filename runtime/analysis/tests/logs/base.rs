@@ -1,10 +1,9 @@
 //! Logs of a moving base, and logged velocities.
 use crate::support;
 use crate::support::reader;
-use bipedc_analysis::compare::{
-    BaseKind, Batch, Comparison, EvaluationError, InverseDynamics, Joint, Options, Subject, VelocitySource,
-    compare,
-};
+use bipedc_analysis::compare::{Comparison, compare};
+use bipedc_analysis::measure::{Options, VelocitySource};
+use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
 use std::fmt::Write;
 
 /// One joint whose effort is a weighted sum of all of v and a, so that an error in any of them shows.

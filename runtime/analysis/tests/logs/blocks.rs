@@ -1,8 +1,9 @@
 //! A log in blocks gives the result of the whole log; gaps cut it.
 use crate::support::reader;
-use bipedc_analysis::compare::{BaseKind, Joint, Options, Subject};
-use bipedc_analysis::diagnose::Recording;
 use bipedc_analysis::log::{Blocks, Mapping, Sampling};
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::{BaseKind, Joint, Subject};
 use bipedc_analysis::signal::{Butterworth, Grid, Spline, TRUNCATION, resample};
 use std::fmt::Write;
 use std::path::Path;

@@ -1,10 +1,10 @@
 //! Every bad log has a message that names place, fault and remedy.
 use crate::support;
 use crate::support::reader;
-use bipedc_analysis::compare::{
-    BaseKind, Batch, Comparison, EvaluationError, InverseDynamics, Joint, Options, Subject, compare,
-};
+use bipedc_analysis::compare::{Comparison, compare};
 use bipedc_analysis::log::{Kind, LONGEST_LINE, MOST_ERRORS, Mapping, Reader, Table};
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
 use bipedc_effects::diagnostic::Diagnostics;
 use flate2::{Compression, write::GzEncoder};
 use std::fmt::Write as _;

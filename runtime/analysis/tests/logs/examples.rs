@@ -1,7 +1,9 @@
 //! The example logs, against what is known to be true about them (`truth.json`).
 use crate::support::{repository, rnea::Robot, subject, tulip};
-use bipedc_analysis::compare::{BaseKind, Comparison, Options, compare_file};
+use bipedc_analysis::compare::{Comparison, compare_file};
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::robot::BaseKind;
 use serde_json::Value;
 
 fn compare_example(name: &str, robot: &mut Robot) -> Comparison {

@@ -1,5 +1,5 @@
 //! Bodies so simple that their equations are written by hand.
-use bipedc_analysis::compare::BaseKind;
+use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
 use bipedc_runtime::{Argument, Arguments, CallError, Model, Signature, State};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};

@@ -1,10 +1,10 @@
 //! Any bytes given as a measurement file: an error or a result, never a panic.
 //!
 //! The body of the fuzz target `log`, here so that a test runs it on the seed corpus.
-use bipedc_analysis::compare::{
-    BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Options, Subject, compare,
-};
+use bipedc_analysis::compare::compare;
 use bipedc_analysis::log::{Mapping, Reader, Table};
+use bipedc_analysis::measure::Options;
+use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
 use std::io::Cursor;
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! The body of the fuzz target `scenario`.
-use bipedc_analysis::compare::{BaseKind, Joint, Subject};
-use bipedc_analysis::diagnose::{Corner, Foot};
+use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::{Corner, Foot};
 use bipedc_analysis::simulate::{Actuator, Plant, Scenario};
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 #![allow(dead_code, reason = "every test binary uses another part")]
 pub mod rnea;
 
-use bipedc_analysis::compare::{BaseKind, Joint, Subject};
 use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_analysis::robot::{BaseKind, Joint, Subject};
 use bipedc_effects::diagnostic::Diagnostics;
 use rnea::Robot;
 use std::io::Cursor;

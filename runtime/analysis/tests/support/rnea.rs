@@ -2,7 +2,7 @@
 //!
 //! Fixed joints keep their links; bases are fixed or floating (q: position, quaternion x y z w; v and a in the
 //! root's axes). Gravity is 9.81 m/s² along −z.
-use bipedc_analysis::compare::{BaseKind, Batch, EvaluationError, InverseDynamics};
+use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 type V3 = Vector3<f64>;

@@ -1,5 +1,5 @@
 //! Efforts between their samples.
-use crate::diagnose::Recording;
+use crate::measure::Recording;
 use crate::signal::{Grid, Spline, resample};
 use std::ops::Range;
 

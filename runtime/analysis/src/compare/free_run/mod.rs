@@ -8,8 +8,8 @@ mod input;
 mod report;
 mod window;
 
-use super::options::Subject;
-use crate::diagnose::Recording;
+use crate::measure::Recording;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Law};
 use bipedc_runtime::model::Model;

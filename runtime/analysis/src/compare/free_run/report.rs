@@ -1,5 +1,5 @@
 //! What free runs miss, for people and for programs.
-use crate::compare::{Joint, Subject};
+use crate::robot::{Joint, Subject};
 use serde::Serialize;
 
 /// What a joint's free run misses.

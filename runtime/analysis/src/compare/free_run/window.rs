@@ -1,7 +1,7 @@
 //! One window: the model on its own from a measured state.
 use super::input::Input;
-use crate::compare::Subject;
-use crate::diagnose::Recording;
+use crate::measure::Recording;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 use ivp::dense::StepInterpolant;

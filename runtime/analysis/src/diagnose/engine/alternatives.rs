@@ -1,10 +1,10 @@
 //! Explanations that the data cannot tell from the one that stands.
 use super::answer::Answer;
-use super::form::Form;
 use super::parallel::parallel;
 use super::setting::Trial;
 use super::simplest::ALIKE;
 use crate::diagnose::Found;
+use crate::experiments::form::Form;
 use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
 

@@ -6,8 +6,9 @@ use super::search::{Outcome, search};
 use super::setting::{BLOCKS, Setting};
 use super::simplest::simplest;
 use super::words;
-use crate::diagnose::anatomy::CadError;
-use crate::diagnose::{Channel, Diagnosis, Experiment, Fall, Found, Rejected, Step};
+use crate::diagnose::{Diagnosis, Fall, Found, Rejected, Step};
+use crate::experiments::{Channel, Experiment};
+use crate::robot::anatomy::CadError;
 use bipedc_effects::effect::{Effect, Location, Role};
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
 //! Sums of products of everything that may explain a residual, by row and block of time.
 //!
 //! Once they are formed, every fit and every held-out error is a small dense problem, whatever the length of the log.
-use super::form::Column;
-use crate::diagnose::Experiment;
+use crate::experiments::Experiment;
+use crate::experiments::form::Column;
 use nalgebra::DMatrix;
 
 /// Samples that are multiplied at a time.
@@ -18,15 +18,11 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    pub fn new(
-        experiment: &dyn Experiment,
-        error: &crate::diagnose::anatomy::CadError,
-        widening: f64,
-    ) -> Self {
+    pub fn new(experiment: &dyn Experiment, error: &crate::robot::anatomy::CadError, widening: f64) -> Self {
         let bodies = experiment.inertial_count() / 10;
-        let nothing = crate::diagnose::anatomy::CadError { mass: 0.0, center: 0.0, inertia: 0.0 };
+        let nothing = crate::robot::anatomy::CadError { mass: 0.0, center: 0.0, inertia: 0.0 };
         let corrects = *error != nothing;
-        let usual = crate::diagnose::anatomy::CadError::default();
+        let usual = crate::robot::anatomy::CadError::default();
         let error = if corrects { error } else { &usual };
         let mut covariances = vec![DMatrix::<f64>::zeros(10, 10); bodies];
         for (body, direction) in experiment.cad_directions(error) {
@@ -171,7 +167,7 @@ pub(super) fn row_bank(
 
 fn fill_inertial(
     x: &mut DMatrix<f64>,
-    inertial: &crate::diagnose::Inertial,
+    inertial: &crate::experiments::Inertial,
     spread: &Spread,
     bodies: &[usize],
     first: usize,

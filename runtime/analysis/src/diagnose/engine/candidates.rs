@@ -1,8 +1,8 @@
 //! Which effects a search tries, in which forms.
 use super::bank::Spread;
 use super::fit::Candidate;
-use super::form::{Column, Form, Search};
-use crate::diagnose::Experiment;
+use crate::experiments::Experiment;
+use crate::experiments::form::{Column, Form, Search};
 use bipedc_effects::effect::Location;
 
 /// All forms of all kinds and places, those that are named as alternatives only last.

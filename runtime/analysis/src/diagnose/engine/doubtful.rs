@@ -1,9 +1,9 @@
 //! Effects that do not survive the exact estimate.
-use super::form::within_reach;
 use super::polish::{Amended, Polished};
 use super::search::{LEAST, least};
 use super::setting::{MOST, Setting};
-use crate::diagnose::{Channel, Experiment};
+use crate::experiments::form::within_reach;
+use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Role};
 
 /// The effect that removes least from the judging data once everything is estimated exactly, if that is next to

@@ -1,6 +1,6 @@
 //! Fits of effects and inertial corrections together, and their errors on other data.
 use super::bank::{RowBank, Spread};
-use super::form::{Form, Search};
+use crate::experiments::form::{Form, Search};
 use nalgebra::{DMatrix, DVector};
 
 /// What one coefficient multiplies.

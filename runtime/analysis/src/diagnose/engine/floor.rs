@@ -1,7 +1,7 @@
 //! The least that any explanation of a row can leave: what a smooth function of the signals leaves, or noise.
 use super::setting::BLOCKS;
 use super::smoother::{self, Signals, reach};
-use crate::diagnose::Experiment;
+use crate::experiments::Experiment;
 
 /// A row counts as at least so many independent samples.
 const INDEPENDENT: f64 = 300.0;

@@ -6,7 +6,6 @@ mod candidates;
 mod doubtful;
 mod fit;
 mod floor;
-mod form;
 mod parallel;
 mod polish;
 mod refine;
@@ -18,5 +17,4 @@ mod smoother;
 mod words;
 
 pub use answer::{Options, diagnose, errors, estimate};
-pub(crate) use form::effect_columns;
 pub use words::summary;

@@ -1,10 +1,10 @@
 //! The final estimate: all parameters of all effects at once, with everything nonlinear, and error bars.
 use super::bank::{RowBank, Spread, row_bank};
 use super::fit::{Corrections, Sums, Term, fit};
-use super::form::Column;
 use super::parallel::parallel;
-use crate::diagnose::anatomy::CadError;
-use crate::diagnose::{Channel, Experiment, Inertial, Row};
+use crate::experiments::form::Column;
+use crate::experiments::{Channel, Experiment, Inertial, Row};
+use crate::robot::anatomy::CadError;
 use bipedc_effects::effect::{Effect, Location};
 use nalgebra::{DMatrix, DVector};
 

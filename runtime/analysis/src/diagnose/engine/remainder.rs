@@ -3,7 +3,8 @@ use super::parallel::parallel;
 use super::polish::Amended;
 use super::setting::QUIET;
 use super::smoother::{self, reach};
-use crate::diagnose::{Experiment, Unexplained};
+use crate::diagnose::Unexplained;
+use crate::experiments::Experiment;
 use bipedc_effects::effect::Effect;
 
 /// A smooth function must lower a row's held-out squared error by this to call something unexplained.

@@ -2,7 +2,7 @@
 use super::parallel::parallel;
 use super::refine::{exchange, refine};
 use super::setting::{Setting, Trial};
-use crate::diagnose::Channel;
+use crate::experiments::Channel;
 use std::collections::BTreeMap;
 
 /// Part of a row's held-out squared error that an effect must remove.

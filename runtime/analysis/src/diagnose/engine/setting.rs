@@ -3,9 +3,9 @@ use super::bank::{RowBank, Spread, row_bank};
 use super::candidates::{all_forms, candidates_of};
 use super::fit::{Candidate, Corrections, Fit, Sums, Term, errors, fit, sizes};
 use super::floor::floor;
-use super::form::{Column, Form, Search};
 use super::parallel::parallel;
-use crate::diagnose::Experiment;
+use crate::experiments::Experiment;
+use crate::experiments::form::{Column, Form, Search};
 use bipedc_effects::effect::{Effect, Location};
 
 /// Blocks of time that a log is cut into.
@@ -135,7 +135,7 @@ impl<'a> Setting<'a> {
         self.floors = parallel(rows.len(), |row| floor(self.train, self.judge, self.own_blocks, row));
         self.floor =
             self.judge_sums.rows.iter().zip(&self.floors).map(|(row, (_, c))| row.count as f64 / c).collect();
-        let noise = |(row, sums): (&crate::diagnose::Row, &super::fit::RowSum)| {
+        let noise = |(row, sums): (&crate::experiments::Row, &super::fit::RowSum)| {
             QUIET * row.noise.powi(2) * sums.count as f64
         };
         // Tables of postures and impacts know no more than a bound of their noise.

@@ -2,7 +2,7 @@
 //!
 //! Piecewise linear functions of the joint's position, velocity and load, of their pairs, the sign of velocity alone
 //! and times other signals, and linear terms in all other signals, fitted with a ridge.
-use crate::diagnose::Experiment;
+use crate::experiments::Experiment;
 use nalgebra::{DMatrix, DVector};
 
 /// Most samples that are used.

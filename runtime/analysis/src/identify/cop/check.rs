@@ -1,7 +1,7 @@
 //! What may be wrong with a table of postures, before anything is estimated from it.
-use crate::compare::Subject;
-use crate::diagnose::postures::{PostureExperiment, SolePose};
+use crate::experiments::postures::{PostureExperiment, SolePose};
 use crate::identify::excite::polygon::Polygon;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// A swing foot that is tilted by less counts as flat, rad: encoders and ground are not better than that.

@@ -1,5 +1,5 @@
 //! Which physical causes the forces of the ground cannot tell apart.
-use crate::diagnose::{Channel, Experiment};
+use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Location};
 use serde::Serialize;
 

@@ -1,8 +1,8 @@
 //! A posture table as rows that are linear in the parameters.
-use crate::diagnose::gate::Motion;
-use crate::diagnose::postures::{Moments, PostureExperiment};
-use crate::diagnose::{Channel, Experiment, Inertial, Row};
+use crate::experiments::postures::{Moments, PostureExperiment};
+use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::identify::BaseSet;
+use crate::measure::Motion;
 use bipedc_effects::effect::{Effect, Location};
 use nalgebra::{DMatrix, DVector};
 

@@ -1,7 +1,7 @@
 //! Mixed-up signals, before anything is estimated.
 use super::look::{Look, Seen};
 use super::train::Train;
-use crate::compare::Subject;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
 
 /// Joints do not turn further than this, rad; degrees do.

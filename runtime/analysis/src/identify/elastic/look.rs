@@ -4,7 +4,7 @@ use super::super::survey::Survey;
 use super::plan::{Columns, observed};
 use super::signals::{Chunk, Making, each};
 use super::train::Train;
-use crate::compare::Subject;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 /// Positions are kept this far apart, s: enough to know a motion again.

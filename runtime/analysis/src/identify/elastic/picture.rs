@@ -5,7 +5,7 @@ use super::fold::Folding;
 use super::rows::JointRows;
 use super::signals::{Chunk, Making, each};
 use super::solve::Solved;
-use crate::report::Row;
+use crate::experiments::plotted::Row;
 use bipedc_effects::diagnostic::Diagnostics;
 use nalgebra::DVector;
 

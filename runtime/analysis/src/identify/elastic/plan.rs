@@ -1,7 +1,7 @@
 //! Which columns of a log are needed, which are there, and whose row they serve.
 use super::train::Train;
-use crate::compare::Subject;
 use crate::log::{Kind, Reader};
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 /// Columns of a joint among the selected ones.

@@ -4,7 +4,7 @@ use super::super::unknowns::{Law, Source};
 use super::laws::Laws;
 use super::signals::{Chunk, Motor};
 use super::train::{Train, Transmission};
-use crate::compare::Batch;
+use crate::robot::Batch;
 use std::ops::Range;
 
 /// Columns of a motor's row: laws in their order, stiffness always among them.

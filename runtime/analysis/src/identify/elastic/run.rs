@@ -15,8 +15,8 @@ use super::picture;
 use super::solve::Solver;
 use super::summary::{DriveSummary, Found};
 use super::train::Train;
-use crate::compare::Subject;
-use crate::report::Row;
+use crate::experiments::plotted::Row;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use serde::Serialize;
 

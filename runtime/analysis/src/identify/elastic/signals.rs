@@ -2,9 +2,10 @@
 use super::super::accumulate::Log;
 use super::plan::Plan;
 use super::train::Train;
-use crate::compare::{Subject, rest};
-use crate::diagnose::within;
 use crate::log::{Block, Blocks, Reader, Sampling};
+use crate::measure::base::rest;
+use crate::measure::recording::within;
+use crate::robot::Subject;
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;

@@ -7,7 +7,7 @@ use super::laws::{Estimator, Steps};
 use super::linear::{inverse, jackknife, least_squares, scatter, staged, variance};
 use super::noise::Noise;
 use super::train::Train;
-use crate::compare::Subject;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::Diagnostic;
 use nalgebra::{DMatrix, DVector};
 

@@ -7,7 +7,7 @@ use super::look::Look;
 use super::run::Elastic;
 use super::solve::Solved;
 use super::train::{Train, Transmission};
-use crate::compare::Subject;
+use crate::robot::Subject;
 use nalgebra::DVector;
 use serde::Serialize;
 

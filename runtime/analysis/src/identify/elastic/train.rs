@@ -1,5 +1,5 @@
 //! What is known of the motors before anything is measured.
-use crate::compare::Subject;
+use crate::robot::Subject;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Motor, gear and transmission of one joint (4.26)–(4.33).

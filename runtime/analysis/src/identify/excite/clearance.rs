@@ -1,6 +1,6 @@
 //! Feet that keep clear of each other while a robot hangs and moves.
 use super::machine::Motion;
-use crate::diagnose::Foot;
+use crate::robot::Foot;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -245,7 +245,7 @@ fn nearest(a: [Vector3<f64>; 2], b: [Vector3<f64>; 2]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::Corner;
+    use crate::robot::Corner;
 
     /// The distance of two segments by brute force.
     fn searched(a: [Vector3<f64>; 2], b: [Vector3<f64>; 2]) -> f64 {

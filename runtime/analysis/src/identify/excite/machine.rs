@@ -1,8 +1,8 @@
 //! What moves within which limits, and motions of it.
 use super::basis::Basis;
 use super::clearance::Clearance;
-use crate::compare::{BaseKind, Batch, InverseDynamics, Subject};
 use crate::identify::BatchRegressor;
+use crate::robot::{BaseKind, Batch, InverseDynamics, Subject};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::cell::RefCell;
 

@@ -2,8 +2,8 @@
 
 use super::limits::{excess, fine};
 use super::*;
-use crate::compare::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
 use crate::identify::BatchRegressor;
+use crate::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
 use std::cell::RefCell;
 
 const LENGTH: f64 = 0.4;

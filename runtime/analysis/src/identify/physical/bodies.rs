@@ -1,6 +1,6 @@
 //! Links in the coordinates of the invariant metric.
-use crate::diagnose::Anatomy;
-use crate::diagnose::anatomy::Link;
+use crate::robot::Anatomy;
+use crate::robot::anatomy::Link;
 use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
 
 /// Coordinates per link.

@@ -1,6 +1,7 @@
 //! The robot from the front and from its right, joints coloured by how much of their torque is unexplained.
 use super::px;
-use crate::report::data::{Bone, Drawing, Hull, Report, Row};
+use crate::experiments::plotted::Row;
+use crate::report::data::{Bone, Drawing, Hull, Report};
 use crate::report::number::percent;
 use maud::{Markup, html};
 

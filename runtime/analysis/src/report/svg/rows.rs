@@ -1,6 +1,7 @@
 //! One row over time, and its residual against a signal: for papers. The page draws these with uPlot.
 use super::chart::{Axis, Chart};
-use crate::report::data::{Abscissa, Row, Series, Signal};
+use crate::experiments::plotted::{Row, Series, Signal};
+use crate::report::data::Abscissa;
 use crate::report::thin::thin;
 use maud::{Markup, html};
 

@@ -2,7 +2,7 @@
 use super::feedback::Feedback;
 use super::program::{Program, Work};
 use super::signals::{Reader, Signal};
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 use std::cell::{Cell, RefCell};

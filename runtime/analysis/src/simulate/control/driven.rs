@@ -1,7 +1,7 @@
 //! Virtual constraints in time stepping: phases are followed, torques are held over the step.
 use super::controller::{Controller, Outputs};
 use super::tracker::Tracker;
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use crate::simulate::phases::{Mirror, PhaseSpec};
 use crate::simulate::plant::Plant;
 use crate::simulate::stepper::{Motion, Stepper};

@@ -1,6 +1,6 @@
 //! What formulas can speak of: joints, the base, contact points; each with its derivatives along a motion.
 use super::program::Jet;
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use crate::simulate::mechanics::rotate;
 use crate::simulate::plant::Plant;
 use bipedc_effects::diagnostic::Diagnostic;

@@ -3,7 +3,7 @@ use super::integrate::Violation;
 use super::robot::{PhasedRobot, Work};
 use super::spec::PhaseSpec;
 use super::support::{Load, Row, RowKind, inside};
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use bipedc_runtime::model::{Argument, State};
 
 /// Which assumptions are checked, and with which numbers.

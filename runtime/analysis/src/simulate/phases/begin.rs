@@ -1,7 +1,7 @@
 //! The state at the beginning of a walk, from what a scenario says of it.
 use super::project::Projected;
 use super::robot::PhasedRobot;
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use crate::simulate::plant::Plant;
 use crate::simulate::scenario::{Initial, Scenario};
 use bipedc_effects::diagnostic::Diagnostic;

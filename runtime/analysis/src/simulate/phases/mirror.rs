@@ -1,5 +1,5 @@
 //! The exchange of left and right: between the robot as its phases name it and the robot as it is.
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 

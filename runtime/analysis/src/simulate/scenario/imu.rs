@@ -1,7 +1,7 @@
 //! `[imu]` of a scenario.
 use super::file::Inertial;
 use super::read::{NOT_NEGATIVE, Reading};
-use crate::compare::BaseKind;
+use crate::robot::BaseKind;
 use crate::simulate::{Imu, Plant};
 use toml::Spanned;
 

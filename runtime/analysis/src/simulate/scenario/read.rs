@@ -2,8 +2,8 @@
 use super::effects;
 use super::file::{Control, File, Joint, Number, Senses, Soil, Start};
 use super::{Initial, Scenario, Sensors, Servo};
-use crate::compare::BaseKind;
 use crate::log::{Mapping, Reader, Table, closest};
+use crate::robot::BaseKind;
 use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;

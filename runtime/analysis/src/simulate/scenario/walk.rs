@@ -2,8 +2,8 @@
 use super::file::{Checks, File};
 use super::read::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
 use super::{EventDriven, World};
-use crate::compare::BaseKind;
 use crate::log::closest;
+use crate::robot::BaseKind;
 use crate::simulate::Plant;
 use crate::simulate::phases::Assumptions;
 use bipedc_effects::effect::{Effect, Law};

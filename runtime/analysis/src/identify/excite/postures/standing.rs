@@ -1,5 +1,5 @@
 //! Where the bodies of a robot are that stands on one foot, and how that changes with its joints.
-use crate::diagnose::AnyModel;
+use crate::robot::AnyModel;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, State};
 use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3, Vector6};

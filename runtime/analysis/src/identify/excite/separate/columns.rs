@@ -1,8 +1,10 @@
 //! What two effects do to the torques along a motion, as the diagnosis sees it.
 use super::Pair;
-use crate::compare::BaseKind;
-use crate::diagnose::{Experiment, MotionExperiment, Recording, effect_columns};
+use crate::experiments::form::effect_columns;
+use crate::experiments::{Experiment, MotionExperiment};
 use crate::identify::excite::{Machine, Motion};
+use crate::measure::Recording;
+use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Law, Location, Place};
 use nalgebra::DMatrix;

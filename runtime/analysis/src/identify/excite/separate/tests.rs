@@ -1,11 +1,11 @@
 //! On one link that turns about y: τ = I_yy a − g (m x cos q + m z sin q).
 use super::objective::Apart;
 use super::*;
-use crate::compare::{BaseKind, Batch, Joint, ModelTorques};
-use crate::diagnose::anatomy::Link;
 use crate::identify::BatchRegressor;
 use crate::identify::excite::search::Objective;
 use crate::identify::excite::{Criterion, Family, Limits, Scaling};
+use crate::robot::anatomy::Link;
+use crate::robot::{BaseKind, Batch, Joint, ModelTorques};
 use bipedc_effects::effect::Location;
 use bipedc_runtime::model::{Argument, Arguments, CallError, Signature, State};
 use std::cell::RefCell;

@@ -1,0 +1,409 @@
+//! Forces on the feet at the samples of a log, filtered, and what they do to the robot's coordinates.
+use super::columns::{Columns, has_all_corners};
+use super::foot::FootRecord;
+use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
+use crate::measure::HELD;
+use crate::measure::Options;
+use crate::measure::noise::white_noise;
+use crate::measure::recording::unusable;
+use crate::measure::trajectory::{Even, States, Unusable};
+use crate::robot::Robot;
+use crate::robot::calls::Calls;
+use crate::robot::feet::{FootCalls, Sole};
+use crate::signal::{Butterworth, Grid, Spline, resample};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use std::ops::Range;
+use std::path::Path;
+
+/// Samples that the spline needs beyond the filter's overlap.
+const SPLINE_OVERLAP: usize = 40;
+/// Samples per period of the cut-off on which rows are computed and filtered: with fewer the filter is another one.
+const PER_PERIOD: f64 = 12.0;
+/// Stretches of fewer samples are left out: a spline needs so many.
+const SHORTEST: usize = 16;
+/// Cut-off if none is given, Hz.
+pub const CUTOFF_HZ: f64 = 10.0;
+
+/// Motion and foot forces of a log; states as the model has them.
+#[derive(Debug, Clone, Default)]
+pub struct ContactRecording {
+    /// Times of the samples, s.
+    pub time: Vec<f64>,
+    /// Stretches without gaps, as ranges of samples.
+    pub segments: Vec<Range<usize>>,
+    /// Samples that count: within the times asked for, not near the ends of a stretch.
+    pub kept: Vec<usize>,
+    pub(super) q: Vec<f64>,
+    pub(super) v: Vec<f64>,
+    pub(super) a: Vec<f64>,
+    pub(super) feet: Vec<FootRecord>,
+    /// Logged efforts by joint, through the filter; N m.
+    pub(super) effort: Vec<Option<Vec<f64>>>,
+    /// Their noise as logged.
+    pub(super) effort_noise: Vec<f64>,
+    /// Noise of each coordinate as logged (floating base: linear in world axes, then angles).
+    pub(super) position_noise: Vec<f64>,
+    /// Parts of a white noise's variance that remain in a value and in a second derivative, after one and after two
+    /// passes of the filter.
+    pub(super) noise_gains: [[f64; 2]; 2],
+    /// Whether rows pass the filter once more, which they do unless this is changed: measured and predicted alike,
+    /// because accelerations are noisiest just below the cut-off.
+    pub filter_rows: bool,
+    /// The foot that carries the base and stands still, where the log has no motion of the base.
+    pub(super) standing: Option<usize>,
+    /// Sampling step, s.
+    pub step: f64,
+    /// Cut-off of the filter, Hz.
+    pub cutoff_hz: f64,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// What is odd about the log.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl ContactRecording {
+    /// Reads a log. Motion and forces pass the same zero-phase filter at `options.cutoff_hz` (10 Hz if not given);
+    /// every `stride`-th sample is kept, none of them is lost to the filter. By default about twelve per period of the
+    /// cut-off are kept, and every other one counts.
+    ///
+    /// # Errors
+    /// Those of the reader; no base, joints or foot forces in the log; a log too short for the filter.
+    pub fn read(
+        robot: &Robot<'_>,
+        path: &Path,
+        mapping: &Mapping,
+        options: &Options,
+        stride: Option<usize>,
+    ) -> Result<Self, Diagnostics> {
+        Self::from_reader(robot, Reader::open(path, mapping)?, mapping, options, stride)
+    }
+
+    /// The same from any source; `mapping` is the one that the reader has.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn from_reader(
+        robot: &Robot<'_>,
+        mut reader: Reader,
+        mapping: &Mapping,
+        options: &Options,
+        stride: Option<usize>,
+    ) -> Result<Self, Diagnostics> {
+        let path = reader.file().to_path_buf();
+        let mut columns = Columns::new(robot, &mut reader, mapping)?;
+        columns.place_quaternion();
+        let sampling = Sampling::probe(reader)?;
+        let step = sampling.step();
+        let cutoff_hz = options.cutoff_hz.unwrap_or(CUTOFF_HZ).min(0.45 / step);
+        let filter = Butterworth::new(cutoff_hz, 1.0 / step).map_err(|_| {
+            let message =
+                format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
+            Diagnostics(vec![Diagnostic::error(message).in_file(&path).help("choose another cut-off")])
+        })?;
+        let thin = stride.is_none();
+        let stride = stride.unwrap_or(((1.0 / step) / (PER_PERIOD * cutoff_hz)) as usize).max(1);
+        let mut recording =
+            Self { step: step * stride as f64, cutoff_hz, filter_rows: true, ..Self::default() };
+        recording.assumptions = std::mem::take(&mut columns.plan.assumptions);
+        recording.standing = columns.standing;
+        recording.prepare_feet(robot, &columns);
+        recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
+        // All samples are read, those at the ends too: the rows are filtered once more before the ends are left out.
+        let mut blocks = Blocks::new(sampling, filter.overlap() + SPLINE_OVERLAP, 0.0);
+        let mut raw_noise: Vec<f64> = Vec::new();
+        let reach = (0.3 / cutoff_hz / step) as usize;
+        let passing = Passing { robot, columns: &columns, filter: &filter, step, stride, reach };
+        while let Some(block) = blocks.next_block()? {
+            let range = block.core.clone();
+            if block.time.len() < SHORTEST {
+                continue;
+            }
+            let own = with_quaternion(&columns, &block);
+            let (time, core, start, uniform) = (block.time, range.clone(), block.start, block.uniform);
+            let block =
+                Block { time, columns: own.as_deref().unwrap_or(block.columns), core, start, uniform };
+            if raw_noise.is_empty() {
+                raw_noise = block.columns.iter().map(|c| white_noise(c)).collect();
+            }
+            recording.add(&passing, &block, range).map_err(|e| unusable(e, &path))?;
+            if recording.time.len() > HELD {
+                recording.warnings.push(recording.cut_off(&path));
+                break;
+            }
+        }
+        recording.warnings.extend(blocks.report().warnings.iter().cloned());
+        recording.finish(&passing, &raw_noise);
+        // Half of them show all that the filter leaves.
+        recording.keep(options, if thin { 2 } else { 1 });
+        recording.keep_standing(robot).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
+        if recording.kept.len() < 8 {
+            let message = format!("only {} samples of the log can be used", recording.kept.len());
+            return Err(Diagnostics(vec![
+                Diagnostic::error(message).in_file(&path).help("at least a few seconds of motion are needed"),
+            ]));
+        }
+        Ok(recording)
+    }
+
+    /// Said of a log that is longer than what is held of it.
+    fn cut_off(&self, path: &Path) -> Diagnostic {
+        let last = self.time.last().copied().unwrap_or(0.0);
+        let message = format!(
+            "the log is too long: what comes after {last} s is not looked at ({HELD} samples of {:.4} s are)",
+            self.step
+        );
+        Diagnostic::warning(message)
+            .in_file(path)
+            .help("cut the file into pieces; a quarter of an hour of motion tells what there is to tell")
+    }
+
+    fn prepare_feet(&mut self, robot: &Robot<'_>, columns: &Columns) {
+        let planar = robot.planar();
+        for (foot, columns) in robot.feet.iter().zip(&columns.feet) {
+            let whole = columns.is_whole(planar);
+            let corners = has_all_corners(columns);
+            if whole && !columns.normal && !columns.has_torque(planar) {
+                self.assumptions.push(format!(
+                    "`{}` has no torque column: its force acts at its centre of pressure, without a moment about the vertical there",
+                    foot.name
+                ));
+            }
+            self.feet.push(FootRecord {
+                columns: columns.clone(),
+                from_corners: !whole && corners,
+                is_logged: whole || corners,
+                corners: if corners { vec![Vec::new(); foot.corners.len()] } else { Vec::new() },
+                peaks: vec![Vec::new(); 1 + if corners { foot.corners.len() } else { 0 }],
+                ..FootRecord::default()
+            });
+        }
+    }
+
+    fn add(
+        &mut self,
+        passing: &Passing<'_, '_>,
+        block: &Block<'_>,
+        range: Range<usize>,
+    ) -> Result<(), Unusable> {
+        let even = Even::new(&passing.columns.plan, block, passing.step);
+        let states = even.states(
+            &passing.columns.plan,
+            passing.robot.subject,
+            passing.filter,
+            block.time,
+            range.clone(),
+        )?;
+        let States { q, v, a, count } = &states;
+        let (nq, nv) = (q.len() / count, v.len() / count);
+        let first = self.time.len();
+        let here = block.time[range.start];
+        let step = passing.step;
+        let continues =
+            self.time.last().is_some_and(|last| here - last < (passing.stride as f64 + 0.5) * step);
+        // The stride goes on where the last block left off.
+        let skipped = self
+            .time
+            .last()
+            .filter(|_| continues)
+            .map_or(0, |last| passing.stride.saturating_sub(((here - last) / step).round() as usize));
+        let kept: Vec<usize> = (skipped..*count).step_by(passing.stride).collect();
+        match self.segments.last_mut() {
+            Some(last) if continues => last.end = first + kept.len(),
+            _ => self.segments.push(first..first + kept.len()),
+        }
+        for &i in &kept {
+            self.time.push(block.time[range.start + i]);
+            self.q.extend_from_slice(&q[i * nq..(i + 1) * nq]);
+            self.v.extend_from_slice(&v[i * nv..(i + 1) * nv]);
+            self.a.extend_from_slice(&a[i * nv..(i + 1) * nv]);
+        }
+        let at: Vec<usize> = kept.iter().map(|i| range.start + i).collect();
+        for (foot, record) in passing.robot.feet.iter().zip(&mut self.feet).filter(|(_, r)| r.is_logged) {
+            record.add(passing, block, foot, &at)?;
+        }
+        for (joint, values) in passing.columns.plan.joints.iter().zip(&mut self.effort) {
+            if let (Some(column), Some(values)) = (joint.effort, values) {
+                values.extend(passing.smooth(block, &block.columns[column], &at)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Chooses the samples that count.
+    fn keep(&mut self, options: &Options, stride: usize) {
+        let slack = 0.5 * self.step;
+        for segment in self.segments.iter().filter(|s| !s.is_empty()) {
+            let (first, last) = (self.time[segment.start], self.time[segment.end - 1]);
+            let from = options.from_s.unwrap_or(f64::NEG_INFINITY).max(first + options.trim_s - slack);
+            let to = options.to_s.unwrap_or(f64::INFINITY).min(last - options.trim_s + slack);
+            let inside = segment.clone().filter(|i| self.time[*i] >= from && self.time[*i] <= to);
+            self.kept.extend(inside.step_by(stride));
+        }
+    }
+
+    /// Values at the samples that count.
+    pub(super) fn pick<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        self.kept.iter().map(|i| values[*i]).collect()
+    }
+
+    /// A signal of all samples through the filter once more, at the samples that count.
+    pub(super) fn smooth(&self, values: &[f64]) -> Vec<f64> {
+        let filter = Butterworth::new(self.cutoff_hz, 1.0 / self.step).ok().filter(|_| self.filter_rows);
+        let Some(filter) = filter else { return self.pick(values) };
+        let parts = self.segments.iter().flat_map(|s| filter.zero_phase(&values[s.clone()]));
+        self.pick(&parts.collect::<Vec<f64>>())
+    }
+
+    /// Noise after the filter.
+    fn finish(&mut self, passing: &Passing<'_, '_>, raw: &[f64]) {
+        self.noise_gains = [1, 2].map(|passes| gains(passing.filter, passing.step, passes));
+        let plan = &passing.columns.plan;
+        let noise = |column: Option<usize>| column.and_then(|c| raw.get(c)).copied().unwrap_or(0.0);
+        let mut all: Vec<f64> = vec![0.0; if self.standing.is_some() { 6 } else { 0 }];
+        if let Some(base) = &plan.base {
+            let each: Vec<f64> = base.0.iter().map(|c| noise(Some(*c))).collect();
+            all.extend(&each[..3.min(each.len())]);
+            if let Some(quaternion) = each.get(3..7) {
+                // ω̇ = 2 vec(q* q̈): the noise of a quaternion's elements is shared by three axes.
+                let mean = (quaternion.iter().map(|n| n * n).sum::<f64>() / 4.0).sqrt();
+                all.extend([2.0 * mean; 3]);
+            }
+        }
+        all.extend(plan.joints.iter().map(|joint| noise(joint.position)));
+        self.position_noise = all;
+        self.effort_noise = plan.joints.iter().map(|joint| noise(joint.effort)).collect();
+    }
+
+    /// Parts of a white noise's variance that remain in values and accelerations.
+    pub(super) fn noise_gain(&self) -> [f64; 2] {
+        self.noise_gains[usize::from(self.filter_rows)]
+    }
+
+    /// Part of a white noise's variance that remains in values that passed the filter once.
+    pub(super) fn value_gain(&self) -> f64 {
+        self.noise_gains[0][0]
+    }
+
+    /// Generalised forces of the ground on the robot, `Jᵀ w`, for configurations at these times; `times × nv`, as the
+    /// model has them. Inverse dynamics minus this is the effort under the feet's forces.
+    ///
+    /// `time` may be any times of samples of this recording; the nearest one counts.
+    ///
+    /// # Errors
+    /// The model has no `position_of_…`, `rotation_of_…` or `jacobian_of_…` of the feet's links.
+    pub fn generalised_forces(
+        &self,
+        robot: &Robot<'_>,
+        time: &[f64],
+        q: &[f64],
+    ) -> Result<Vec<f64>, Diagnostic> {
+        let calls = Calls::new(robot.model);
+        let feet =
+            robot.feet.iter().map(|foot| FootCalls::new(&calls, foot)).collect::<Result<Vec<_>, _>>()?;
+        let mut out = Vec::with_capacity(time.len() * calls.nv);
+        for (t, q) in time.iter().zip(q.chunks_exact(calls.nq)) {
+            let sample = self.nearest(*t);
+            let wrenches =
+                |foot: usize, sole: &Sole| self.feet[foot].wrench(sole, &self.feet[foot].signals[sample]);
+            out.extend(mapped(robot, &calls, &feet, q, &self.logged(), wrenches));
+        }
+        Ok(out)
+    }
+
+    /// Whether the effort of any joint is logged.
+    pub fn has_efforts(&self) -> bool {
+        self.effort.iter().any(Option::is_some)
+    }
+
+    /// Which feet have forces.
+    pub(super) fn logged(&self) -> Vec<bool> {
+        self.feet.iter().map(|foot| foot.is_logged).collect()
+    }
+
+    fn nearest(&self, time: f64) -> usize {
+        let after = self.time.partition_point(|t| *t < time).min(self.time.len() - 1);
+        let before = after.saturating_sub(1);
+        if (self.time[before] - time).abs() < (self.time[after] - time).abs() { before } else { after }
+    }
+}
+
+/// What stays the same from block to block.
+pub(super) struct Passing<'a, 'r> {
+    robot: &'a Robot<'r>,
+    columns: &'a Columns,
+    filter: &'a Butterworth,
+    step: f64,
+    stride: usize,
+    /// Samples over which the filter smears a sensor that stays at its limit.
+    pub reach: usize,
+}
+
+/// Roll, pitch, yaw as a quaternion, after the file's columns.
+fn with_quaternion(columns: &Columns, block: &Block<'_>) -> Option<Vec<Vec<f64>>> {
+    let [roll, pitch, yaw] = columns.angles?.map(|c| &block.columns[c]);
+    let mut all = block.columns.to_vec();
+    let mut quaternion: Vec<Vec<f64>> = vec![Vec::new(); 4];
+    for ((roll, pitch), yaw) in roll.iter().zip(pitch).zip(yaw) {
+        let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(*roll, *pitch, *yaw));
+        quaternion.iter_mut().zip(turn.coords.iter()).for_each(|(column, value)| column.push(*value));
+    }
+    all.append(&mut quaternion);
+    Some(all)
+}
+
+/// Parts of a white noise's variance that value and second derivative of a signal have that was filtered so often.
+fn gains(filter: &Butterworth, step: f64, passes: usize) -> [f64; 2] {
+    let half = filter.overlap() + SPLINE_OVERLAP;
+    let impulse: Vec<f64> = (0..2 * half + 1).map(|i| if i == half { 1.0 } else { 0.0 }).collect();
+    let filtered = (0..passes).fold(impulse.clone(), |signal, _| filter.zero_phase(&signal));
+    let Some(spline) = Spline::new(&filtered, step) else {
+        return [1.0, 0.0];
+    };
+    (0..impulse.len())
+        .map(|i| spline.at_sample(i))
+        .fold([0.0; 2], |[v, a], s| [v + s[0] * s[0], a + s[2] * s[2]])
+}
+
+impl Passing<'_, '_> {
+    /// A column filtered, at samples of the block.
+    pub fn smooth(&self, block: &Block<'_>, column: &[f64], at: &[usize]) -> Result<Vec<f64>, Unusable> {
+        if column.iter().all(|x| *x == 0.0) {
+            return Ok(vec![0.0; at.len()]);
+        }
+        if block.uniform {
+            let smooth = self.filter.zero_phase(column);
+            return Ok(at.iter().map(|i| smooth[*i]).collect());
+        }
+        let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
+        let grid = Grid::covering(block.start, self.step, first, last);
+        let even = self.filter.zero_phase(&resample(block.time, column, grid));
+        let spline = Spline::new(&even, self.step).ok_or(Unusable::TooFew)?;
+        Ok(at.iter().map(|i| spline.at(block.time[*i] - grid.start)[0]).collect())
+    }
+}
+
+/// `Jᵀ w` over all feet with forces, nv values; `wrench` gives force and moment about the sole's origin in world axes.
+pub(super) fn mapped(
+    robot: &Robot<'_>,
+    calls: &Calls<'_>,
+    feet: &[FootCalls],
+    q: &[f64],
+    logged: &[bool],
+    wrench: impl Fn(usize, &Sole) -> (Vector3<f64>, Vector3<f64>),
+) -> Vec<f64> {
+    let mut out = vec![0.0; calls.nv];
+    let mut jacobian = Vec::new();
+    for (f, foot) in robot.feet.iter().enumerate().filter(|(f, _)| logged[*f]) {
+        let sole = feet[f].sole(calls, foot, q);
+        let (force, moment) = wrench(f, &sole);
+        // The jacobian is of the link's origin.
+        let moment = moment + sole.below.cross(&force);
+        feet[f].jacobian(calls, q, &mut jacobian);
+        for (out, column) in out.iter_mut().zip(jacobian.chunks_exact(6)) {
+            *out += force.x * column[0] + force.y * column[1] + force.z * column[2];
+            *out += moment.x * column[3] + moment.y * column[4] + moment.z * column[5];
+        }
+    }
+    out
+}

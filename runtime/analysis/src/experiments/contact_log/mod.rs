@@ -1,0 +1,212 @@
+//! Logs of a robot that is free in space, with forces at its feet: what no joint has to be measured for.
+//!
+//! Rows: `base/force/x`, `/y`, `/z` (N, the log's world axes) and `base/moment/x`, `/y`, `/z` (N m, about the origin of
+//! the root, in its axes); planar: x, z and y. Measured: the feet's wrenches mapped to the base, `Jᵀ w`; predicted: the
+//! unactuated rows of inverse dynamics. Both from signals that passed the same zero-phase filter; the rows pass it once
+//! more, both sides alike, because accelerations are noisiest just below the cut-off. The moment about
+//! the vertical is left out if the feet log no torque, because nothing is known of it. Where only normal forces of
+//! corners are logged, the rows are `base/force/z` and `cop/x`, `cop/y`: the centre of pressure of all feet (m, world
+//! axes, in the height of the loaded soles) against the zero moment point.
+//!
+//! A log without any `base/…` column is one of a robot that stands on the foot that carries its base (root link: that
+//! foot, or a point of its sole), as in thesis 5.4.2; see `standing`.
+//!
+//! While the feet carry less than a twentieth of the weight there is no centre of pressure: its rows are zero.
+//!
+//! Foot forces are in world axes at the centre of pressure in the sole frame, or, where the mapping file says
+//! `frame = "sole"`, force and torque at and in the sole frame. Signs: [`crate::diagnose`].
+//!
+//! - A force sensor's bias changes the force; a logged centre of pressure is a measurement of its own and stays, a
+//!   logged torque too. A gain scales force and torque.
+//! - A saturated sensor has a part missing that is not known: at samples near which it stays at its limit, the force
+//!   along the sole's normal (not negative) that fits the base best is added at the sensor. A limit below a reading
+//!   contradicts the log and explains nothing.
+//! - `foot_slip`, `spin_friction` and `impact_restitution` change what the ground does to the feet; that is measured
+//!   here, so they change none of these rows. `ground_compliance` shows in how deep the soles lie: `soles`.
+//! - `ground_slope` changes none of these rows where the base's orientation is logged; [`ContactExperiment::quantities`]
+//!   tells how far the soles are from level.
+//! - The assumptions of thesis 4.2 are levels of the model: their response is what leaving something out costs. They
+//!   are no candidates. See `simpler`.
+//!
+//! Noise of a row is that of forces and positions (from third differences of the raw columns, taken as white), through
+//! the filter (for positions twice differentiated) and through the model's mass matrix.
+mod columns;
+mod effects;
+mod foot;
+mod forces;
+mod phases;
+mod predict;
+mod quantities;
+mod rows;
+mod simpler;
+mod soles;
+mod standing;
+mod walking;
+
+pub use forces::{CUTOFF_HZ, ContactRecording};
+pub use quantities::Quantity;
+pub use walking::WalkingExperiment;
+
+use crate::experiments::{Experiment, Inertial, Row};
+use crate::measure::Motion;
+use crate::robot::Robot;
+use crate::robot::anatomy::CadError;
+use crate::robot::calls::Calls;
+use crate::robot::feet::FootCalls;
+use crate::robot::world::World;
+use bipedc_effects::effect::{Effect, Location};
+use effects::Change;
+use nalgebra::Vector3;
+use rows::Kind;
+
+/// A log of a free robot against a model; built by [`ContactExperiment::read`].
+pub struct ContactExperiment<'a> {
+    robot: Robot<'a>,
+    calls: Calls<'a>,
+    feet: Vec<FootCalls>,
+    inverse_dynamics: usize,
+    regressor: usize,
+    recording: ContactRecording,
+    /// In world axes, m/s².
+    gravity: Vector3<f64>,
+    parameters: Vec<f64>,
+    rows: Vec<Row>,
+    kinds: Vec<Kind>,
+    time: Vec<f64>,
+    residual: Vec<Vec<f64>>,
+    inertial: Vec<Inertial>,
+    /// Corners with a row of their own, after the rows of `kinds`.
+    soles: Vec<soles::Corner>,
+    /// When each foot stands.
+    stances: Vec<Vec<std::ops::Range<usize>>>,
+}
+
+impl<'a> ContactExperiment<'a> {
+    /// What it was made from.
+    pub fn recording(&self) -> &ContactRecording {
+        &self.recording
+    }
+
+    fn change(&self, effects: &[Effect]) -> Change {
+        Change::of(&self.robot.with(effects), &self.robot)
+    }
+
+    fn shows(&self, body: usize) -> bool {
+        self.inertial.iter().any(|i| i.columns.iter().any(|c| c / 10 == body))
+    }
+
+    /// What inertial effects alone explain: exact, since these rows are linear in inertial parameters.
+    fn linear_response(&self, change: &[f64]) -> Vec<(usize, Vec<f64>)> {
+        let rows = self.inertial.iter().enumerate();
+        rows.map(|(row, inertial)| {
+            let factors: Vec<f64> = inertial.columns.iter().map(|c| change[*c]).collect();
+            let sum = |values: &[f64]| values.iter().zip(&factors).map(|(v, f)| v * f).sum();
+            (row, inertial.values.chunks_exact(factors.len().max(1)).map(sum).collect::<Vec<f64>>())
+        })
+        .filter(|(_, values)| values.iter().any(|v| *v != 0.0))
+        .collect()
+    }
+}
+
+impl Experiment for ContactExperiment<'_> {
+    fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+    fn time(&self) -> &[f64] {
+        &self.time
+    }
+    fn residual(&self, row: usize) -> &[f64] {
+        &self.residual[row]
+    }
+    fn measured(&self, row: usize) -> Option<Vec<f64>> {
+        // A sole's height is predicted to be level.
+        Some(if row < self.kinds.len() { self.reported_row(row) } else { self.residual[row].clone() })
+    }
+    fn phases(&self) -> Vec<(String, Vec<bool>)> {
+        self.support()
+    }
+    fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+        let inertial_only =
+            effects.iter().all(|e| matches!(e.kind.as_str(), "payload" | "com_offset" | "inertia_error"));
+        let linear = self.kinds.iter().all(|kind| !matches!(kind, Kind::Pressure(_)));
+        // A simpler model of the description may not be linear in what is added.
+        if inertial_only && linear && !self.change(&[]).level.is_simpler() {
+            return self.linear_response(&self.robot.anatomy.change(effects));
+        }
+        let change = self.change(effects);
+        // What acts at the soles only leaves the wrenches alone, and the other way round.
+        let of_ground = effects.iter().all(|e| e.kind == "ground_compliance");
+        let mut changed =
+            if of_ground { self.residual[..self.kinds.len()].to_vec() } else { self.residual_under(&change) };
+        changed.extend(self.sole_residuals(&change));
+        let rows = self.residual.iter().zip(changed).enumerate();
+        rows.map(|(row, (nominal, changed))| {
+            (row, nominal.iter().zip(changed).map(|(nominal, changed)| nominal - changed).collect::<Vec<_>>())
+        })
+        .filter(|(_, values)| values.iter().any(|v| *v != 0.0))
+        .collect()
+    }
+    fn candidates(&self) -> Vec<(&'static str, Location)> {
+        let links = self.robot.link_places(|body| self.shows(body));
+        let mut out = Vec::new();
+        for kind in ["payload", "com_offset", "inertia_error"] {
+            out.extend(links.iter().map(|place| (kind, place.clone())));
+        }
+        out.extend(self.robot.joint_places().map(|place| ("encoder_offset", place)));
+        out.push(("gravity_tilt", Location::default()));
+        if !self.soles.is_empty() {
+            out.push(("ground_compliance", Location::default()));
+        }
+        for kind in ["force_sensor_gain", "force_sensor_bias"] {
+            out.push((kind, Location::default()));
+            out.extend(self.sensors().into_iter().map(|(_, _, name)| (kind, Location::sensor(name))));
+        }
+        let clipped =
+            self.sensors().into_iter().filter(|(foot, sensor, _)| self.clipped(*foot, *sensor).is_some());
+        out.extend(clipped.map(|(_, _, name)| ("force_sensor_saturation", Location::sensor(name))));
+        out
+    }
+    fn guess(&self, kind: &str, place: &Location) -> Option<Effect> {
+        if kind != "force_sensor_saturation" {
+            return None;
+        }
+        let meant = |name: &str| place.sensor.as_deref().is_none_or(|sensor| sensor == name);
+        let sensors = self.sensors().into_iter().filter(|(_, _, name)| meant(name));
+        let limits = sensors.filter_map(|(foot, sensor, _)| self.clipped(foot, sensor));
+        let limit = limits.fold(f64::NEG_INFINITY, f64::max);
+        limit.is_finite().then(|| Effect::new(kind, place.clone(), &[("limit", limit)]))
+    }
+    fn inertial_count(&self) -> usize {
+        self.parameters.len()
+    }
+    fn inertial_parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+    fn inertial(&self, row: usize) -> Option<&Inertial> {
+        self.inertial.get(row)
+    }
+    fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {
+        let (nq, nv) = (self.calls.nq, self.calls.nv);
+        let mut list = self.robot.joint_signals("position", &self.recording.q, nq);
+        list.extend(self.robot.joint_signals("velocity", &self.recording.v, nv));
+        for (foot, record) in self.robot.feet.iter().zip(&self.recording.feet).filter(|(_, r)| r.is_logged) {
+            list.push((format!("{}/force/z", foot.name), record.signals.iter().map(|s| s[2]).collect()));
+        }
+        list.push(("time".to_owned(), self.recording.time.clone()));
+        list.into_iter().map(|(name, values)| (name, self.recording.pick(&values))).collect()
+    }
+    fn motion(&self) -> Motion {
+        let positions = self.robot.joint_signals("position", &self.recording.q, self.calls.nq);
+        let positions = positions.into_iter().map(|(_, values)| self.recording.pick(&values)).collect();
+        Motion { time: self.recording.pick(&self.recording.time), positions }
+    }
+    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
+        self.robot.cad_directions(error)
+    }
+    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+        self.robot.anatomy.change(std::slice::from_ref(effect))
+    }
+    fn bodies(&self) -> &[String] {
+        &self.robot.anatomy.bodies
+    }
+}

@@ -1,0 +1,81 @@
+//! What can be said of the data before anything is searched for in them: channels that are mixed up, joints that
+//! hardly move, motions that repeat themselves.
+//!
+//! An error means that nothing found in the log could be trusted; a warning goes with the answer.
+mod channels;
+mod excitation;
+mod hypothesis;
+mod signals;
+
+use crate::experiments::Experiment;
+use crate::measure::Recording;
+use bipedc_effects::diagnostic::Diagnostic;
+
+/// Most samples on which the model is asked again under another reading of the log.
+const SAMPLES: usize = 600;
+
+/// Torques for configurations, velocities and accelerations of some samples.
+pub(super) type Torques<'a> = dyn Fn(&[f64], &[f64], &[f64]) -> Vec<f64> + 'a;
+
+/// Motion and torques of a log, joint by joint.
+pub(super) struct Evidence<'a> {
+    /// Names of the joints and whether they are prismatic.
+    pub joints: Vec<(&'a str, bool)>,
+    pub recording: &'a Recording,
+    /// Where the joints begin in a configuration and in a velocity.
+    pub offsets: (usize, usize),
+    /// Lengths of a configuration and of a velocity.
+    pub widths: (usize, usize),
+    /// Torques of the rigid model, `samples × nv`, for configurations, velocities and accelerations.
+    pub torques: &'a Torques<'a>,
+}
+
+impl Evidence<'_> {
+    /// Positions of a joint.
+    pub fn position(&self, joint: usize) -> impl Iterator<Item = f64> + '_ {
+        self.recording.q.iter().skip(self.offsets.0 + joint).step_by(self.widths.0).copied()
+    }
+    /// Velocities of a joint.
+    pub fn velocity(&self, joint: usize) -> impl Iterator<Item = f64> + '_ {
+        self.recording.v.iter().skip(self.offsets.1 + joint).step_by(self.widths.1).copied()
+    }
+}
+
+/// Looks at the training log, and at the log that judges if there is one, each with what was found in it.
+pub fn inspect(train: &dyn Experiment, judge: Option<&dyn Experiment>) -> Findings {
+    let motion = judge.map(Experiment::motion);
+    let mut training = train.check();
+    training.extend(crate::measure::repetition::warnings(&train.motion(), motion.as_ref()));
+    Findings { training, validation: judge.map_or(Vec::new(), Experiment::check) }
+}
+
+/// What [`inspect`] found; no file stands in it yet.
+#[derive(Debug, Clone, Default)]
+pub struct Findings {
+    /// About the training log, or both.
+    pub training: Vec<Diagnostic>,
+    /// About the log that judges.
+    pub validation: Vec<Diagnostic>,
+}
+
+/// Everything about one log with joint torques.
+pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
+    let mut found = channels::check(evidence);
+    found.extend(excitation::check(evidence));
+    found.extend(signals::check(evidence));
+    found
+}
+
+/// Names in backquotes.
+fn list<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
+    crate::log::names::list(names, 12)
+}
+
+/// Value below which a part of the numbers lies.
+fn quantile(values: &mut [f64], part: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let at = ((values.len() - 1) as f64 * part) as usize;
+    *values.select_nth_unstable_by(at, f64::total_cmp).1
+}

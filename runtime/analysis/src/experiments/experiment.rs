@@ -1,0 +1,168 @@
+//! Measurements as the diagnosis sees them: residuals, and how effects would change them.
+use crate::measure::Motion;
+use crate::robot::anatomy::CadError;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::{Effect, Location};
+use serde::Serialize;
+
+/// What kind of quantity a row is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Channel {
+    /// Joint torque, N m (prismatic: N).
+    Effort,
+    /// Force rows of a moving base: what no actuator can give, N, world axes.
+    BaseForce,
+    /// Moment rows of a moving base, N m, base axes.
+    BaseMoment,
+    /// Centre of pressure, m, in the frame of the stance sole.
+    Cop,
+    /// Height of a loaded sole's corner less its mean over the stance, m.
+    Sole,
+    /// Motor angle minus joint angle, rad.
+    Transmission,
+    /// Generalised velocity just after an impact, m/s and rad/s.
+    PostImpactVelocity,
+}
+
+impl Channel {
+    /// As in JSON: `base_force`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Effort => "effort",
+            Self::BaseForce => "base_force",
+            Self::BaseMoment => "base_moment",
+            Self::Cop => "cop",
+            Self::Sole => "sole",
+            Self::Transmission => "transmission",
+            Self::PostImpactVelocity => "post_impact_velocity",
+        }
+    }
+    /// Unit of a root mean square over the rows of this kind.
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Effort | Self::BaseMoment => "N m",
+            Self::BaseForce => "N",
+            Self::Cop | Self::Sole => "m",
+            Self::Transmission => "rad",
+            Self::PostImpactVelocity => "m/s, rad/s",
+        }
+    }
+}
+
+/// One measured scalar over all samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Such as `left_knee_pitch`, `cop/x`, `base/force/z`.
+    pub name: String,
+    /// What it is.
+    pub channel: Channel,
+    /// Of its values.
+    pub unit: &'static str,
+    /// The joint, for rows that belong to one.
+    pub joint: Option<String>,
+    /// Standard deviation of the measurement's noise as seen in the residual, estimated or given; > 0.
+    pub noise: f64,
+}
+
+/// How the prediction of one row changes with the inertial parameters of the bodies.
+///
+/// Only the bodies that matter to the row are kept.
+#[derive(Debug, Clone, Default)]
+pub struct Inertial {
+    /// Indices of the inertial parameters (ten per body, see `inertial_parameters`), increasing.
+    pub columns: Vec<usize>,
+    /// `samples × columns.len()`, sample after sample.
+    pub values: Vec<f64>,
+}
+
+/// Measurements, the nominal model's prediction of them, and how effects change it.
+///
+/// A *residual* is measured minus predicted. All of it lives on one list of samples.
+pub trait Experiment: Sync {
+    /// The measured rows.
+    fn rows(&self) -> &[Row];
+
+    /// Times of the samples, s; numbers of postures or impacts in tables.
+    fn time(&self) -> &[f64];
+
+    /// Measured minus nominal prediction of a row, one value per sample.
+    fn residual(&self, row: usize) -> &[f64];
+
+    /// What was measured, one value per sample; `None`: only the residual is known. For reports.
+    fn measured(&self, _row: usize) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// The nominal residual minus the residual under the effects, for the rows that change: what the effects
+    /// together explain. Effects that do not apply change nothing.
+    fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)>;
+
+    /// Kinds and places that make sense here and that the measurements could show.
+    fn candidates(&self) -> Vec<(&'static str, Location)>;
+
+    /// Values from which the search for an effect's parameters should start, where the measurements tell them at sight:
+    /// the value at which a sensor stays. `None`: the usual starts.
+    fn guess(&self, _kind: &str, _place: &Location) -> Option<Effect> {
+        None
+    }
+
+    /// Number of inertial parameters of the model, ten per body; 0 if they play no part.
+    fn inertial_count(&self) -> usize {
+        0
+    }
+
+    /// Nominal inertial parameters: mass, first moments, inertia about the frame's origin, per body.
+    fn inertial_parameters(&self) -> &[f64] {
+        &[]
+    }
+
+    /// Derivative of a row's prediction by the inertial parameters; `None` if it has none.
+    fn inertial(&self, _row: usize) -> Option<&Inertial> {
+        None
+    }
+
+    /// Signals that a row's residual may go with, by name, one value per sample: the joint's position, velocity and
+    /// load first, then others. They serve to say whether something unexplained is left, and what it goes with.
+    fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {
+        Vec::new()
+    }
+
+    /// What the robot does at the samples, by name (`double support`, `just after impact`), where the measurements
+    /// tell: one flag per sample. They need not exclude one another.
+    fn phases(&self) -> Vec<(String, Vec<bool>)> {
+        Vec::new()
+    }
+
+    /// Where to start looking for the parameter of a kind that does not enter linearly; `None`: the kind's own seeds.
+    fn seeds(&self, _kind: &str, _location: &Location) -> Option<Vec<f64>> {
+        None
+    }
+
+    /// Directions of usual CAD errors in the space of the inertial parameters, each one standard deviation long:
+    /// index of the body, ten numbers.
+    fn cad_directions(&self, _error: &CadError) -> Vec<(usize, [f64; 10])> {
+        Vec::new()
+    }
+
+    /// What an effect on a link adds to the inertial parameters; empty if inertial parameters play no part.
+    fn inertial_change(&self, _effect: &Effect) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// What is wrong or odd with the data themselves, before anything is searched for: mixed-up channels, joints that
+    /// hardly move. Errors mean that nothing could be concluded.
+    fn check(&self) -> Vec<Diagnostic> {
+        Vec::new()
+    }
+
+    /// How the joints moved, for telling whether motions repeat; empty in tables.
+    fn motion(&self) -> Motion {
+        Motion::default()
+    }
+
+    /// Names of the bodies' main links, one per ten inertial parameters.
+    fn bodies(&self) -> &[String] {
+        &[]
+    }
+}

@@ -1,0 +1,489 @@
+//! Joint torques as an [`Experiment`].
+use super::laws::{Ready, Strided, advanced, torque_law};
+use super::places;
+use super::rigid::Rigid;
+use crate::experiments::data_checks;
+use crate::experiments::{Channel, Experiment, Inertial, Row};
+use crate::measure::Motion;
+use crate::measure::recording::Recording;
+use crate::robot::anatomy::{Anatomy, CadError};
+use crate::robot::{BaseKind, Subject};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::{Effect, Law, Location};
+use bipedc_runtime::model::Model;
+use std::sync::OnceLock;
+
+/// A log of joint torques against a rigid-body model with the effects that its description already has.
+pub struct MotionExperiment<'a> {
+    rigid: Rigid<'a>,
+    subject: &'a Subject,
+    anatomy: &'a Anatomy,
+    recording: Recording,
+    present: Vec<Effect>,
+    rows: Vec<Row>,
+    /// Joint of each row.
+    joint_of: Vec<usize>,
+    /// Rigid-body torques, `samples × nv`, with the inertial effects of the description.
+    load: Vec<f64>,
+    /// Forces of the ground, `samples × nv`; empty without.
+    ground: Vec<f64>,
+    /// Formed when first asked for: most of the memory.
+    inertial: OnceLock<Vec<Option<Inertial>>>,
+    parameters: Vec<f64>,
+    residual: Vec<Vec<f64>>,
+}
+
+impl<'a> MotionExperiment<'a> {
+    /// `present` are the effects of the description; `model` is the rigid robot without them, on a floating or
+    /// planar base (or fixed: then nothing can be said of a tilt).
+    ///
+    /// # Errors
+    /// The model lacks `inverse_dynamics` or `inverse_dynamics_regressor`, or is another robot's.
+    pub fn new(
+        model: &'a (dyn Model<f64> + Sync),
+        subject: &'a Subject,
+        anatomy: &'a Anatomy,
+        recording: Recording,
+        present: &[Effect],
+    ) -> Result<Self, Diagnostic> {
+        Self::on_ground(model, subject, anatomy, recording, present, Vec::new())
+    }
+
+    /// The same with generalised forces of the ground on the robot, `Jᵀ w`, `samples × nv` (or empty: none): they are
+    /// taken away from what the motion needs.
+    pub(crate) fn on_ground(
+        model: &'a (dyn Model<f64> + Sync),
+        subject: &'a Subject,
+        anatomy: &'a Anatomy,
+        recording: Recording,
+        present: &[Effect],
+        ground: Vec<f64>,
+    ) -> Result<Self, Diagnostic> {
+        let rigid = Rigid::new(model)?;
+        let joints = subject.joints.len();
+        let fits = rigid.nv == subject.base.nv() + joints && rigid.parameters == 10 * anatomy.bodies.len();
+        if !fits {
+            return Err(Diagnostic::error("the model and the description are of different robots"));
+        }
+        let mut this = Self {
+            rigid,
+            subject,
+            anatomy,
+            present: present.to_vec(),
+            rows: Vec::new(),
+            joint_of: Vec::new(),
+            load: less(rigid.inverse_dynamics(&recording.q, &recording.v, &recording.a), &ground),
+            ground,
+            inertial: OnceLock::new(),
+            parameters: anatomy.parameters(),
+            residual: Vec::new(),
+            recording,
+        };
+        this.list_rows();
+        this.residual = (0..this.rows.len()).map(|_| Vec::new()).collect();
+        let all: Vec<usize> = (0..this.rows.len()).collect();
+        for (row, residual) in this.residuals(&this.present, &all, None) {
+            this.residual[row] = residual;
+        }
+        Ok(this)
+    }
+
+    /// What it was made from.
+    pub fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
+    fn list_rows(&mut self) {
+        for (j, joint) in self.subject.joints.iter().enumerate() {
+            if self.recording.effort[j].is_some() {
+                self.joint_of.push(j);
+                self.rows.push(Row {
+                    name: joint.name.clone(),
+                    channel: Channel::Effort,
+                    unit: joint.unit(),
+                    joint: Some(joint.name.clone()),
+                    noise: self.recording.noise[j].max(1e-12),
+                });
+            }
+        }
+        for (j, joint) in self.subject.joints.iter().enumerate() {
+            if let Some(values) = &self.recording.transmission[j] {
+                self.joint_of.push(j);
+                let noise = crate::measure::noise::white_noise(values).max(1e-7);
+                self.rows.push(Row {
+                    name: format!("{}/motor_position", joint.name),
+                    channel: Channel::Transmission,
+                    unit: "rad",
+                    joint: Some(joint.name.clone()),
+                    noise,
+                });
+            }
+        }
+    }
+
+    fn all_inertial(&self) -> &[Option<Inertial>] {
+        self.inertial.get_or_init(|| self.inertial_columns())
+    }
+
+    /// Regressor rows of the joints with an effort, without the columns that are zero throughout.
+    fn inertial_columns(&self) -> Vec<Option<Inertial>> {
+        let (nv, base) = (self.rigid.nv, self.subject.base.nv());
+        let samples = self.recording.samples();
+        let efforts: Vec<usize> =
+            (0..self.rows.len()).filter(|&r| self.rows[r].channel == Channel::Effort).collect();
+        // Which columns a row has is a matter of the tree: a few samples tell.
+        let mut present = vec![vec![false; self.rigid.parameters]; self.rows.len()];
+        let probe: Vec<usize> = (0..4).map(|k| k * (samples - 1) / 3).collect();
+        let pick = |values: &[f64], width: usize| -> Vec<f64> {
+            probe.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
+        };
+        let r = &self.recording;
+        let (q, v, a) = (pick(&r.q, self.rigid.nq), pick(&r.v, nv), pick(&r.a, nv));
+        self.rigid.regressors(&q, &v, &a, |_, regressor| {
+            for &row in &efforts {
+                for (column, found) in present[row].iter_mut().enumerate() {
+                    *found |= regressor[column * nv + base + self.joint_of[row]] != 0.0;
+                }
+            }
+        });
+        let mut all: Vec<Option<Inertial>> = vec![None; self.rows.len()];
+        for &row in &efforts {
+            let columns: Vec<usize> =
+                (0..self.rigid.parameters).filter(|&column| present[row][column]).collect();
+            let values = Vec::with_capacity(samples * columns.len());
+            all[row] = Some(Inertial { columns, values });
+        }
+        self.rigid.regressors(&r.q, &r.v, &r.a, |_, regressor| {
+            for &row in &efforts {
+                let Some(inertial) = &mut all[row] else { continue };
+                let at = base + self.joint_of[row];
+                inertial.values.extend(inertial.columns.iter().map(|column| regressor[column * nv + at]));
+            }
+        });
+        all
+    }
+
+    /// Torques of the rigid model under effects that change its geometry; `None` if there are none. `ground` are the
+    /// forces of the ground under the effects, if they change.
+    fn turned_load(&self, effects: &[Effect], ground: Option<&[f64]>) -> Option<Vec<f64>> {
+        let bq = self.subject.base.nq();
+        let width = self.rigid.nq;
+        let mut q = None;
+        for effect in effects {
+            match effect.definition().map(|kind| kind.law) {
+                Some(Law::EncoderOffset) => {
+                    let Some(joint) = self.joint(effect) else { continue };
+                    let q = q.get_or_insert_with(|| self.recording.q.clone());
+                    let offset = effect.value("offset");
+                    q.iter_mut().skip(bq + joint).step_by(width).for_each(|x| *x -= offset);
+                }
+                Some(Law::GravityTilt) => {
+                    let q = q.get_or_insert_with(|| self.recording.q.clone());
+                    for q in q.chunks_exact_mut(width) {
+                        tilt(self.subject.base, q, effect.value("roll"), effect.value("pitch"));
+                    }
+                }
+                _ => {}
+            }
+        }
+        if q.is_none() && ground.is_none() {
+            return None;
+        }
+        let q = q.as_deref().unwrap_or(&self.recording.q);
+        let needed = self.rigid.inverse_dynamics(q, &self.recording.v, &self.recording.a);
+        Some(less(needed, ground.unwrap_or(&self.ground)))
+    }
+
+    fn joint(&self, effect: &Effect) -> Option<usize> {
+        self.index(effect.location.joint.as_deref())
+    }
+
+    fn index(&self, name: Option<&str>) -> Option<usize> {
+        let name = name?;
+        self.subject.joints.iter().position(|joint| joint.name == name)
+    }
+
+    /// Measured minus predicted under all effects, for these rows.
+    pub(crate) fn residuals(
+        &self,
+        effects: &[Effect],
+        rows: &[usize],
+        ground: Option<&[f64]>,
+    ) -> Vec<(usize, Vec<f64>)> {
+        let turned = self.turned_load(effects, ground);
+        let load = turned.as_deref().unwrap_or(&self.load);
+        let change = self.anatomy.change(effects);
+        let changes = change.iter().any(|c| *c != 0.0);
+        let of_row = |&row: &usize| {
+            let joint = self.joint_of[row];
+            let mut rigid: Vec<f64> = self.strided(load, joint).collect();
+            let effort_row = self
+                .rows
+                .iter()
+                .enumerate()
+                .position(|(r, other)| other.channel == Channel::Effort && self.joint_of[r] == joint);
+            if let Some(Some(inertial)) = effort_row.filter(|_| changes).map(|r| &self.all_inertial()[r]) {
+                add_inertial(inertial, &change, &mut rigid);
+            }
+            let residual = match self.rows[row].channel {
+                Channel::Transmission => self.transmission_residual(joint, &rigid, effects),
+                _ => self.effort_residual(joint, &rigid, effects),
+            };
+            (row, residual)
+        };
+        rows.iter().map(of_row).collect()
+    }
+
+    fn strided<'s>(&self, values: &'s [f64], joint: usize) -> impl Iterator<Item = f64> + use<'s> {
+        values.iter().skip(self.subject.base.nv() + joint).step_by(self.rigid.nv).copied()
+    }
+
+    /// Motor minus joint angle, less what play and elasticity make of it.
+    fn transmission_residual(&self, joint: usize, rigid: &[f64], effects: &[Effect]) -> Vec<f64> {
+        let mut residual = self.recording.transmission[joint].clone().unwrap_or_default();
+        for effect in effects.iter().filter(|e| self.joint(e) == Some(joint)) {
+            let angle: &dyn Fn(f64) -> f64 = match effect.definition().map(|kind| kind.law) {
+                // The play rests on the side to which the torque pushes; a small torque has not moved it yet.
+                Some(Law::Backlash) => {
+                    let (half, smoothing) = (0.5 * effect.value("gap"), effect.value("smoothing"));
+                    &move |torque: f64| half * (torque / smoothing).tanh()
+                }
+                Some(Law::SeriesElasticity) => &|torque| torque / effect.value("stiffness"),
+                _ => continue,
+            };
+            residual.iter_mut().zip(rigid).for_each(|(r, torque)| *r -= angle(*torque));
+        }
+        residual
+    }
+
+    fn effort_residual(&self, joint: usize, rigid: &[f64], effects: &[Effect]) -> Vec<f64> {
+        let here: Vec<&Effect> = effects.iter().filter(|e| self.joint(e) == Some(joint)).collect();
+        let mut torque = rigid.to_vec();
+        for effect in &here {
+            if let Some(law) = torque_law(effect) {
+                self.add_torque(joint, effect, law, rigid, &mut torque);
+            }
+        }
+        let mut measured = self.recording.effort[joint].clone().unwrap_or_default();
+        let mut work = Vec::new();
+        for effect in &here {
+            match effect.definition().map(|kind| kind.law) {
+                Some(Law::Reading(text)) => {
+                    if let Some(mut law) = Ready::new(text, &["torque"], effect) {
+                        torque.iter_mut().for_each(|t| *t = law.at(&[*t], &mut work));
+                    }
+                }
+                Some(Law::TrueTorque(text)) => {
+                    if let Some(mut law) = Ready::new(text, &["reading"], effect) {
+                        measured.iter_mut().for_each(|u| *u = law.at(&[*u], &mut work));
+                    }
+                }
+                Some(Law::Delay) => {
+                    let steps = effect.value("delay") / self.recording.step;
+                    torque = advanced(&torque, &self.recording.segments, steps);
+                }
+                _ => {}
+            }
+        }
+        measured.iter().zip(&torque).map(|(u, t)| u - t).collect()
+    }
+
+    fn add_torque(&self, joint: usize, effect: &Effect, mut law: Ready, rigid: &[f64], torque: &mut [f64]) {
+        let (bq, bv) = (self.subject.base.nq(), self.subject.base.nv());
+        let (nq, nv) = (self.rigid.nq, self.rigid.nv);
+        let r = &self.recording;
+        let motion = |j: usize| {
+            [Strided::new(&r.q, bq + j, nq), Strided::new(&r.v, bv + j, nv), Strided::new(&r.a, bv + j, nv)]
+        };
+        let own = motion(joint);
+        let other = motion(self.index(effect.location.other_joint.as_deref()).unwrap_or(joint));
+        let mut work = Vec::new();
+        for (i, torque) in torque.iter_mut().enumerate() {
+            let variables = [
+                own[0].at(i),
+                own[1].at(i),
+                own[2].at(i),
+                rigid[i],
+                other[0].at(i),
+                other[1].at(i),
+                other[2].at(i),
+            ];
+            *torque += law.at(&variables, &mut work);
+        }
+    }
+
+    /// Torques at which a joint's drive may saturate.
+    fn limits(&self, joint: usize) -> Vec<f64> {
+        let Some(effort) = &self.recording.effort[joint] else { return Vec::new() };
+        let mut sizes: Vec<f64> = effort.iter().map(|u| u.abs()).collect();
+        sizes.sort_unstable_by(f64::total_cmp);
+        let quantile = |part: f64| sizes[((sizes.len() - 1) as f64 * part) as usize];
+        let noise = self.recording.noise[joint];
+        // A limit within the noise would pass the measurement off as the prediction.
+        let limits = [0.4, 0.5, 0.6, 0.68, 0.75, 0.81, 0.86, 0.9, 0.94, 0.97, 0.99].map(quantile);
+        let load: Vec<f64> = self.strided(&self.load, joint).collect();
+        let stays = |limit: &f64| super::limit::stays(effort, &load, *limit);
+        limits.into_iter().filter(|limit| *limit > 4.0 * noise).filter(stays).collect()
+    }
+
+    /// Periods per turn with which a joint's residual may repeat.
+    fn lines(&self, joint: usize) -> Vec<f64> {
+        let row = (0..self.rows.len())
+            .find(|&r| self.rows[r].channel == Channel::Effort && self.joint_of[r] == joint);
+        let Some(row) = row else { return Vec::new() };
+        let signals = self.signals(row);
+        let sign: Vec<f64> = signals[1].1.iter().map(|v| (v / 0.02).tanh()).collect();
+        let others: Vec<&[f64]> =
+            signals[..4].iter().map(|(_, values)| values.as_slice()).chain([sign.as_slice()]).collect();
+        super::ripple::seeds(&self.residual[row], &signals[0].1, &others)
+    }
+
+    /// Rows that an effect can change.
+    pub(crate) fn touched(&self, effects: &[Effect]) -> Vec<usize> {
+        let everywhere = effects.iter().any(|effect| effect.location.joint.is_none())
+            || effects.iter().any(|e| e.definition().is_some_and(|kind| kind.law == Law::EncoderOffset));
+        (0..self.rows.len())
+            .filter(|&row| everywhere || effects.iter().any(|e| self.joint(e) == Some(self.joint_of[row])))
+            .collect()
+    }
+}
+
+/// The first less the second, which may be empty.
+fn less(mut values: Vec<f64>, others: &[f64]) -> Vec<f64> {
+    values.iter_mut().zip(others).for_each(|(value, other)| *value -= other);
+    values
+}
+
+fn add_inertial(inertial: &Inertial, change: &[f64], rigid: &mut [f64]) {
+    let width = inertial.columns.len();
+    for (torque, row) in rigid.iter_mut().zip(inertial.values.chunks_exact(width.max(1))) {
+        *torque += inertial.columns.iter().zip(row).map(|(column, y)| y * change[*column]).sum::<f64>();
+    }
+}
+
+/// Turns the base: true orientation = R_y(pitch) R_x(roll) times the logged one.
+fn tilt(base: BaseKind, q: &mut [f64], roll: f64, pitch: f64) {
+    match base {
+        BaseKind::Fixed => {}
+        BaseKind::Planar => q[2] += pitch,
+        BaseKind::Floating => {
+            let ((sr, cr), (sp, cp)) = ((0.5 * roll).sin_cos(), (0.5 * pitch).sin_cos());
+            // R_y(pitch) R_x(roll) as a quaternion x y z w.
+            let [ax, ay, az, aw] = [cp * sr, sp * cr, -sp * sr, cp * cr];
+            let [bx, by, bz, bw] = [q[3], q[4], q[5], q[6]];
+            q[3] = aw * bx + ax * bw + ay * bz - az * by;
+            q[4] = aw * by - ax * bz + ay * bw + az * bx;
+            q[5] = aw * bz + ax * by - ay * bx + az * bw;
+            q[6] = aw * bw - ax * bx - ay * by - az * bz;
+        }
+    }
+}
+
+impl Experiment for MotionExperiment<'_> {
+    fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+    fn time(&self) -> &[f64] {
+        &self.recording.time
+    }
+    fn residual(&self, row: usize) -> &[f64] {
+        &self.residual[row]
+    }
+    fn measured(&self, row: usize) -> Option<Vec<f64>> {
+        let measured = match self.rows[row].channel {
+            Channel::Transmission => &self.recording.transmission,
+            _ => &self.recording.effort,
+        };
+        measured[self.joint_of[row]].clone()
+    }
+    fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+        let all: Vec<Effect> = self.present.iter().chain(effects).cloned().collect();
+        let mut responses = self.residuals(&all, &self.touched(effects), None);
+        for (row, residual) in &mut responses {
+            residual.iter_mut().zip(&self.residual[*row]).for_each(|(r, nominal)| *r = nominal - *r);
+        }
+        responses
+    }
+    fn candidates(&self) -> Vec<(&'static str, Location)> {
+        let mut moved = vec![false; self.anatomy.bodies.len()];
+        for inertial in self.all_inertial().iter().flatten() {
+            inertial.columns.iter().for_each(|column| moved[column / 10] = true);
+        }
+        let mut list = places::candidates(self.subject, &self.recording, self.anatomy, &moved);
+        // What the description has was estimated before; a second one of the kind would only share its part.
+        list.retain(|(kind, place)| !self.present.iter().any(|e| e.kind == *kind && e.location == *place));
+        list
+    }
+    fn inertial_count(&self) -> usize {
+        self.rigid.parameters
+    }
+    fn inertial_parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+    fn inertial(&self, row: usize) -> Option<&Inertial> {
+        self.all_inertial()[row].as_ref()
+    }
+    fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
+        let joint = self.joint_of[row];
+        let (bq, bv) = (self.subject.base.nq(), self.subject.base.nv());
+        let (nq, nv) = (self.rigid.nq, self.rigid.nv);
+        let r = &self.recording;
+        let take = |values: &[f64], offset: usize, width: usize| -> Vec<f64> {
+            values.iter().skip(offset).step_by(width).copied().collect()
+        };
+        let mut list = vec![
+            ("position".to_owned(), take(&r.q, bq + joint, nq)),
+            ("velocity".to_owned(), take(&r.v, bv + joint, nv)),
+            ("load".to_owned(), take(&self.load, bv + joint, nv)),
+            ("acceleration".to_owned(), take(&r.a, bv + joint, nv)),
+            ("time".to_owned(), r.time.clone()),
+        ];
+        for (other, name) in self.subject.joints.iter().map(|j| &j.name).enumerate() {
+            if other != joint {
+                list.push((format!("{name}/position"), take(&r.q, bq + other, nq)));
+                list.push((format!("{name}/velocity"), take(&r.v, bv + other, nv)));
+            }
+        }
+        list
+    }
+    fn seeds(&self, kind: &str, location: &Location) -> Option<Vec<f64>> {
+        let joint = self.index(location.joint.as_deref());
+        match kind {
+            "torque_saturation" => Some(joint.map_or(Vec::new(), |j| self.limits(j))),
+            "torque_ripple" => Some(joint.map_or(Vec::new(), |j| self.lines(j))),
+            // Neighbours may share a bearing that turns with the sum or the difference of both.
+            "coupling" => joint
+                .zip(self.index(location.other_joint.as_deref()))
+                .filter(|(j, other)| j.abs_diff(*other) == 1)
+                .map(|_| vec![0.0, 1.0, -1.0]),
+            _ => None,
+        }
+    }
+    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
+        self.anatomy.cad_directions(error).into_iter().map(|(_, body, d)| (body, d)).collect()
+    }
+    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+        self.anatomy.change(std::slice::from_ref(effect))
+    }
+    fn check(&self) -> Vec<Diagnostic> {
+        let torques = |q: &[f64], v: &[f64], a: &[f64]| self.rigid.inverse_dynamics(q, v, a);
+        data_checks::check(&data_checks::Evidence {
+            joints: self.subject.joints.iter().map(|j| (j.name.as_str(), j.prismatic)).collect(),
+            recording: &self.recording,
+            offsets: (self.subject.base.nq(), self.subject.base.nv()),
+            widths: (self.rigid.nq, self.rigid.nv),
+            torques: &torques,
+        })
+    }
+    fn motion(&self) -> Motion {
+        let (offset, width) = (self.subject.base.nq(), self.rigid.nq);
+        let position = |joint| self.recording.q.iter().skip(offset + joint).step_by(width).copied().collect();
+        Motion {
+            time: self.recording.time.clone(),
+            positions: (0..self.subject.joints.len()).map(position).collect(),
+        }
+    }
+    fn bodies(&self) -> &[String] {
+        &self.anatomy.bodies
+    }
+}

@@ -1,0 +1,9 @@
+//! Joint torques of a log: what is measured, what the model predicts, what effects would change.
+mod experiment;
+mod laws;
+mod limit;
+mod places;
+mod rigid;
+mod ripple;
+
+pub use experiment::MotionExperiment;

@@ -1,0 +1,168 @@
+//! Static postures: the centre of pressure against the ground projection of the centre of mass (thesis 5.4.1).
+//!
+//! Rows: `cop/x`, `cop/y` in the sole frame of the stance foot, and `base/force/z` (the sum of all corner forces
+//! against the robot's weight) where every corner of every foot is logged. Without `base/…` columns the stance sole is
+//! horizontal and the base follows from the joints. Signs: [`crate::diagnose`].
+//!
+//! What happens to a reading of a corner's force sensor is undone in the measurement: the change of the centre of
+//! pressure that the corrected forces cause is added to the logged one. A saturated corner carries what is missing of
+//! the robot's weight (several of them: equal parts).
+//!
+//! `ground_compliance`: corners sink by force / stiffness; the stance sole tilts by the plane that fits best. Damping
+//! plays no part at rest.
+mod load;
+mod moments;
+mod noise;
+mod predict;
+
+use crate::experiments::{Experiment, Inertial, Row};
+use crate::robot::Robot;
+use crate::robot::anatomy::CadError;
+use crate::robot::calls::Calls;
+use crate::robot::feet::FootCalls;
+use crate::robot::world::World;
+use bipedc_effects::effect::{Effect, Location};
+pub(crate) use load::normalise;
+pub use moments::{Moments, SolePose};
+use nalgebra::Vector3;
+pub(crate) use noise::is_clipped;
+use predict::Sensors;
+
+/// A measured corner.
+#[derive(Debug, Clone)]
+struct Reading {
+    /// Indices of foot and corner.
+    place: (usize, usize),
+    /// One value per posture, N.
+    force: Vec<f64>,
+}
+
+/// Postures against a model; built by [`PostureExperiment::read`].
+pub struct PostureExperiment<'a> {
+    robot: Robot<'a>,
+    calls: Calls<'a>,
+    feet: Vec<FootCalls>,
+    stance: usize,
+    regressor: usize,
+    gravity: Vector3<f64>,
+    number: Vec<f64>,
+    /// Logged configurations, `postures × nq`.
+    q: Vec<f64>,
+    /// Whether the base's orientation was logged.
+    oriented: bool,
+    /// All corners of all feet, or none.
+    corners: Vec<Reading>,
+    parameters: Vec<f64>,
+    rows: Vec<Row>,
+    measured: Vec<Vec<f64>>,
+    /// Which of x, y, weight each row is.
+    kinds: Vec<usize>,
+    residual: Vec<Vec<f64>>,
+    inertial: Vec<Inertial>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+}
+
+impl PostureExperiment<'_> {
+    /// Residual of all rows under effects.
+    fn residual_under(&self, effects: &[Effect]) -> Vec<Vec<f64>> {
+        let effects = self.robot.with(effects);
+        let world = World::of(&effects, self.robot.subject);
+        let sensors = Sensors::of(&effects);
+        let change = self.robot.anatomy.change(&effects);
+        let predicted = self.predict(&world, &change, &sensors);
+        let corrections = self.corrections(&sensors, &predicted);
+        let rows = self.kinds.iter().zip(&self.measured);
+        rows.map(|(&kind, measured)| {
+            let all = measured.iter().zip(predicted.iter().zip(&corrections));
+            all.map(|(measured, (predicted, correction))| measured + correction[kind] - predicted[kind])
+                .collect()
+        })
+        .collect()
+    }
+
+    fn shows(&self, body: usize) -> bool {
+        self.inertial.iter().any(|i| i.columns.iter().any(|c| c / 10 == body))
+    }
+
+    /// A corner's sensor as `foot/corner`.
+    fn sensor(&self, reading: &Reading) -> String {
+        let foot = &self.robot.feet[reading.place.0];
+        format!("{}/{}", foot.name, foot.corners[reading.place.1].name)
+    }
+}
+
+impl Experiment for PostureExperiment<'_> {
+    fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+    fn time(&self) -> &[f64] {
+        &self.number
+    }
+    fn residual(&self, row: usize) -> &[f64] {
+        &self.residual[row]
+    }
+    fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+        let changed = self.residual_under(effects);
+        let rows = self.residual.iter().zip(changed).enumerate();
+        rows.map(|(row, (nominal, changed))| {
+            (row, nominal.iter().zip(changed).map(|(nominal, changed)| nominal - changed).collect::<Vec<_>>())
+        })
+        .filter(|(_, values)| values.iter().any(|v| *v != 0.0))
+        .collect()
+    }
+    fn candidates(&self) -> Vec<(&'static str, Location)> {
+        let mut out = Vec::new();
+        let links = self.robot.link_places(|body| self.shows(body));
+        out.extend(links.iter().map(|place| ("com_offset", place.clone())));
+        out.extend(links.into_iter().map(|place| ("payload", place)));
+        out.extend(self.robot.joint_places().map(|place| ("encoder_offset", place)));
+        out.push(("gravity_tilt", Location::default()));
+        if !self.oriented {
+            out.push(("ground_slope", Location::default()));
+        }
+        if !self.corners.is_empty() {
+            out.push(("force_sensor_gain", Location::default()));
+            if !self.oriented && self.robot.feet[self.stance].is_flat(self.robot.planar()) {
+                out.push(("ground_compliance", Location::default()));
+            }
+        }
+        for reading in &self.corners {
+            let place = Location::sensor(self.sensor(reading));
+            out.push(("force_sensor_gain", place.clone()));
+            out.push(("force_sensor_bias", place.clone()));
+            if noise::is_clipped(&reading.force).is_some() {
+                out.push(("force_sensor_saturation", place));
+            }
+        }
+        out
+    }
+    fn guess(&self, kind: &str, place: &Location) -> Option<Effect> {
+        let meant = |r: &&Reading| place.sensor.as_deref().is_none_or(|name| name == self.sensor(r));
+        let limits = self.corners.iter().filter(meant).filter_map(|r| noise::is_clipped(&r.force));
+        let limit = limits.fold(f64::NEG_INFINITY, f64::max);
+        let known = kind == "force_sensor_saturation" && limit.is_finite();
+        known.then(|| Effect::new(kind, place.clone(), &[("limit", limit)]))
+    }
+    fn inertial_count(&self) -> usize {
+        self.parameters.len()
+    }
+    fn inertial_parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+    fn inertial(&self, row: usize) -> Option<&Inertial> {
+        self.inertial.get(row)
+    }
+    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
+        self.robot.cad_directions(error)
+    }
+    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+        self.robot.anatomy.change(std::slice::from_ref(effect))
+    }
+    fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {
+        self.robot.joint_signals("position", &self.q, self.calls.nq)
+    }
+    fn bodies(&self) -> &[String] {
+        &self.robot.anatomy.bodies
+    }
+}

@@ -1,0 +1,17 @@
+//! What was measured: columns of a log as states of the robot, recorded motions, their noise, motions that repeat themselves.
+pub(crate) mod base;
+pub(crate) mod columns;
+pub(crate) mod noise;
+mod options;
+pub(crate) mod recording;
+pub(crate) mod repetition;
+mod source;
+mod thinning;
+pub(crate) mod trajectory;
+
+pub use columns::Missing;
+pub use options::{CANDIDATES, Options, VelocitySource};
+pub use recording::Recording;
+pub use repetition::{Motion, repeats, shared};
+pub use source::Source;
+pub use thinning::HELD;

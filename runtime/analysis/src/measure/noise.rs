@@ -1,0 +1,126 @@
+//! How noisy a measured signal is.
+
+/// Most differences of a signal from which its noise is judged; of longer signals, windows evenly spread.
+const MOST: usize = crate::measure::HELD;
+/// Differences of a window in which noise is judged.
+const WINDOW: usize = 64;
+
+/// Standard deviation of white noise on a smooth signal, from its third differences.
+///
+/// Third differences of white noise have 20 times its variance and those of a motion below a tenth of the sampling
+/// rate next to nothing. Medians forgive jumps, such as those of friction; of all windows the quieter ones count, so
+/// that rattling or a controller at its limit does not pass for noise.
+pub(crate) fn white_noise(signal: &[f64]) -> f64 {
+    of_differences(signal.windows(4).map(third_difference).collect())
+}
+
+fn third_difference(w: &[f64]) -> f64 {
+    (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()
+}
+
+fn of_differences(mut differences: Vec<f64>) -> f64 {
+    let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
+    let typical = if medians.is_empty() { median(&mut differences) } else { quantile(&mut medians, 0.3) };
+    // The median of |x| of a normal x is 0.6745 standard deviations.
+    let quiet = typical / 0.6745 / 20f64.sqrt();
+    // Standing still within an encoder's step is no noise level.
+    if quiet > 0.0 { quiet } else { median(&mut differences) / 0.6745 / 20f64.sqrt() }
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    quantile(values, 0.5)
+}
+
+fn quantile(values: &mut [f64], part: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let index = ((values.len() - 1) as f64 * part) as usize;
+    *values.select_nth_unstable_by(index, f64::total_cmp).1
+}
+
+/// [`white_noise`] of a signal that comes in pieces and may be of any length.
+#[derive(Debug, Clone)]
+pub(super) struct Noise {
+    /// The last samples, three at most.
+    last: Vec<f64>,
+    /// Of the windows that are kept.
+    differences: Vec<f64>,
+    /// Every so many-th window is kept.
+    stride: usize,
+    /// Differences seen.
+    seen: usize,
+    most: usize,
+}
+
+impl Noise {
+    pub fn new() -> Self {
+        Self::with_most(MOST)
+    }
+
+    fn with_most(most: usize) -> Self {
+        Self { last: Vec::new(), differences: Vec::new(), stride: 1, seen: 0, most }
+    }
+
+    /// Goes on with the signal.
+    pub fn push(&mut self, piece: &[f64]) {
+        let mut signal = std::mem::take(&mut self.last);
+        signal.extend_from_slice(piece);
+        for w in signal.windows(4) {
+            if (self.seen / WINDOW).is_multiple_of(self.stride) {
+                self.differences.push(third_difference(w));
+            }
+            self.seen += 1;
+            if self.differences.len() >= self.most && self.seen.is_multiple_of(WINDOW) {
+                self.halve();
+            }
+        }
+        self.last = signal.split_off(signal.len().saturating_sub(3));
+    }
+
+    /// Drops every other window.
+    fn halve(&mut self) {
+        let windows = self.differences.chunks_exact(WINDOW).step_by(2);
+        self.differences = windows.flatten().copied().collect();
+        self.stride *= 2;
+    }
+
+    /// Of what was seen.
+    pub fn level(&self) -> f64 {
+        of_differences(self.differences.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn signal(count: usize) -> Vec<f64> {
+        let mut state = 1_u64;
+        let mut noise = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        (0..count).map(|i| (0.01 * i as f64).sin() + 0.1 * noise()).collect()
+    }
+
+    #[test]
+    fn pieces_are_as_noisy_as_the_whole() {
+        let signal = signal(1003);
+        for size in [1, 2, 7, 400, 2000] {
+            let mut noise = Noise::new();
+            signal.chunks(size).for_each(|piece| noise.push(piece));
+            assert_eq!(noise.level().to_bits(), white_noise(&signal).to_bits(), "pieces of {size}");
+        }
+        assert_eq!(Noise::new().level(), 0.0);
+    }
+
+    #[test]
+    fn a_long_signal_is_judged_by_windows_from_all_of_it() {
+        let signal = signal(40_000);
+        let mut noise = Noise::with_most(4096);
+        signal.chunks(999).for_each(|piece| noise.push(piece));
+        assert!(noise.differences.len() < 4096 && noise.differences.len() >= 2048 - WINDOW);
+        assert!((noise.level() / white_noise(&signal) - 1.0).abs() < 0.05, "{}", noise.level());
+    }
+}

@@ -1,0 +1,292 @@
+//! A log in memory: states of the robot at its samples, and what was measured there.
+use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
+use crate::measure::Source;
+use crate::measure::columns::Plan;
+use crate::measure::noise::white_noise;
+use crate::measure::thinning::Thinning;
+use crate::measure::trajectory::{Even, Unusable};
+use crate::measure::{Missing, Options};
+use crate::robot::Subject;
+use crate::signal::{Butterworth, Grid, Spline, resample};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use std::ops::Range;
+use std::path::Path;
+
+/// Samples that the spline needs beyond the filter's overlap.
+const SPLINE_OVERLAP: usize = 40;
+/// Fewer samples tell nothing.
+const FEWEST: usize = 50;
+
+/// The motion of a log, filtered and differentiated, with its measurements.
+#[derive(Debug, Clone, Default)]
+pub struct Recording {
+    /// Where it came from.
+    pub source: Source,
+    /// Times of the samples, s.
+    pub time: Vec<f64>,
+    /// Stretches without gaps, as ranges of samples.
+    pub segments: Vec<Range<usize>>,
+    /// Configurations, `samples × nq`.
+    pub q: Vec<f64>,
+    /// Velocities, `samples × nv`.
+    pub v: Vec<f64>,
+    /// Accelerations, `samples × nv`.
+    pub a: Vec<f64>,
+    /// Logged efforts by joint, not filtered; N m.
+    pub effort: Vec<Option<Vec<f64>>>,
+    /// Logged motor angle (divided by the gear ratio) minus joint angle, not filtered; rad.
+    pub transmission: Vec<Option<Vec<f64>>>,
+    /// Median sampling step, s.
+    pub step: f64,
+    /// Cut-off of the filter, Hz.
+    pub cutoff_hz: f64,
+    /// Standard deviation of the noise of each joint's effort; 0 without an effort.
+    pub noise: Vec<f64>,
+    /// What could not be used and why.
+    pub missing: Vec<Missing>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// What is odd about the log.
+    pub warnings: Vec<Diagnostic>,
+}
+
+impl Recording {
+    /// Reads a whole log; positions are filtered at `options.cutoff_hz` (10 Hz if that is not given).
+    ///
+    /// # Errors
+    /// Those of the reader; a log too short for the filter.
+    pub fn read(
+        path: &Path,
+        mapping: &Mapping,
+        subject: &Subject,
+        options: &Options,
+    ) -> Result<Self, Diagnostics> {
+        let mut recording = Self::each(path, mapping, subject, options, false, &mut |_| Ok(()))?;
+        if recording.time.len() < FEWEST {
+            return Err(Diagnostics(vec![too_short(recording.time.len(), path)]));
+        }
+        recording.source = Source::of(path, recording.time.len()).map_err(|e| Diagnostics(vec![e]))?;
+        recording.noise = recording.effort.iter().map(|e| e.as_deref().map_or(0.0, white_noise)).collect();
+        Ok(recording)
+    }
+
+    /// The same with evenly spaced samples of a log of any length, at most `most` of them (but one for every stretch
+    /// without gaps): memory does not grow with the log, see [`crate::measure::HELD`].
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_thinned(
+        path: &Path,
+        mapping: &Mapping,
+        subject: &Subject,
+        options: &Options,
+        most: usize,
+    ) -> Result<Self, Diagnostics> {
+        let mut thinning = Thinning::new();
+        let mut visit = |recording: &mut Self| {
+            thinning.take(recording);
+            Ok(())
+        };
+        let mut recording = Self::each(path, mapping, subject, options, false, &mut visit)?;
+        if thinning.seen() < FEWEST {
+            return Err(Diagnostics(vec![too_short(thinning.seen(), path)]));
+        }
+        recording.source = Source::of(path, thinning.seen()).map_err(|e| Diagnostics(vec![e]))?;
+        thinning.finish(&mut recording);
+        recording.thin(most);
+        if thinning.is_long() {
+            recording.assumptions.push(format!(
+                "the log is long: of its {} samples {} are looked at, evenly spread and after filtering",
+                thinning.seen(),
+                recording.samples()
+            ));
+        }
+        Ok(recording)
+    }
+
+    /// Reads a log block by block and shows what was gathered so far after each; whoever looks may take samples out
+    /// ([`Self::clear`]), so that a log of any length fits. With `filter_efforts` efforts pass the same filter as
+    /// positions, so that both sides of a regression are equally late and smooth.
+    pub(crate) fn each(
+        path: &Path,
+        mapping: &Mapping,
+        subject: &Subject,
+        options: &Options,
+        filter_efforts: bool,
+        visit: &mut dyn FnMut(&mut Self) -> Result<(), Diagnostics>,
+    ) -> Result<Self, Diagnostics> {
+        let mut reader = Reader::open(path, mapping)?;
+        let mut plan = Plan::new(subject, &mut reader, options)?;
+        let sampling = Sampling::probe(reader)?;
+        let step = sampling.step();
+        let cutoff_hz = options.cutoff_hz.unwrap_or(10.0).min(0.45 / step);
+        let filter = Butterworth::new(cutoff_hz, 1.0 / step).map_err(|_| {
+            let message =
+                format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
+            Diagnostics(vec![Diagnostic::error(message).in_file(path).help("choose another cut-off")])
+        })?;
+        let mut recording = Self {
+            step,
+            cutoff_hz,
+            effort: plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect(),
+            transmission: plan
+                .joints
+                .iter()
+                .map(|c| c.motor_position.and(c.position).map(|_| Vec::new()))
+                .collect(),
+            missing: std::mem::take(&mut plan.missing),
+            assumptions: std::mem::take(&mut plan.assumptions),
+            warnings: std::mem::take(&mut plan.warnings),
+            ..Self::default()
+        };
+        let mut blocks = Blocks::new(sampling, filter.overlap() + SPLINE_OVERLAP, options.trim_s);
+        while let Some(block) = blocks.next_block()? {
+            let range = within(&block, options);
+            if !range.is_empty() {
+                let efforts = filter_efforts.then_some(&filter);
+                recording
+                    .add(&plan, subject, (&filter, efforts), &block, range)
+                    .map_err(|e| unusable(e, path))?;
+                visit(&mut recording)?;
+            }
+        }
+        recording.warnings.extend(blocks.report().warnings.iter().cloned());
+        Ok(recording)
+    }
+
+    /// Forgets all samples.
+    pub(crate) fn clear(&mut self) {
+        let effort = self.effort.iter().map(|e| e.as_ref().map(|_| Vec::new())).collect();
+        let transmission = self.transmission.iter().map(|t| t.as_ref().map(|_| Vec::new())).collect();
+        for values in [&mut self.time, &mut self.q, &mut self.v, &mut self.a] {
+            values.clear();
+        }
+        self.segments.clear();
+        (self.effort, self.transmission) = (effort, transmission);
+    }
+
+    fn add(
+        &mut self,
+        plan: &Plan,
+        subject: &Subject,
+        (filter, efforts): (&Butterworth, Option<&Butterworth>),
+        block: &Block<'_>,
+        range: Range<usize>,
+    ) -> Result<(), Unusable> {
+        let even = Even::new(plan, block, self.step);
+        let states = even.states(plan, subject, filter, block.time, range.clone())?;
+        let first = self.time.len();
+        let continues = self.time.last().is_some_and(|last| block.time[range.start] - last < 1.5 * self.step);
+        self.time.extend_from_slice(&block.time[range.clone()]);
+        match self.segments.last_mut() {
+            Some(last) if continues => last.end = self.time.len(),
+            _ => self.segments.push(first..self.time.len()),
+        }
+        self.q.extend_from_slice(&states.q);
+        self.v.extend_from_slice(&states.v);
+        self.a.extend_from_slice(&states.a);
+        for (joint, columns) in plan.joints.iter().enumerate() {
+            if let (Some(values), Some(column)) = (&mut self.effort[joint], columns.effort) {
+                match efforts {
+                    Some(filter) => values.extend(filtered(block, column, filter, self.step, range.clone())),
+                    None => values.extend_from_slice(&block.columns[column][range.clone()]),
+                }
+            }
+            if let (Some(values), Some(motor), Some(position)) =
+                (&mut self.transmission[joint], columns.motor_position, columns.position)
+            {
+                let pairs =
+                    block.columns[motor][range.clone()].iter().zip(&block.columns[position][range.clone()]);
+                values.extend(pairs.map(|(motor, position)| motor - position));
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps every `stride`-th sample, so that at most `most` remain. Derivatives were taken before.
+    pub fn thin(&mut self, most: usize) {
+        let count = self.time.len();
+        let stride = count.div_ceil(most.max(1));
+        if stride <= 1 {
+            return;
+        }
+        let mut kept: Vec<usize> = Vec::with_capacity(most);
+        let mut segments = Vec::new();
+        for segment in &self.segments {
+            let first = kept.len();
+            kept.extend(segment.clone().step_by(stride));
+            segments.push(first..kept.len());
+        }
+        self.retain(&kept);
+        self.segments = segments;
+        self.step *= stride as f64;
+    }
+
+    /// Keeps these samples; segments are left to the caller.
+    pub(super) fn retain(&mut self, kept: &[usize]) {
+        let count = self.time.len().max(1);
+        let (nq, nv) = (self.q.len() / count, self.v.len() / count);
+        let pick = |values: &[f64], width: usize| -> Vec<f64> {
+            kept.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
+        };
+        self.q = pick(&self.q, nq);
+        self.v = pick(&self.v, nv);
+        self.a = pick(&self.a, nv);
+        for values in self.effort.iter_mut().chain(&mut self.transmission).flatten() {
+            *values = pick(values, 1);
+        }
+        self.time = pick(&self.time, 1);
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.time.len()
+    }
+}
+
+/// A column of a block after the filter, at the logged samples.
+fn filtered(
+    block: &Block<'_>,
+    column: usize,
+    filter: &Butterworth,
+    step: f64,
+    range: Range<usize>,
+) -> Vec<f64> {
+    let values = &block.columns[column];
+    if block.uniform {
+        return filter.zero_phase(values)[range].to_vec();
+    }
+    let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
+    let grid = Grid::covering(block.start, step, first, last);
+    match Spline::new(&filter.zero_phase(&resample(block.time, values, grid)), step) {
+        Some(spline) => block.time[range].iter().map(|t| spline.at(t - grid.start)[0]).collect(),
+        None => values[range].to_vec(),
+    }
+}
+
+/// Said of a log that leaves so few samples.
+pub(crate) fn too_short(samples: usize, path: &Path) -> Diagnostic {
+    Diagnostic::error(format!("only {samples} samples of the log can be used"))
+        .in_file(path)
+        .help("at least a few seconds of motion are needed")
+}
+
+/// The samples of a block's core that the user wants.
+pub(crate) fn within(block: &Block<'_>, options: &Options) -> Range<usize> {
+    let from = options.from_s.map_or(0, |from| block.time.partition_point(|t| *t < from));
+    let to = options.to_s.map_or(usize::MAX, |to| block.time.partition_point(|t| *t <= to));
+    let (begin, end) = (block.core.start.max(from), block.core.end.min(to));
+    begin..end.max(begin)
+}
+
+pub(crate) fn unusable(reason: Unusable, path: &Path) -> Diagnostics {
+    let error = match reason {
+        Unusable::TooFew => Diagnostic::error("a stretch of the log has fewer than 8 samples")
+            .help("leave out more at the ends, or record longer"),
+        Unusable::ZeroQuaternion(time) => {
+            Diagnostic::error(format!("base/orientation is no rotation at {time} s: its quaternion is zero"))
+                .help("a unit quaternion x, y, z, w is expected")
+        }
+    };
+    Diagnostics(vec![error.in_file(path)])
+}

@@ -1,0 +1,114 @@
+//! States of the robot at the logged samples of a block.
+use crate::log::Block;
+use crate::measure::base;
+use crate::measure::columns::Plan;
+use crate::robot::Subject;
+use crate::signal::{Butterworth, Grid, Spline, align_signs, resample};
+use std::ops::Range;
+
+/// The columns of a block on an even grid, before filtering: common to all cut-offs.
+pub(crate) struct Even {
+    grid: Grid,
+    /// One per selected column; empty for those that are not filtered (efforts).
+    columns: Vec<Vec<f64>>,
+    uniform: bool,
+}
+
+/// States of consecutive samples, state after state.
+#[derive(Default)]
+pub(crate) struct States {
+    pub count: usize,
+    pub q: Vec<f64>,
+    pub v: Vec<f64>,
+    pub a: Vec<f64>,
+}
+
+/// Why a block gave no states.
+pub(crate) enum Unusable {
+    /// Fewer samples than a spline needs.
+    TooFew,
+    /// The logged quaternion is zero at this time (s).
+    ZeroQuaternion(f64),
+}
+
+impl Even {
+    pub fn new(plan: &Plan, block: &Block<'_>, step: f64) -> Self {
+        let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
+        let grid = if block.uniform {
+            Grid { start: first, step, count: block.time.len() }
+        } else {
+            Grid::covering(block.start, step, first, last)
+        };
+        let mut raw: Vec<Vec<f64>> = vec![Vec::new(); plan.selected.len()];
+        let motion = plan.joints.iter().flat_map(|j| [j.position, j.velocity]).flatten();
+        for index in motion.chain(plan.base.iter().flat_map(|b| b.0.iter().copied())) {
+            raw[index].clone_from(&block.columns[index]);
+        }
+        if let Some(Ok(quaternion)) =
+            plan.base.as_ref().and_then(|b| b.0.get(3..7).map(<[usize; 4]>::try_from))
+            && let Ok(columns) = raw.get_disjoint_mut(quaternion)
+        {
+            align_signs(columns.map(Vec::as_mut_slice));
+        }
+        if !block.uniform {
+            for column in raw.iter_mut().filter(|c| !c.is_empty()) {
+                *column = resample(block.time, column, grid);
+            }
+        }
+        Self { grid, columns: raw, uniform: block.uniform }
+    }
+
+    /// Filters and differentiates; the states of the samples `range` of the block.
+    pub fn states(
+        &self,
+        plan: &Plan,
+        subject: &Subject,
+        filter: &Butterworth,
+        time: &[f64],
+        range: Range<usize>,
+    ) -> Result<States, Unusable> {
+        let splines: Vec<Option<Spline>> = self
+            .columns
+            .iter()
+            .map(|c| if c.is_empty() { None } else { Spline::new(&filter.zero_phase(c), self.grid.step) })
+            .collect();
+        let motion = |column: usize, sample: usize| -> Result<[f64; 3], Unusable> {
+            let spline = splines[column].as_ref().ok_or(Unusable::TooFew)?;
+            Ok(if self.uniform {
+                spline.at_sample(sample)
+            } else {
+                spline.at(time[sample] - self.grid.start)
+            })
+        };
+        let (bq, bv) = (subject.base.nq(), subject.base.nv());
+        let (nq, nv) = (bq + subject.joints.len(), bv + subject.joints.len());
+        let count = range.len();
+        let mut states =
+            States { count, q: vec![0.0; count * nq], v: vec![0.0; count * nv], a: vec![0.0; count * nv] };
+        let mut base_motion = Vec::with_capacity(bq);
+        for (i, sample) in range.enumerate() {
+            let q = &mut states.q[i * nq..(i + 1) * nq];
+            let v = &mut states.v[i * nv..(i + 1) * nv];
+            let a = &mut states.a[i * nv..(i + 1) * nv];
+            match &plan.base {
+                None => base::rest(subject.base, q),
+                Some(columns) => {
+                    base_motion.clear();
+                    for column in &columns.0 {
+                        base_motion.push(motion(*column, sample)?);
+                    }
+                    base::fill(subject.base, &base_motion, q, v, a)
+                        .ok_or(Unusable::ZeroQuaternion(time[sample]))?;
+                }
+            }
+            for (j, columns) in plan.joints.iter().enumerate() {
+                let Some(position) = columns.position else { continue };
+                [q[bq + j], v[bv + j], a[bv + j]] = motion(position, sample)?;
+                if let Some(velocity) = columns.velocity {
+                    [v[bv + j], a[bv + j], _] = motion(velocity, sample)?;
+                }
+            }
+        }
+        Ok(states)
+    }
+}

@@ -1,0 +1,73 @@
+//! The robot as measurements know it: joints, feet, base, link inertias, and the calls of its model.
+pub mod anatomy;
+pub(crate) mod calls;
+mod dynamics;
+pub(crate) mod feet;
+mod joints;
+pub(crate) mod world;
+
+pub use anatomy::Anatomy;
+pub use calls::AnyModel;
+pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
+pub use feet::{Corner, Foot};
+pub use joints::{BaseKind, Joint, Subject};
+
+use anatomy::CadError;
+use bipedc_effects::effect::{Effect, Location};
+
+/// A robot: its functions, and the names and places behind them.
+#[derive(Clone, Copy)]
+pub struct Robot<'a> {
+    /// Functions are looked up by name, so emitted code and programs in process serve alike.
+    pub model: AnyModel<'a>,
+    /// Joints in the order of `v`, and the base before them.
+    pub subject: &'a Subject,
+    /// Links behind the inertial parameters.
+    pub anatomy: &'a Anatomy,
+    /// With their corners.
+    pub feet: &'a [Foot],
+    /// Effects that the description has already: part of the nominal prediction.
+    pub effects: &'a [Effect],
+}
+
+impl Robot<'_> {
+    /// Whether it moves in the x-z plane only.
+    pub(crate) fn planar(&self) -> bool {
+        self.subject.base == BaseKind::Planar
+    }
+
+    /// Places of an effect on links: main links of the bodies that have mass and that `shows` accepts (by index).
+    pub(crate) fn link_places(&self, shows: impl Fn(usize) -> bool) -> Vec<Location> {
+        let bodies = self.anatomy.bodies.iter().enumerate();
+        let massive = |body: usize| self.anatomy.links.iter().any(|l| l.body == body && l.mass > 0.0);
+        bodies.filter(|(b, _)| massive(*b) && shows(*b)).map(|(_, name)| Location::link(name)).collect()
+    }
+
+    /// The effects of the description and further ones.
+    pub(crate) fn with(&self, effects: &[Effect]) -> Vec<Effect> {
+        self.effects.iter().chain(effects).cloned().collect()
+    }
+
+    /// Directions of usual CAD errors, as [`crate::experiments::Experiment::cad_directions`].
+    pub(crate) fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
+        self.anatomy.cad_directions(error).into_iter().map(|(_, body, direction)| (body, direction)).collect()
+    }
+
+    /// One signal per joint: the last columns of `values`, `samples × width`.
+    pub(crate) fn joint_signals(
+        &self,
+        quantity: &str,
+        values: &[f64],
+        width: usize,
+    ) -> Vec<(String, Vec<f64>)> {
+        let first = width - self.subject.joints.len();
+        let joints = self.subject.joints.iter().enumerate();
+        let column = |j: usize| values.iter().skip(first + j).step_by(width.max(1)).copied().collect();
+        joints.map(|(j, joint)| (format!("{}/{quantity}", joint.name), column(j))).collect()
+    }
+
+    /// All joints.
+    pub(crate) fn joint_places(&self) -> impl Iterator<Item = Location> + '_ {
+        self.subject.joints.iter().map(|joint| Location::joint(&joint.name))
+    }
+}
