@@ -8,9 +8,9 @@ mod reproduction;
 use bipedc::standing::{Root, Standing as Rooted};
 use bipedc_analysis::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::exact::Model;
-use bipedc_compiler::program::ProgramModel;
 use reproduction::{Failure, one, said, tulip};
 
 /// Initial and optimised condition numbers of the thesis, run by run; of another robot's joint limits.

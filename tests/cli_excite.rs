@@ -2,13 +2,14 @@
 #[path = "support/cli.rs"]
 #[allow(dead_code)]
 mod cli;
+#[path = "support/mod.rs"]
 mod support;
 
 use bipedc::feet;
 use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Motion};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::Argument;
 use bipedc_runtime::nalgebra::DMatrix;
 use cli::{Run, bipedc, scratch, text};

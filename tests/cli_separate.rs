@@ -2,10 +2,11 @@
 #[path = "support/cli.rs"]
 #[allow(dead_code)]
 mod cli;
+#[path = "support/mod.rs"]
 mod support;
 
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::Argument;
 use cli::{Run, bipedc, scratch, text};
 use serde_json::Value;

@@ -2,10 +2,10 @@
 //! simulator's numbers.
 #[path = "../examples/hidden_effects/generator/mod.rs"]
 #[allow(dead_code, unused_imports)]
-mod generator;
+pub mod generator;
 #[path = "../examples/hidden_effects/score/mod.rs"]
 #[allow(dead_code, unused_imports)]
-mod score;
+pub mod score;
 
 use generator::{Group, Plan, Truth, all, generate};
 use std::collections::{BTreeMap, BTreeSet};

@@ -9,11 +9,11 @@ mod pendulum;
 // Its words are for the page of the example.
 #[allow(dead_code)]
 #[path = "../examples/real_data/run.rs"]
-mod run;
+pub mod run;
 #[path = "../examples/real_data/servo.rs"]
 mod servo;
 #[path = "../examples/real_data/table.rs"]
-mod table;
+pub mod table;
 #[path = "../examples/real_data/wrist.rs"]
 mod wrist;
 

@@ -5,9 +5,9 @@ use bipedc::standing::Standing as Rooted;
 use bipedc_analysis::robot::{BaseKind, Joint, Subject};
 use bipedc_analysis::robot::{Foot, Robot as Parts};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::Foot as Described;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostics;
 use std::path::Path;
 

@@ -79,7 +79,11 @@ pub struct Change {
     /// As it is now; of a removed one, as it was.
     pub effect: Effect,
     /// 95 % confidence intervals by parameter, where known.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(
+        default,
+        skip_serializing_if = "BTreeMap::is_empty",
+        deserialize_with = "bipedc_analysis::diagnose::intervals"
+    )]
     pub ci95: BTreeMap<String, [f64; 2]>,
     /// Of a replaced one, as it was.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -42,9 +42,18 @@ pub fn behind(effect: &Effect, name: &str, ci95: Option<&[f64; 2]>) -> String {
     // One line, whatever the author of a formula wrote.
     let mut text = format!("  # {}", one_line(unit_words(effect.unit(name))));
     if let Some([low, high]) = ci95 {
-        let _ = write!(text, ", 95 %: {} to {}", rounded(*low), rounded(*high));
+        let _ = write!(text, ", {}", sure(*low, *high));
     }
     text
+}
+
+/// How sure a parameter is: `95 %: 0.42 to 0.44`.
+pub fn sure(low: f64, high: f64) -> String {
+    if low.is_finite() && high.is_finite() {
+        format!("95 %: {} to {}", rounded(low), rounded(high))
+    } else {
+        "not determined by the data".to_owned()
+    }
 }
 
 /// Such as `Coulomb friction at left_knee_pitch`, or `cable (formula) at …`.

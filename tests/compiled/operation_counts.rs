@@ -2,7 +2,7 @@
 //!
 //! Addition, subtraction, multiplication, division and square root count 1, a fused multiply-add 2, negation
 //! and sine or cosine 0. Shared subexpressions count once.
-use crate::support;
+use crate::compiled::support;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::Wish;
 use std::fmt::Write as _;

@@ -1,5 +1,5 @@
 //! What each optimisation saves, on the peers' humanoid legs and the six robots.
-use crate::support;
+use crate::compiled::support;
 use bipedc_compiler::Robot;
 use bipedc_compiler::derive::solve::Factor;
 use bipedc_compiler::derive::{InertiaMode, Motions, RobotModel, composite, momentum, newton_euler};

@@ -1,6 +1,6 @@
 //! The committed crates of `generated/` against Pinocchio's numbers.
-use crate::support::oracle::check_oracle;
-use crate::support::{check_reference, contact_points};
+use crate::compiled::support::oracle::check_oracle;
+use crate::compiled::support::{check_reference, contact_points};
 use bipedc_runtime::Model;
 
 /// Planar robots are generated on a planar base: the reference is for a free one, the oracle has both.

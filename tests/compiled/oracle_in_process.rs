@@ -1,7 +1,7 @@
 //! The in-process evaluator against Pinocchio's numbers.
-use crate::support::oracle::check_oracle;
-use crate::support::{ROBOTS, check_reference, contact_points, read_robot};
-use bipedc_compiler::program::ProgramModel;
+use crate::compiled::support::oracle::check_oracle;
+use crate::compiled::support::{ROBOTS, check_reference, contact_points, read_robot};
+use bipedc_compiler::compile::ProgramModel;
 
 /// The planar robots' references are for a free floating base.
 fn floating(name: &str) -> ProgramModel {

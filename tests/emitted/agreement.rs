@@ -2,7 +2,7 @@
 use super::models::{FiveLinkWithEffects, SplitThreeLink, SplitTulip, ThreeLink, Tulip, TulipWithEffects};
 use super::states::{Arguments, Random, functions};
 use bipedc_compiler::Robot;
-use bipedc_compiler::program::ProgramModel;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_runtime::Model;
 use std::path::Path;
 

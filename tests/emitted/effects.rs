@@ -2,8 +2,8 @@
 use super::models::{FiveLinkWithEffects, TulipWithEffects};
 use super::states::{Arguments, Random};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::lanes::F64x4;
 use bipedc_runtime::{Argument, Model, Real};
 use std::path::Path;

@@ -2,7 +2,7 @@
 //!
 //! The made robot sways by sines. What its base needs is computed from the model's inverse dynamics at the true state
 //! (with the regressor where masses differ) and carried by both feet; sensors and encoders then report what they do.
-use crate::support::measured::{Subjects, inertial_error, rms};
+use crate::experiments::support::measured::{Subjects, inertial_error, rms};
 use bipedc_analysis::experiments::contact_log::ContactExperiment;
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::{Mapping, Reader};

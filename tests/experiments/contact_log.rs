@@ -1,6 +1,6 @@
 //! Logs with feet on the ground as experiments: known figures of the example, and effects against independent
 //! computations.
-use crate::support::measured::{Subjects, example, rms};
+use crate::experiments::support::measured::{Subjects, example, rms};
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording};
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::Mapping;

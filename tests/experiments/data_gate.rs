@@ -1,5 +1,5 @@
 //! Wrong use of logs is named before anything is searched for in them, and true effects are left alone.
-use crate::support::measured::{Subjects, example};
+use crate::experiments::support::measured::{Subjects, example};
 use bipedc_analysis::experiments::data_checks::inspect;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::Mapping;

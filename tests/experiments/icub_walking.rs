@@ -1,15 +1,15 @@
 //! A real humanoid that walks (`../shared/data/icub_walking`; source and licence in its README): known figures.
 //!
 //! The data are read in place; without them the test says so and passes.
-use crate::support::measured::Subjects;
-use crate::support::project;
+use crate::experiments::support::measured::Subjects;
+use crate::experiments::support::project;
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording, Quantity};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::Options;
 use bipedc_compiler::Robot as Described;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_effects::effect::{Effect, Location};
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
 //! Impacts as an experiment: known figures of the example, and every effect against an independent computation.
-use crate::support::measured::{Subjects, example, inertial_error, rms};
+use crate::experiments::support::measured::{Subjects, example, inertial_error, rms};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::log::{Mapping, Reader};

@@ -1,5 +1,5 @@
 //! Static postures as an experiment: known figures of the example, and every effect against an independent computation.
-use crate::support::measured::{Subjects, example, inertial_error, rms};
+use crate::experiments::support::measured::{Subjects, example, inertial_error, rms};
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::{Mapping, Reader};

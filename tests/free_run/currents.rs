@@ -1,7 +1,7 @@
 //! Efforts from the currents of stiff drives.
-use crate::cli::{bipedc, text};
-use crate::leg::{JOINTS, Torques, log, motion, robot};
-use crate::{free_run, number};
+use crate::free_run::cli::{bipedc, text};
+use crate::free_run::leg::{JOINTS, Torques, log, motion, robot};
+use crate::free_run::{free_run, number};
 use serde_json::Value;
 
 const GEAR: f64 = 111.0;

@@ -1,8 +1,8 @@
 //! The TUlip leg in a smooth motion that is known exactly, and the log that ideal sensors make of it.
-use crate::cli::scratch;
+use crate::free_run::cli::scratch;
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::{Argument, Model, State};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

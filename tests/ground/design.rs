@@ -1,10 +1,10 @@
 //! `excite --postures`: conditions are kept, the search gets better, equal seeds give equal files.
-use crate::cli::{Run, bipedc, scratch, text};
-use crate::stood::{call, rooted, tulip};
+use crate::ground::cli::{Run, bipedc, scratch, text};
+use crate::ground::stood::{call, rooted, tulip};
 use bipedc::standing::Root;
 use bipedc_analysis::identify::excite::polygon::Polygon;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::nalgebra::{DMatrix, Matrix3, Vector3};
 use std::path::Path;
 

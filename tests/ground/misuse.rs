@@ -1,6 +1,6 @@
 //! Wrong use: what is said names the column, the joint or the posture.
-use crate::cli::{bipedc, scratch, text};
-use crate::support::measured::{Subjects, example};
+use crate::ground::cli::{bipedc, scratch, text};
+use crate::ground::support::measured::{Subjects, example};
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::identify::cop::check_postures;
 use bipedc_analysis::log::{Mapping, Reader};

@@ -1,7 +1,7 @@
 //! Static postures: identities, noise-free recovery, and the example whose truth is stated.
-use crate::cli::{bipedc, scratch, text};
-use crate::stood::{Noise, call, model, other, rooted, standing, tulip, write_postures};
-use crate::support::measured::{Subjects, example};
+use crate::ground::cli::{bipedc, scratch, text};
+use crate::ground::stood::{Noise, call, model, other, rooted, standing, tulip, write_postures};
+use crate::ground::support::measured::{Subjects, example};
 use bipedc::standing::Root;
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;

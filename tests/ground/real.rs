@@ -1,6 +1,6 @@
 //! A real humanoid that walks (`../shared/data/icub_walking`); the data are read in place, without them it says so.
-use crate::cli::{bipedc, scratch, text};
-use crate::support::project;
+use crate::ground::cli::{bipedc, scratch, text};
+use crate::ground::support::project;
 use std::fmt::Write as _;
 
 /// Known: 0.84 kg or a vertical gain of 2.5 %, equally good; a tilt of 5.6° and 2.1° or a horizontal bias of -31.6 and

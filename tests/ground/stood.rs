@@ -1,11 +1,11 @@
 //! TUlip on its right foot, with the described parameters or others.
-use crate::support::read_robot;
+use crate::ground::support::read_robot;
 use bipedc::standing::{Root, Standing as Rooted};
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::excite::postures::Standing;
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::{Argument, Model, State};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

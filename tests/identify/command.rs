@@ -1,6 +1,6 @@
 //! The command: refusals that name what is wrong, files that appear whole, keys that are documented.
-use crate::cli::{bipedc, scratch, text};
-use crate::subject::{Noise, Simulated, friction};
+use crate::identify::cli::{bipedc, scratch, text};
+use crate::identify::subject::{Noise, Simulated, friction};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ fn written(
     path
 }
 
-fn identify(log: &Path, more: &[&str]) -> crate::cli::Run {
+fn identify(log: &Path, more: &[&str]) -> crate::identify::cli::Run {
     bipedc(&[["identify", "robots/tulip_v1_leg", text(log), "--base", "fixed"].as_slice(), more].concat())
 }
 

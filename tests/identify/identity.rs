@@ -1,6 +1,6 @@
 //! Data without noise give back the parameters they were made of.
-use crate::subject::{Simulated, friction};
-use crate::support::{Order, read_json};
+use crate::identify::subject::{Simulated, friction};
+use crate::identify::support::{Order, read_json};
 use bipedc_analysis::identify::{Estimate, Extra, Law, Method, Part};
 use bipedc_analysis::measure::Recording;
 use bipedc_analysis::robot::{BaseKind, Subject};

@@ -1,5 +1,5 @@
 //! Parameters that bodies can have.
-use crate::subject::{CELLS, Noise, Simulated, friction};
+use crate::identify::subject::{CELLS, Noise, Simulated, friction};
 use bipedc_analysis::identify::physical::{Bound, Bounds, Links, Physical, Problem, choose};
 use bipedc_analysis::identify::{Design, Estimate, Extra, Held, Method, Part, by_channel, errors};
 use bipedc_analysis::robot::Anatomy;

@@ -1,5 +1,5 @@
 //! Real arms with known results; the data are read in place, and without them a test says so and passes.
-use crate::cli::{bipedc, scratch, text};
+use crate::identify::cli::{bipedc, scratch, text};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

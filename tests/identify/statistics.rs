@@ -1,5 +1,5 @@
 //! Error bars that hold, estimators that forgive, and what data cannot tell.
-use crate::subject::{CELLS, Noise, Simulated, friction};
+use crate::identify::subject::{CELLS, Noise, Simulated, friction};
 use bipedc_analysis::identify::{Estimate, Extra, Method, Settings, Sums, Weighting, essential, fold};
 
 /// Noise that lasts: an autoregressive process with this memory per sample.

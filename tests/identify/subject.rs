@@ -1,5 +1,5 @@
 //! A robot whose samples are computed instead of measured.
-use crate::support::project;
+use crate::identify::support::project;
 use bipedc::identification::base_regressor;
 use bipedc::{ProgramRegressor, anatomy};
 use bipedc_analysis::identify::{BaseSet, Design, Extra, Law, Settings, Sums, fold};
@@ -7,8 +7,8 @@ use bipedc_analysis::measure::Recording;
 use bipedc_analysis::robot::Anatomy;
 use bipedc_analysis::robot::{BaseKind, Joint, Subject};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_runtime::nalgebra::DVector;
 use bipedc_runtime::{Argument, Model, State};

@@ -1,6 +1,6 @@
 //! Noisy regressors: what least squares shrinks, and instruments do not.
-use crate::cli::scratch;
-use crate::leg::{Leg, Noise, Recorded, Sensors, identify};
+use crate::identify_elastic::cli::scratch;
+use crate::identify_elastic::leg::{Leg, Noise, Recorded, Sensors, identify};
 use std::path::Path;
 
 /// The inertia about the knee, without which the shank would not be felt: times a noisy acceleration.

@@ -1,9 +1,9 @@
 //! Logs of a leg whose joints follow a given motion exactly: what motors, springs and encoders would show.
-use crate::cli::{Run, bipedc, text};
+use crate::identify_elastic::cli::{Run, bipedc, text};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::{Drive, DriveKind};
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::{Argument, Model, State};
 use serde_json::Value;
 use std::fmt::Write;

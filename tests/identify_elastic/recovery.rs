@@ -1,6 +1,6 @@
 //! Truth that is known is found again.
-use crate::cli::{scratch, text};
-use crate::leg::{Leg, Noise, Recorded, Sensors, example, identify, parameter};
+use crate::identify_elastic::cli::{scratch, text};
+use crate::identify_elastic::leg::{Leg, Noise, Recorded, Sensors, example, identify, parameter};
 use serde_json::Value;
 use std::path::Path;
 

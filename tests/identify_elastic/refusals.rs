@@ -1,6 +1,6 @@
 //! Wrong logs and wrong use: what is wrong is named, with joint and parameter.
-use crate::cli::{bipedc, scratch, text};
-use crate::leg::{example, identify};
+use crate::identify_elastic::cli::{bipedc, scratch, text};
+use crate::identify_elastic::leg::{example, identify};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ fn mapped(name: &str, lines: &str) -> PathBuf {
     path
 }
 
-fn with_mapping(name: &str, lines: &str, more: &[&str]) -> crate::cli::Run {
+fn with_mapping(name: &str, lines: &str, more: &[&str]) -> crate::identify_elastic::cli::Run {
     let mapping = mapped(name, lines);
     identify(ROBOT, &example("train.csv.gz"), &[&["--mapping", text(&mapping)], more].concat())
 }

@@ -1,7 +1,7 @@
 //! The expanded Lagrangian, derived apart from the compiler, against the recursive derivation.
 use super::generator::Random;
 use super::subject::*;
-use crate::support::lagrange::Lagrangian;
+use crate::laws::support::lagrange::Lagrangian;
 use bipedc_compiler::tree::BaseKind;
 use bipedc_runtime::Argument::{A, Q, V};
 

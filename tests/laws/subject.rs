@@ -1,9 +1,10 @@
 //! A robot with some of its functions, in random states, on any scalar.
 use super::generator::{Digits, KINDS, Random, robot};
-use crate::support::{ROBOTS, project};
+use crate::laws::support::{ROBOTS, project};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::{Scope, Wish, entry};
-use bipedc_compiler::program::{Dual, ProgramModel};
+use bipedc_compiler::program::Dual;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_runtime::{Argument, Model, Real, State};
 
@@ -129,7 +130,7 @@ impl Subject {
     }
 
     pub fn close(&self, what: &str, actual: &[f64], expected: &[f64], tolerance: f64) {
-        crate::support::assert_close(&format!("{}: {what}", self.name), actual, expected, tolerance);
+        crate::laws::support::assert_close(&format!("{}: {what}", self.name), actual, expected, tolerance);
     }
 }
 

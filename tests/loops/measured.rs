@@ -1,14 +1,14 @@
 //! The loop on an example by another simulator: compare, amend, compare again, look back, take back; through the
 //! command line, on a copy of a robot.
-use crate::cli::{bipedc, scratch, text};
-use crate::support::measured::{Subjects, example};
+use crate::loops::cli::{bipedc, scratch, text};
+use crate::loops::support::measured::{Subjects, example};
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::Options;
 use bipedc_analysis::measure::Recording;
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::{Argument, Model, State};
 use serde_json::Value;
 use std::path::{Path, PathBuf};

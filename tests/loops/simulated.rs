@@ -1,6 +1,6 @@
 //! Simulate a robot with something hidden, compare, diagnose, amend, compare again; and series elastic drives from
 //! simulated motors; through the command line.
-use crate::cli::{bipedc, scratch, text};
+use crate::loops::cli::{bipedc, scratch, text};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -2,9 +2,9 @@
 use bipedc::drawing::drawing;
 use bipedc::film::poses;
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::JointKind;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::tree::BaseKind;
 use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;

@@ -5,8 +5,8 @@ mod sensors;
 use bipedc::simulation::{plant, true_model};
 use bipedc_analysis::simulate::{Mechanics, Plant, Run, Scenario, Simulation};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::{Argument, Model, State};
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
 //! TUlip's model in process: emitted code is not optimised in tests, and several times slower.
 use bipedc::simulation::filmed_model;
 use bipedc_compiler::Robot;
-use bipedc_compiler::program::ProgramModel;
+use bipedc_compiler::compile::ProgramModel;
 use std::path::Path;
 use std::sync::LazyLock;
 

@@ -20,7 +20,7 @@ mod walked;
 mod walking;
 
 use bipedc::simulation::filmed_model;
-use bipedc_compiler::program::ProgramModel;
+use bipedc_compiler::compile::ProgramModel;
 use std::sync::LazyLock;
 use trials::{Failure, Trial};
 

@@ -1,11 +1,13 @@
 //! The pipeline: from a tree and a wish list to optimised programs.
 mod catalogue;
 mod families;
+mod in_process;
 mod names;
 mod notes;
 mod quantity;
 use families::regressors;
 pub use families::regressors::parameter_names;
+pub use in_process::ProgramModel;
 use names::distinct_functions;
 mod readable;
 mod solvable;

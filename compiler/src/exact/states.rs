@@ -4,7 +4,8 @@ use super::evaluate::Assignment;
 use super::flat::{Turning, level};
 use super::random::Random;
 use crate::expression::Input;
-use crate::tree::{BaseKind, Frame, Motion, Tree, exact_sin_cos};
+use crate::expression::exact_sin_cos;
+use crate::tree::{BaseKind, Frame, Motion, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
 

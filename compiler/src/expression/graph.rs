@@ -1,5 +1,5 @@
 //! Nodes, edges that carry a sign, and the identities applied while the graph is built.
-use crate::tree::exact_sin_cos;
+use super::exact_sin_cos;
 use bipedc_runtime::Argument;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;

@@ -1,12 +1,16 @@
 //! Expressions as one hash-consed graph: equal expressions share one node, so common subexpressions are
 //! found while deriving.
+mod angle;
 mod display;
+mod formula;
 mod graph;
 mod linear;
 mod symbol;
 mod vector;
 
+pub use angle::exact_sin_cos;
 pub use display::{Written, write_infix};
+pub(crate) use formula::{Sloped, ValuedFormula};
 pub use graph::{Call, Expr, Graph, Input, Node};
 pub use linear::{LinearForm, separate};
 pub use symbol::Sym;

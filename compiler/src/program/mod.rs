@@ -4,7 +4,6 @@ mod count;
 mod dual;
 mod evaluate;
 mod lower;
-mod model;
 mod schedule;
 
 pub use batch::{BatchColumns, BatchStates};
@@ -12,7 +11,6 @@ pub use count::Operations;
 pub use dual::Dual;
 pub use evaluate::Evaluator;
 pub use lower::{Order, lower};
-pub use model::ProgramModel;
 pub use schedule::schedule;
 
 use crate::expression::Call;

@@ -9,7 +9,7 @@ mod right_angles;
 
 pub use inertia::Inertia;
 pub(crate) use placement::NEARLY_RIGHT;
-pub use placement::{Placement, Rotation, exact_sin_cos, matrix_vector};
+pub use placement::{Placement, Rotation, matrix_vector};
 
 /// How a body moves relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,5 +1,5 @@
 //! Constant rotations and placements.
-use crate::expression::{Graph, Matrix3, Sym};
+use crate::expression::exact_sin_cos;
 use std::f64::consts::FRAC_PI_2;
 
 /// A constant rotation as elementary rotations about coordinate axes, applied left to right:
@@ -79,23 +79,6 @@ impl Rotation {
         }
         m
     }
-
-    /// The matrix as expressions: numbers, except that an exact graph keeps sines and cosines of the angles.
-    pub fn symbolic<'g>(&self, graph: &'g Graph) -> Matrix3<'g> {
-        if !graph.is_exact() {
-            return Matrix3::constant(graph, self.matrix());
-        }
-        let mut m = Matrix3::identity(graph);
-        for &(axis, angle) in &self.0 {
-            let angle = Sym::new(graph, graph.constant(angle));
-            let (s, c) = (angle.sin(), angle.cos());
-            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-            for row in &mut m.0 {
-                (row[u], row[v]) = (row[u] * c + row[v] * s, row[v] * c - row[u] * s);
-            }
-        }
-        m
-    }
 }
 
 /// `angle` moved onto the multiple of π/2 that is within `tolerance`, modulo full turns; else unchanged.
@@ -110,20 +93,6 @@ pub(super) fn snap(angle: f64, tolerance: f64) -> f64 {
         2 => 2.0 * FRAC_PI_2,
         _ => -FRAC_PI_2,
     }
-}
-
-/// Sine and cosine, exact on multiples of π/2.
-pub fn exact_sin_cos(angle: f64) -> (f64, f64) {
-    let quarter = angle / FRAC_PI_2;
-    if quarter == quarter.round() && quarter.abs() < 1e9 {
-        return match (quarter as i64).rem_euclid(4) {
-            0 => (0.0, 1.0),
-            1 => (1.0, 0.0),
-            2 => (0.0, -1.0),
-            _ => (-1.0, 0.0),
-        };
-    }
-    angle.sin_cos()
 }
 
 /// Matrix (rows) times vector.

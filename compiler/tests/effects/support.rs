@@ -1,6 +1,6 @@
 //! Robots with effects in process, random states, and the same law by numbers.
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::{Robot, compile};
 use bipedc_effects::effect::formula::Formula;
 use bipedc_effects::effect::{Effect, Law, Location, Place, VARIABLES};

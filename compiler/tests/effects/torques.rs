@@ -1,7 +1,7 @@
 //! Laws at joints.
 use super::support::*;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::Argument;
 use bipedc_runtime::Model;

@@ -1,7 +1,7 @@
 //! Motor torques of TUlip's first leg are rotor inertia · acceleration plus regressor · parameters (5.10).
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::description::model::{Drive, DriveKind};
-use bipedc_compiler::program::ProgramModel;
 use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Base parameters as run-time inputs: with the description's values the functions are those with folded
 //! numbers, and doubled values double the torques.
 use bipedc_compiler::Robot;
-use bipedc_compiler::program::ProgramModel;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 

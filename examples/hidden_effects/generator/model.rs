@@ -1,8 +1,8 @@
 //! Rigid-body models of robots with changed numbers, run in process.
 use super::{Failure, failure, inertia};
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_compiler::robot::Robot;
 use bipedc_effects::effect::Effect;
 use bipedc_runtime::{Argument, Model, State};

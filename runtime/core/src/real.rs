@@ -2,8 +2,6 @@
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::math::{arrays, exponential, scalar};
-
 /// `f64`, `f32` or a lane type of [`crate::lanes`] holding several states.
 ///
 /// The other signs of a fused operation are those with negated arguments: `fused(-a, b, c)` is `c - a * b` in
@@ -39,82 +37,4 @@ pub trait Real:
     fn sign(self) -> Self;
     /// The larger of the two.
     fn larger(self, other: Self) -> Self;
-}
-
-impl Real for f64 {
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        value
-    }
-    #[inline(always)]
-    fn fused(a: Self, b: Self, c: Self) -> Self {
-        scalar::fused_f64(a, b, c)
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        scalar::sqrt_f64(self)
-    }
-    #[inline(always)]
-    fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
-        arrays::all_f64(angles)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        exponential::exp_f64(self)
-    }
-    #[inline(always)]
-    fn tanh(self) -> Self {
-        exponential::tanh_f64(self)
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self::abs(self)
-    }
-    #[inline(always)]
-    fn sign(self) -> Self {
-        Self::from(i8::from(self > 0.0) - i8::from(self < 0.0))
-    }
-    #[inline(always)]
-    fn larger(self, other: Self) -> Self {
-        if self > other { self } else { other }
-    }
-}
-
-impl Real for f32 {
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        value as f32
-    }
-    #[inline(always)]
-    fn fused(a: Self, b: Self, c: Self) -> Self {
-        scalar::fused_f32(a, b, c)
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        scalar::sqrt_f32(self)
-    }
-    #[inline(always)]
-    fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
-        arrays::all_f32(angles)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        exponential::exp_f32(self)
-    }
-    #[inline(always)]
-    fn tanh(self) -> Self {
-        exponential::tanh_f32(self)
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self::abs(self)
-    }
-    #[inline(always)]
-    fn sign(self) -> Self {
-        Self::from(i8::from(self > 0.0) - i8::from(self < 0.0))
-    }
-    #[inline(always)]
-    fn larger(self, other: Self) -> Self {
-        if self > other { self } else { other }
-    }
 }

@@ -1,12 +1,13 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 12] = [
+const FILES: [(&str, &str); 13] = [
     ("LICENSE", include_str!("../LICENSE")),
+    ("src/lanes/arrays.rs", include_str!("lanes/arrays.rs")),
     ("src/lanes/mod.rs", include_str!("lanes/mod.rs")),
     ("src/lanes/pair.rs", include_str!("lanes/pair.rs")),
+    ("src/lanes/scalar.rs", include_str!("lanes/scalar.rs")),
     ("src/lanes/x86.rs", include_str!("lanes/x86.rs")),
-    ("src/math/arrays.rs", include_str!("math/arrays.rs")),
     ("src/math/exponential.rs", include_str!("math/exponential.rs")),
     ("src/math/kernel.rs", include_str!("math/kernel.rs")),
     ("src/math/large.rs", include_str!("math/large.rs")),

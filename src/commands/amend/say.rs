@@ -44,7 +44,7 @@ fn one(change: &Change) -> String {
         let old = old.map_or_else(String::new, |old| format!("{} → ", words::rounded(*old)));
         let _ = write!(text, "  {name:18} {old}{}", words::quantity(*value, unit));
         if let Some([low, high]) = change.ci95.get(name) {
-            let _ = write!(text, "  (95 %: {} to {})", words::rounded(*low), words::rounded(*high));
+            let _ = write!(text, "  ({})", words::sure(*low, *high));
         }
         text.push('\n');
     }

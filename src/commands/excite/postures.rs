@@ -9,9 +9,9 @@ use bipedc_analysis::identify::excite::postures::{
 };
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::exact::Model;
-use bipedc_compiler::program::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::{Batch, Ledger, Output};
 use clap::Args;

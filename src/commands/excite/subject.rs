@@ -7,9 +7,9 @@ use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Limits, 
 use bipedc_analysis::identify::joint;
 use bipedc_analysis::robot::{BaseKind, Subject};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::{Joint, JointKind};
-use bipedc_compiler::program::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
 use std::cell::RefCell;
 use std::f64::consts::PI;

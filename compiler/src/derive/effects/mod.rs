@@ -5,7 +5,6 @@
 //! Inverse dynamics goes this way; forward dynamics goes back (`forward`).
 mod derivatives;
 mod forward;
-mod law;
 mod structure;
 mod system;
 
@@ -14,14 +13,12 @@ pub use forward::{Driven, Returned, forward_dynamics};
 
 use crate::derive::RobotModel;
 use crate::description::model::RobotDescription;
-use crate::expression::Sym;
+use crate::expression::{Sloped, Sym, ValuedFormula};
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::formula::Formula;
 use bipedc_effects::effect::{Effect, Law};
 use bipedc_runtime::Argument;
-use law::Sloped;
-pub(crate) use law::Text;
 use std::collections::BTreeMap;
 
 /// What a law's slopes are taken with respect to.
@@ -40,7 +37,7 @@ pub enum Seed {
 /// A law with the row of the joint that it is about, and that of its other joint.
 #[derive(Debug, Clone)]
 struct TorqueLaw {
-    text: Text,
+    text: ValuedFormula,
     other: Option<usize>,
 }
 
@@ -48,9 +45,9 @@ struct TorqueLaw {
 #[derive(Debug, Clone)]
 enum Signal {
     /// From the true torque to the reported one, affine.
-    Reading(Text),
+    Reading(ValuedFormula),
     /// From the reported torque to the true one.
-    True(Text),
+    True(ValuedFormula),
 }
 
 /// All laws of one joint.
@@ -132,7 +129,7 @@ impl JointLaws {
             .filter(|name| kind.parameter(name).is_some() || effect.parameters.contains_key(*name))
             .map(|name| (name.clone(), effect.value(name)))
             .collect();
-        let text = Text { formula, parameters };
+        let text = ValuedFormula { formula, parameters };
         let other = effect.location.other_joint.as_ref().map(row).transpose()?;
         let joint = self.joint(name, row(name)?);
         match kind.law {

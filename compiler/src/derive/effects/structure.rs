@@ -28,7 +28,7 @@ struct Numeric {
 }
 
 impl Numeric {
-    fn new(law: &super::Text, variables: &[&str]) -> Option<Self> {
+    fn new(law: &super::ValuedFormula, variables: &[&str]) -> Option<Self> {
         let mut names = variables.to_vec();
         names.extend(law.parameters.keys().map(String::as_str));
         let bound = law.formula.bind(&names).ok()?;
@@ -64,19 +64,6 @@ fn valued(joint: &Joint, law: &TorqueLaw) -> Result<(), Diagnostic> {
             let message = format!("the formula of an effect at joint `{}`: {what}", joint.name);
             Err(Diagnostic::error(message).help("in every state; change the formula or its parameters"))
         }
-    }
-}
-
-impl super::Text {
-    /// Why a law of torques has no value, whatever the state is: a dry run on a graph of its own.
-    pub fn without_value(&self) -> Option<String> {
-        let graph = crate::expression::Graph::new();
-        let input = |k| {
-            let expr = graph.input(bipedc_runtime::Argument::Q, k);
-            super::Sloped::seed(crate::expression::Sym::new(&graph, expr), k, VARIABLES.len())
-        };
-        let variables: Vec<_> = VARIABLES.into_iter().enumerate().map(|(k, name)| (name, input(k))).collect();
-        self.of(&variables).err()
     }
 }
 

@@ -2,8 +2,8 @@
 use super::check_identifier;
 use super::effects::range;
 use super::table::{Entry, Section};
-use crate::derive::effects::Text;
 use crate::description::source::{Messages, short, suggest};
+use crate::expression::ValuedFormula;
 use bipedc_effects::effect::formula::{Formula, SMOOTHING};
 use bipedc_effects::effect::{Effect, OwnParameter, VARIABLES};
 
@@ -151,7 +151,7 @@ fn check_value(entry: &Entry<'_, '_>, formula: Formula, effect: &Effect, message
         .filter(|name| effect.parameters.contains_key(*name) || *name == SMOOTHING)
         .map(|name| (name.clone(), effect.value(name)))
         .collect();
-    if let Some(problem) = (Text { formula, parameters }).without_value() {
+    if let Some(problem) = (ValuedFormula { formula, parameters }).without_value() {
         let message = format!("{}: {problem}, whatever the state is", entry.name());
         messages.error(entry.at, message, "change the formula or its parameters");
     }

@@ -1,7 +1,7 @@
 //! The answer, for people and for programs. Its JSON keys are its field names and stay.
 use crate::measure::Source;
 use bipedc_effects::effect::{Effect, Location};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
 /// What was found. All errors are on held-out data.
@@ -63,7 +63,7 @@ pub struct Found {
     #[serde(flatten)]
     pub effect: Effect,
     /// 95 % confidence intervals by parameter.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "intervals")]
     pub ci95: BTreeMap<String, [f64; 2]>,
     /// Fraction of the held-out squared error that it removed when it entered.
     #[serde(default)]
@@ -118,4 +118,31 @@ pub struct Step {
     pub before: f64,
     /// And after.
     pub after: f64,
+}
+
+/// Intervals by name whose ends may be `null`: what the data do not determine. JSON has no infinity.
+///
+/// # Errors
+/// As the deserialiser's.
+pub fn intervals<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, [f64; 2]>, D::Error> {
+    let read = BTreeMap::<String, [Option<f64>; 2]>::deserialize(from)?;
+    let ends =
+        |[low, high]: [Option<f64>; 2]| [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)];
+    Ok(read.into_iter().map(|(name, interval)| (name, ends(interval))).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_determined_is_written_and_read() {
+        let effect = Effect::new("payload", Location::link("shin"), &[]);
+        let mut found = Found { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
+        found.ci95.insert("mass".to_owned(), [0.25, 0.75]);
+        found.ci95.insert("y".to_owned(), [f64::NEG_INFINITY, f64::INFINITY]);
+        let text = serde_json::to_string(&found).unwrap();
+        assert!(text.contains(r#""mass":[0.25,0.75],"y":[null,null]"#), "{text}");
+        assert_eq!(serde_json::from_str::<Found>(&text).unwrap(), found);
+    }
 }

@@ -5,7 +5,7 @@
 //! that are not finite become gaps.
 //!
 //! ```
-//! use bipedc_analysis::diagnose::Channel;
+//! use bipedc_analysis::experiments::Channel;
 //! use bipedc_analysis::report::{Report, Row, Series, render};
 //!
 //! let time: Vec<f64> = (0..100).map(|i| 0.01 * f64::from(i)).collect();

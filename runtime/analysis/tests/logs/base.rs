@@ -1,6 +1,6 @@
 //! Logs of a moving base, and logged velocities.
-use crate::support;
-use crate::support::reader;
+use crate::logs::support;
+use crate::logs::support::reader;
 use bipedc_analysis::compare::{Comparison, compare};
 use bipedc_analysis::measure::{Options, VelocitySource};
 use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};

@@ -1,5 +1,5 @@
 //! A log in blocks gives the result of the whole log; gaps cut it.
-use crate::support::reader;
+use crate::logs::support::reader;
 use bipedc_analysis::log::{Blocks, Mapping, Sampling};
 use bipedc_analysis::measure::Options;
 use bipedc_analysis::measure::Recording;

@@ -7,6 +7,6 @@ fn the_seed_corpus_runs() {
     assert!(files.len() > 20, "seeds are missing");
     for file in files {
         println!("{}", file.display());
-        crate::fuzz_log::run(&std::fs::read(file).unwrap());
+        crate::logs::fuzz_log::run(&std::fs::read(file).unwrap());
     }
 }

@@ -1,6 +1,6 @@
 //! Every bad log has a message that names place, fault and remedy.
-use crate::support;
-use crate::support::reader;
+use crate::logs::support;
+use crate::logs::support::reader;
 use bipedc_analysis::compare::{Comparison, compare};
 use bipedc_analysis::log::{Kind, LONGEST_LINE, MOST_ERRORS, Mapping, Reader, Table};
 use bipedc_analysis::measure::Options;

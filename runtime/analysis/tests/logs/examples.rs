@@ -1,5 +1,5 @@
 //! The example logs, against what is known to be true about them (`truth.json`).
-use crate::support::{repository, rnea::Robot, subject, tulip};
+use crate::logs::support::{repository, rnea::Robot, subject, tulip};
 use bipedc_analysis::compare::{Comparison, compare_file};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::Options;

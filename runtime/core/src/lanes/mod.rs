@@ -7,7 +7,9 @@
 //! batches be taken in several calls: the compiler needs minutes where a type of four registers meets
 //! thousands of statements and the 16 registers of the default target, and the code is no faster. Each lane has the same bits as the scalar type at equal target features.
 
+mod arrays;
 mod pair;
+mod scalar;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86;
 

@@ -2,8 +2,8 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::arrays;
 use crate::Real;
-use crate::math::arrays;
 use crate::math::kernel::{Kernel, any};
 
 /// Two values that compute side by side; itself a lane type.

@@ -4,8 +4,8 @@ use core::arch::x86_64::*;
 use core::fmt;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::arrays;
 use crate::Real;
-use crate::math::arrays;
 use crate::math::kernel::{Kernel, any};
 
 /// Runs intrinsics. Only here the crate calls them.

@@ -5,7 +5,6 @@
 //! or two in `a * b + c`) and on nothing else: not on the feature `std`, on the number of angles given
 //! together, nor on the lane that holds a value.
 
-pub(crate) mod arrays;
 pub(crate) mod exponential;
 pub(crate) mod kernel;
 mod large;

@@ -1,6 +1,6 @@
 //! A compiled model that runs in process.
-use super::Evaluator;
-use crate::compile::CompiledModel;
+use super::CompiledModel;
+use crate::program::Evaluator;
 use bipedc_runtime::{Argument, CallError, Model, Real, Signature, State};
 
 /// All functions of a robot as evaluators; the same interface as emitted code.

@@ -1,6 +1,6 @@
 //! Arrays of angles in the widest lanes of the target.
 
-use super::kernel::{Kernel, any};
+use crate::math::kernel::{Kernel, any};
 
 /// Lane after lane: each is a full register, so they gain nothing from each other.
 #[inline(always)]
@@ -22,7 +22,7 @@ macro_rules! packed {
         /// Angles packed into lanes, the same bits as one by one.
         #[inline]
         pub(crate) fn $name<const N: usize>(angles: [$scalar; N]) -> ([$scalar; N], [$scalar; N]) {
-            use crate::lanes::{$narrow, $wide};
+            use super::{$narrow, $wide};
             let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
             let (blocks, rest) = angles.as_chunks::<$full>();
             let (sine_blocks, sine_rest) = sines.as_chunks_mut::<$full>();

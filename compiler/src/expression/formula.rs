@@ -1,5 +1,6 @@
 //! A law's formula as an expression with its slopes.
-use crate::expression::{Call, Sym};
+use super::{Call, Graph, Sym};
+use bipedc_effects::effect::VARIABLES;
 use bipedc_effects::effect::formula::{Binary, Formula, Function, Term};
 use std::collections::BTreeMap;
 
@@ -50,12 +51,12 @@ type Made<'g> = Result<Sloped<'g>, String>;
 
 /// A formula with the numbers of its parameters.
 #[derive(Debug, Clone)]
-pub struct Text {
+pub struct ValuedFormula {
     pub formula: Formula,
     pub parameters: BTreeMap<String, f64>,
 }
 
-impl Text {
+impl ValuedFormula {
     /// The law for values of its variables.
     ///
     /// # Errors
@@ -76,6 +77,17 @@ impl Text {
             })
             .collect();
         Builder { names: &names, some, count }.term(self.formula.root())
+    }
+
+    /// Why a law of torques has no value, whatever the state is: a dry run on a graph of its own.
+    pub fn without_value(&self) -> Option<String> {
+        let graph = Graph::new();
+        let input = |k| {
+            let expr = graph.input(bipedc_runtime::Argument::Q, k);
+            Sloped::seed(Sym::new(&graph, expr), k, VARIABLES.len())
+        };
+        let variables: Vec<_> = VARIABLES.into_iter().enumerate().map(|(k, name)| (name, input(k))).collect();
+        self.of(&variables).err()
     }
 }
 

@@ -1,0 +1,8 @@
+//! All tests of the analysis but those of single loops, in one binary.
+#![allow(missing_docs)]
+
+#[path = "logs/main.rs"]
+mod logs;
+mod scenario_corpus;
+#[path = "simulate/main.rs"]
+mod simulate;

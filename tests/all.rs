@@ -1,0 +1,50 @@
+//! All tests of the whole program but those that count allocations: one binary, so that what they share is compiled once and no
+//! processor waits for the last test of each.
+#![allow(missing_docs)]
+
+mod cli_amend;
+mod cli_check;
+mod cli_compare;
+mod cli_diagnose;
+mod cli_evaluate;
+mod cli_excite;
+mod cli_generate;
+mod cli_inspect;
+mod cli_separate;
+mod cli_simulate;
+mod cli_walk;
+#[path = "compiled/main.rs"]
+mod compiled;
+#[path = "corpus/main.rs"]
+mod corpus;
+#[path = "experiments/main.rs"]
+mod experiments;
+mod floors;
+#[path = "free_run/main.rs"]
+mod free_run;
+#[path = "ground/main.rs"]
+mod ground;
+mod hidden_effects;
+#[path = "identify/main.rs"]
+mod identify;
+#[path = "identify_elastic/main.rs"]
+mod identify_elastic;
+#[path = "laws/main.rs"]
+mod laws;
+#[path = "loops/main.rs"]
+mod loops;
+#[path = "phases/main.rs"]
+mod phases;
+mod real_data;
+#[path = "report_page/main.rs"]
+mod report_page;
+#[path = "simulated/main.rs"]
+mod simulated;
+#[path = "time_stepping/main.rs"]
+mod time_stepping;
+#[path = "trials/main.rs"]
+mod trials;
+
+// Where the example's modules look for one another.
+use hidden_effects::generator;
+use real_data::{run, table};

@@ -1,0 +1,191 @@
+//! The plan of the house: which crate may use which, and that the modules of a crate stand on one another without circles.
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+type Names = BTreeSet<String>;
+
+/// Every crate with those of ours that it may depend on.
+const CRATES: [(&str, &[&str]); 7] = [
+    ("runtime/core", &[]),
+    ("runtime/effects", &[]),
+    ("runtime/lapack", &[]),
+    ("runtime/analysis", &["bipedc-effects", "bipedc-lapack", "bipedc-runtime"]),
+    ("compiler", &["bipedc-effects", "bipedc-runtime"]),
+    ("macros", &["bipedc-compiler"]),
+    (".", &["bipedc-analysis", "bipedc-compiler", "bipedc-effects", "bipedc-runtime"]),
+];
+/// What solves, simulates or draws has no place below whoever derives a robot.
+const HEAVY: [&str; 6] = ["clarabel", "flate2", "ivp", "maud", "slsqp", "wide"];
+/// Modules of the analysis from the ground up; those of one floor do not know one another.
+const ANALYSIS: [&[&str]; 6] = [
+    &["log", "signal"],
+    &["robot"],
+    &["measure"],
+    &["experiments"],
+    &["compare", "diagnose", "identify", "simulate"],
+    &["report"],
+];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Names under `[dependencies]`.
+fn dependencies(folder: &str) -> Names {
+    let path = root().join(folder).join("Cargo.toml");
+    let manifest: toml_edit::DocumentMut = fs::read_to_string(path).unwrap().parse().unwrap();
+    let table = manifest.get("dependencies").and_then(|item| item.as_table_like());
+    table.map(|table| table.iter().map(|(name, _)| name.to_owned()).collect()).unwrap_or_default()
+}
+
+#[test]
+fn crates_depend_on_lower_floors_alone() {
+    for (folder, allowed) in CRATES {
+        let found = dependencies(folder);
+        let ours: Vec<&String> = found.iter().filter(|name| name.starts_with("bipedc")).collect();
+        assert_eq!(ours, allowed.iter().collect::<Vec<_>>(), "{folder}");
+    }
+    for entry in fs::read_dir(root().join("generated")).unwrap() {
+        let folder = format!("generated/{}", entry.unwrap().file_name().display());
+        assert_eq!(dependencies(&folder).into_iter().collect::<Vec<_>>(), ["bipedc-runtime"], "{folder}");
+    }
+}
+
+#[test]
+fn deriving_a_robot_compiles_no_solver() {
+    for folder in ["runtime/core", "runtime/effects", "compiler", "macros"] {
+        let found = dependencies(folder);
+        assert!(HEAVY.iter().all(|heavy| !found.contains(*heavy)), "{folder}: {found:?}");
+    }
+    assert_eq!(dependencies("runtime/core").into_iter().collect::<Vec<_>>(), ["nalgebra"]);
+}
+
+/// All files of Rust below a folder.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if entry.is_dir() {
+            sources(&entry, found);
+        } else if entry.extension().is_some_and(|extension| extension == "rs") {
+            found.push(entry);
+        }
+    }
+}
+
+/// Modules of the crate's root that a text names: by `crate::…`, or by as many `super::` as it lies deep.
+fn named(tokens: TokenStream, depth: usize, found: &mut Names) {
+    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+    let is = |k: usize, text: &str| tokens.get(k).is_some_and(|token| token.to_string() == text);
+    let mut k = 0;
+    while k < tokens.len() {
+        if is(k, "#")
+            && tokens.get(k + 1).is_some_and(|token| token.to_string().replace(' ', "") == "[cfg(test)]")
+        {
+            // What is compiled for tests only: up to its body or its end.
+            k += 2;
+            let body =
+                |token: &TokenTree| matches!(token, TokenTree::Group(g) if g.delimiter() == Delimiter::Brace);
+            while k < tokens.len() && !body(&tokens[k]) && !is(k, ";") {
+                k += 1;
+            }
+        } else if is(k, "crate") || is(k, "super") {
+            let mut climbed = if is(k, "crate") { depth } else { 1 };
+            k += 1;
+            while is(k, ":") && is(k + 1, ":") && is(k + 2, "super") {
+                (climbed, k) = (climbed + 1, k + 3);
+            }
+            if climbed == depth && is(k, ":") && is(k + 1, ":") {
+                heads(&tokens[k + 2..], found);
+            }
+            continue;
+        } else if let TokenTree::Group(group) = &tokens[k] {
+            named(group.stream(), depth, found);
+        }
+        k += 1;
+    }
+}
+
+/// The first name of a path, or of each path in braces.
+fn heads(tokens: &[TokenTree], found: &mut Names) {
+    match tokens.first() {
+        Some(TokenTree::Ident(name)) => drop(found.insert(name.to_string())),
+        Some(TokenTree::Group(group)) => {
+            let inner: Vec<TokenTree> = group.stream().into_iter().collect();
+            inner.split(|token| token.to_string() == ",").for_each(|path| heads(path, found));
+        }
+        _ => {}
+    }
+}
+
+/// For each module of a crate's root, the others that it names.
+fn arrows(folder: &str) -> BTreeMap<String, Names> {
+    let folder = root().join(folder);
+    let (mut files, mut arrows) = (Vec::new(), BTreeMap::<String, Names>::new());
+    sources(&folder, &mut files);
+    for file in files {
+        let below = file.strip_prefix(&folder).unwrap().with_extension("");
+        let mut path: Vec<String> = below.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        path.retain(|part| part != "mod");
+        if ["lib", "main"].contains(&path[0].as_str())
+            || path.last().is_some_and(|name| name.ends_with("tests"))
+        {
+            continue;
+        }
+        let text = fs::read_to_string(&file).unwrap().parse().unwrap();
+        named(text, path.len(), arrows.entry(path[0].clone()).or_default());
+    }
+    let modules: Names = arrows.keys().cloned().collect();
+    for (module, others) in &mut arrows {
+        others.retain(|other| other != module && modules.contains(other));
+    }
+    arrows
+}
+
+/// The modules that a module reaches.
+fn reached(arrows: &BTreeMap<String, Names>, from: &str) -> Names {
+    let (mut found, mut open) = (Names::new(), vec![from.to_owned()]);
+    while let Some(module) = open.pop() {
+        for other in arrows.get(&module).into_iter().flatten() {
+            if found.insert(other.clone()) {
+                open.push(other.clone());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn no_module_stands_on_itself() {
+    for (crate_folder, _) in CRATES {
+        let arrows = arrows(&format!("{crate_folder}/src"));
+        for module in arrows.keys() {
+            assert!(
+                !reached(&arrows, module).contains(module),
+                "{crate_folder}: `{module}` in a circle: {arrows:#?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_analysis_has_floors() {
+    let arrows = arrows("runtime/analysis/src");
+    let floor = |name: &str| ANALYSIS.iter().position(|floor| floor.contains(&name));
+    for (module, others) in &arrows {
+        let own = floor(module).unwrap_or_else(|| panic!("`{module}` has no floor"));
+        for other in others {
+            assert!(floor(other) < Some(own), "`{module}` names `{other}`, which is not below it");
+        }
+    }
+}
+
+/// The reader of imports sees what it must see.
+#[test]
+fn imports_are_read() {
+    let text = "use crate::{a::b, c::{d, e}}; use super::super::f::g; fn x() { crate::h::i(); super::j::k(); }\n\
+                #[cfg(test)] mod tests { use crate::l; } // crate::m\n fn y() { crate::n() }";
+    let mut found = Names::new();
+    named(text.parse().unwrap(), 2, &mut found);
+    assert_eq!(found.into_iter().collect::<Vec<_>>(), ["a", "c", "f", "h", "n"]);
+}
