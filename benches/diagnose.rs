@@ -6,8 +6,8 @@
 //! deriving the model, reading, filtering and printing count.
 #![allow(missing_docs)]
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_runtime::{Argument, Model, State};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -85,7 +85,7 @@ fn watch(child: &mut Child) -> [f64; 2] {
 fn text() -> String {
     let robot = Robot::read(Path::new("robots/tulip")).expect("the robot");
     let robot = robot.with_base("fixed", None).expect("a fixed base");
-    let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
     let compiled = robot.compile_only(&[wish]).expect("inverse dynamics");
     let joints: Vec<String> = compiled.tree.joints.iter().map(|joint| joint.name.clone()).collect();
     let model = ProgramModel::new(compiled);

@@ -8,7 +8,7 @@
 use bipedc::identification::base_regressor;
 use bipedc_analysis::identify::{Design, Estimate, ExtraChoice, Method, Settings, Sums, fold};
 use bipedc_analysis::measure::Recording;
-use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_compiler::Robot;
 use bipedc_runtime::nalgebra::DVector;
 use std::path::Path;
@@ -28,7 +28,7 @@ fn main() {
     let robot = robot.with_base("fixed", None).expect("a held torso").without_effects();
     let tree = robot.tree().expect("a tree");
     let joints: Vec<Joint> = tree.joints.iter().map(|joint| Joint::revolute(joint.name.clone())).collect();
-    let subject = Subject { joints, base: BaseKind::Fixed };
+    let subject = JointLayout { joints, base: BaseKind::Fixed };
     let rows: Vec<usize> = (0..tree.nv).collect();
     let (base, regressor) = base_regressor(&robot.description, &tree, &rows).expect("a regressor");
     let extras = ExtraChoice::default().list(&rows);

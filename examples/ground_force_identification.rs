@@ -16,7 +16,7 @@ use bipedc_analysis::identify::{
 use bipedc_analysis::log::{Mapping, Reader};
 use bipedc_analysis::measure::Options;
 use bipedc_analysis::robot::Batch;
-use bipedc_compiler::compile::Wish;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::exact::Model;
 use bipedc_runtime::nalgebra::{DMatrix, DVector};
 use bipedc_runtime::{Argument, State};
@@ -118,8 +118,8 @@ fn main() -> Result<(), Failure> {
     let hidden =
         Stood::new(Rooted::new(&other(&tulip()?, 86), Some("right_foot"), Root::Sole).map_err(said)?)?;
     let base = stood.rooted.base(Model::ZeroMomentPoint, &["Fz", "Mx", "My"], false).map_err(one)?;
-    let actual = base.values(&hidden.rooted.anatomy.parameters());
-    let nominal = base.values(&stood.rooted.anatomy.parameters());
+    let actual = base.values(&hidden.rooted.link_inertias.parameters());
+    let nominal = base.values(&stood.rooted.link_inertias.parameters());
     let truth = Truth::new(&hidden, 1, 1.0)?;
     let corner = stood
         .feet
@@ -208,7 +208,7 @@ fn main() -> Result<(), Failure> {
 }
 
 fn regressor(stood: &Stood, base: &BaseSet) -> Result<ProgramRegressor, Failure> {
-    let wish = Wish { family: "inverse_dynamics_regressor".to_owned(), subject: None };
+    let wish = FunctionRequest { family: "inverse_dynamics_regressor".to_owned(), subject: None };
     let compiled = stood.rooted.robot.clone().without_effects().compile_only(&[wish]).map_err(one)?;
     let leading: Vec<usize> = (0..base.sums.len()).filter_map(|k| base.leading(k)).collect();
     Ok(ProgramRegressor::new(
@@ -249,7 +249,7 @@ fn identified(
     let surveys = [Survey::of_table(experiment, stood.subject.joints.len(), 8.0)];
     let parts = Parts {
         subject: &stood.subject,
-        anatomy: &stood.rooted.anatomy,
+        link_inertias: &stood.rooted.link_inertias,
         base,
         regressor: &Nothing,
         rows: &[],
@@ -262,14 +262,14 @@ fn identified(
         answer.identification.parameters.iter().find(|p| p.name == *name).map_or(*nominal, |p| p.value)
     };
     let free = base.names.iter().zip(nominal).map(estimate).collect();
-    let mut anatomy = stood.rooted.anatomy.clone();
-    for link in &mut anatomy.links {
+    let mut link_inertias = stood.rooted.link_inertias.clone();
+    for link in &mut link_inertias.links {
         if let Some((_, inertia)) = answer.links.iter().find(|(name, _)| *name == link.name) {
             (link.mass, link.center) = (inertia.mass, inertia.center.into());
             link.inertia = std::array::from_fn(|i| std::array::from_fn(|j| inertia.inertia[(i, j)]));
         }
     }
-    Ok((free, base.values(&anatomy.parameters())))
+    Ok((free, base.values(&link_inertias.parameters())))
 }
 
 /// Rows come from the log: no regressor is evaluated.

@@ -33,7 +33,7 @@ fn main() -> Result<(), Failure> {
     let smaller = simplified(&full, &names(&stood), &|k| zeros.contains(&k));
     let standing =
         Standing::new(stood.rooted.parts(&stood.model, &full, &mut Vec::new()).map_err(one)?).map_err(one)?;
-    let actual = truth.rooted.anatomy.parameters();
+    let actual = truth.rooted.link_inertias.parameters();
     let mass: f64 = actual.iter().step_by(10).sum();
     let set = |postures, placements, seed, evaluations| {
         let request = PostureRequest {
@@ -87,7 +87,7 @@ fn main() -> Result<(), Failure> {
     println!(
         "| model | parameters | 108 postures | left out in turn | 54 others, measured | 54 others, true | thesis (real robot, 108 postures) |\n|---|---|---|---|---|---|---|"
     );
-    let nominal = stood.rooted.anatomy.parameters();
+    let nominal = stood.rooted.link_inertias.parameters();
     let row = |name: &str, base: &BaseSet, values: &[f64], left_out: Option<PressureErrors>, thesis: &str| {
         let cells = [
             Some(pressure_errors(&train, base, values)),
@@ -126,7 +126,7 @@ fn figures(e: &PressureErrors) -> String {
 
 fn names(stood: &Stood) -> Vec<String> {
     let ten = ["m", "m*cx", "m*cy", "m*cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
-    stood.rooted.anatomy.bodies.iter().flat_map(|body| ten.map(|p| format!("{body}.{p}"))).collect()
+    stood.rooted.link_inertias.bodies.iter().flat_map(|body| ten.map(|p| format!("{body}.{p}"))).collect()
 }
 
 /// As table 8.3: first moments over the mass, relative standard errors by (8.2) and (8.3).
@@ -180,7 +180,7 @@ fn example(stood: &Stood, full: &BaseSet, smaller: &BaseSet) -> Result<(), Failu
         Ok(PostureTable::new(&read, carried.iter().sum::<f64>() / carried.len() as f64))
     };
     let (train, judge) = (read("train.csv.gz")?, read("validation.csv.gz")?);
-    let nominal = stood.rooted.anatomy.parameters();
+    let nominal = stood.rooted.link_inertias.parameters();
     println!(
         "\n## The example `tests/data/examples/postures`\n\n90 postures teach, 45 others judge (simulated by an independent simulator; the torso's centre is 18 and 9 mm off).\n"
     );

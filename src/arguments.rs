@@ -3,7 +3,7 @@ use crate::amendment::history::History;
 use crate::failure::Failure;
 use crate::output;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Entry, Scope, Wish, entry};
+use bipedc_compiler::compile::{Entry, FunctionRequest, Scope, entry};
 use bipedc_compiler::description::model::Base;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::Ledger;
@@ -83,7 +83,7 @@ pub struct SubjectArguments {
 
 impl SubjectArguments {
     /// The function of this name about this frame or phase.
-    pub fn wish(&self, function: &str) -> Result<Wish, Diagnostic> {
+    pub fn wish(&self, function: &str) -> Result<FunctionRequest, Diagnostic> {
         let entry: &Entry = entry(function)?;
         let (frame, phase) = (self.link.clone().or_else(|| self.point.clone()), self.phase.clone());
         let misplaced = |what: &str, help: &str| {
@@ -98,7 +98,7 @@ impl SubjectArguments {
                 misplaced("frame", "leave out --link and --point")
             }
             Scope::Robot | Scope::Contacts if phase.is_some() => misplaced("phase", "leave out --phase"),
-            _ => Ok(Wish { family: entry.name.to_owned(), subject: frame.or(phase) }),
+            _ => Ok(FunctionRequest { family: entry.name.to_owned(), subject: frame.or(phase) }),
         }
     }
 }

@@ -6,10 +6,10 @@ use bipedc_analysis::compare::{FreeRun, free_run};
 use bipedc_analysis::log::{Mapping, Reader};
 use bipedc_analysis::measure::Options;
 use bipedc_analysis::measure::Recording;
-use bipedc_analysis::robot::Subject;
+use bipedc_analysis::robot::JointLayout;
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::tree::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use std::fmt::Write;
@@ -60,8 +60,8 @@ pub fn predict(
         BaseKind::Fixed => robot.clone(),
         _ => robot.clone().with_base("fixed", None)?,
     };
-    let subject: Subject = subject(&robot.tree()?)?;
-    let wish = Wish { family: "forward_dynamics".to_owned(), subject: None };
+    let subject: JointLayout = subject(&robot.tree()?)?;
+    let wish = FunctionRequest { family: "forward_dynamics".to_owned(), subject: None };
     let compiled = output::progress("deriving", || robot.compile_only(&[wish]))?;
     let model = ProgramModel::new(compiled);
     let recording = output::progress("reading", || Recording::read(log, mapping, &subject, options))?;

@@ -1,7 +1,7 @@
 //! What parameter identification needs of a robot: base parameters of the observed rows, and their regressor.
 use crate::ProgramRegressor;
 use bipedc_analysis::identify::BaseSet;
-use bipedc_compiler::compile::{Wish, compile, parameter_names};
+use bipedc_compiler::compile::{FunctionRequest, compile, parameter_names};
 use bipedc_compiler::derive::newton_euler::generalised_forces;
 use bipedc_compiler::derive::{InertiaMode, Motions, RobotModel};
 use bipedc_compiler::description::model::RobotDescription;
@@ -34,7 +34,7 @@ pub fn base_regressor(
 ) -> Result<(BaseSet, ProgramRegressor), Diagnostic> {
     let set = base_set(&observed_base(tree, rows)?, tree)?;
     let leading: Vec<usize> = (0..set.sums.len()).filter_map(|k| set.leading(k)).collect();
-    let wish = Wish { family: "inverse_dynamics_regressor".to_owned(), subject: None };
+    let wish = FunctionRequest { family: "inverse_dynamics_regressor".to_owned(), subject: None };
     let rigid = description.clone().without_effects();
     let compiled = compile(&rigid, tree, &[wish])?;
     let program = &compiled.functions[0].program;

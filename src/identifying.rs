@@ -3,12 +3,12 @@ use crate::failure::Failure;
 use crate::measurements::{Content, Loaded, Measured, subject};
 use crate::output;
 use bipedc::identification::base_regressor;
-use bipedc::{ProgramRegressor, anatomy};
+use bipedc::{ProgramRegressor, link_inertias};
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::identify::elastic::{Look, Train, Transmission};
 use bipedc_analysis::identify::{BaseSet, Log, Parts, Survey, survey};
-use bipedc_analysis::robot::Anatomy;
-use bipedc_analysis::robot::Subject;
+use bipedc_analysis::robot::JointLayout;
+use bipedc_analysis::robot::LinkInertias;
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Drive, DriveKind};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -16,8 +16,8 @@ use std::path::PathBuf;
 
 /// A robot ready for identification.
 pub struct Identified {
-    pub subject: Subject,
-    anatomy: Anatomy,
+    pub subject: JointLayout,
+    link_inertias: LinkInertias,
     base: BaseSet,
     regressor: ProgramRegressor,
     /// Observed rows of `v`.
@@ -60,16 +60,16 @@ impl Identified {
         let tree = rigid.tree()?;
         let derive = || base_regressor(&rigid.description, &tree, &rows);
         let (base, regressor) = output::progress("deriving", derive)?;
-        let anatomy = anatomy(&rigid.description, &tree);
+        let link_inertias = link_inertias(&rigid.description, &tree);
         let files = logs.iter().map(|log| log.path.to_path_buf()).collect();
-        Ok(Self { subject: subject(&tree)?, anatomy, base, regressor, rows, surveys, files })
+        Ok(Self { subject: subject(&tree)?, link_inertias, base, regressor, rows, surveys, files })
     }
 
     /// What the library wants to know.
     pub fn parts(&self) -> Parts<'_> {
         Parts {
             subject: &self.subject,
-            anatomy: &self.anatomy,
+            link_inertias: &self.link_inertias,
             base: &self.base,
             regressor: &self.regressor,
             rows: &self.rows,
@@ -80,7 +80,7 @@ impl Identified {
 }
 
 /// What a log with forces at the feet shows.
-pub fn table_survey(loaded: &Loaded<'_>, subject: &Subject) -> Survey {
+pub fn table_survey(loaded: &Loaded<'_>, subject: &JointLayout) -> Survey {
     Survey {
         assumptions: loaded.assumptions.clone(),
         warnings: loaded.warnings.clone(),
@@ -127,7 +127,7 @@ pub fn content(measured: &Measured, logs: &[Log<'_>]) -> Result<Content, Failure
 }
 
 /// Rows of `v` that at least one log measured.
-fn observed(subject: &Subject, surveys: &[Survey]) -> Result<Vec<usize>, Diagnostic> {
+fn observed(subject: &JointLayout, surveys: &[Survey]) -> Result<Vec<usize>, Diagnostic> {
     let nb = subject.base.nv();
     let joints = (0..subject.joints.len()).filter(|&j| surveys.iter().any(|s| s.effort[j]));
     let rows: Vec<usize> = joints.map(|j| nb + j).collect();
@@ -152,7 +152,7 @@ pub fn inspected(measured: &Measured, logs: &[Log<'_>]) -> Result<Vec<Diagnostic
 
 /// Series elastic drives of a description.
 pub struct Drives {
-    pub subject: Subject,
+    pub subject: JointLayout,
     pub trains: Vec<Train>,
 }
 

@@ -1,6 +1,6 @@
 //! Measurement files as experiments: what `diagnose` and `amend` work on.
 use crate::failure::Failure;
-use bipedc::{ProgramTorques, anatomy, feet};
+use bipedc::{ProgramTorques, feet, link_inertias};
 use bipedc_analysis::compare::compare_file;
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, WalkingExperiment};
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
@@ -10,12 +10,12 @@ use bipedc_analysis::log::{Kind, Mapping, Reader};
 use bipedc_analysis::measure::Options;
 use bipedc_analysis::measure::{Recording, Source};
 use bipedc_analysis::robot;
-use bipedc_analysis::robot::anatomy::Anatomy;
+use bipedc_analysis::robot::link_inertias::LinkInertias;
 use bipedc_analysis::robot::{Foot, Robot};
-use bipedc_analysis::robot::{Joint, Subject};
+use bipedc_analysis::robot::{Joint, JointLayout};
 use bipedc_compiler::Robot as Described;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::Base;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -30,8 +30,8 @@ const CONTACT_CUTOFF_HZ: f64 = 5.0;
 
 /// A robot ready to be held against measurements: the rigid model on a base that can be turned.
 pub struct Measured {
-    pub subject: Subject,
-    anatomy: Anatomy,
+    pub subject: JointLayout,
+    link_inertias: LinkInertias,
     feet: Vec<Foot>,
     model: ProgramModel,
     /// Effects that the description has already.
@@ -84,13 +84,13 @@ impl Measured {
         }
         let tree = rigid.tree()?;
         let subject = subject(&tree)?;
-        let anatomy = anatomy(&rigid.description, &tree);
+        let link_inertias = link_inertias(&rigid.description, &tree);
         let compiled = rigid.compile_only(&wishes(&rigid))?;
         let torques = ProgramTorques::new(&compiled)?;
         let feet = feet(&rigid.description);
         Ok(Self {
             subject,
-            anatomy,
+            link_inertias,
             feet,
             model: ProgramModel::new(compiled),
             present,
@@ -104,7 +104,7 @@ impl Measured {
         Robot {
             model: &self.model,
             subject: &self.subject,
-            anatomy: &self.anatomy,
+            link_inertias: &self.link_inertias,
             feet: &self.feet,
             effects: &self.present,
         }
@@ -160,7 +160,7 @@ impl Measured {
             Base::Fixed { link } => link,
             Base::Pivot { about } => about,
         };
-        match self.anatomy.link(root) {
+        match self.link_inertias.link(root) {
             Some(link) => link.name.clone(),
             None => robot.description.root_link.clone(),
         }
@@ -179,7 +179,7 @@ impl Measured {
         } else {
             Recording::read_thinned(file, mapping, &self.subject, options, most)?
         };
-        MotionExperiment::new(&self.model, &self.subject, &self.anatomy, recording, &self.present)
+        MotionExperiment::new(&self.model, &self.subject, &self.link_inertias, recording, &self.present)
             .map_err(|e| Diagnostics(vec![e.in_file(file)]))
     }
 
@@ -248,7 +248,7 @@ impl Measured {
 }
 
 /// What a file holds for this robot, from its header.
-pub fn content(subject: &Subject, file: &Path, mapping: &Mapping) -> Result<Content, Diagnostics> {
+pub fn content(subject: &JointLayout, file: &Path, mapping: &Mapping) -> Result<Content, Diagnostics> {
     let reader = Reader::open(file, mapping)?;
     let has = |part: &str| reader.columns().any(|column| column.name.contains(part));
     let moves = subject.base != robot::BaseKind::Fixed && has("base/position");
@@ -261,15 +261,15 @@ pub fn content(subject: &Subject, file: &Path, mapping: &Mapping) -> Result<Cont
 }
 
 /// All functions that experiments may call.
-fn wishes(robot: &Described) -> Vec<Wish> {
+fn wishes(robot: &Described) -> Vec<FunctionRequest> {
     let of_robot =
         ["inverse_dynamics", "inverse_dynamics_regressor", "center_of_mass", "center_of_mass_regressor"];
-    let mut wishes: Vec<Wish> =
-        of_robot.map(|family| Wish { family: family.to_owned(), subject: None }).to_vec();
-    wishes.push(Wish { family: "center_of_mass_jacobian".to_owned(), subject: None });
+    let mut wishes: Vec<FunctionRequest> =
+        of_robot.map(|family| FunctionRequest { family: family.to_owned(), subject: None }).to_vec();
+    wishes.push(FunctionRequest { family: "center_of_mass_jacobian".to_owned(), subject: None });
     for foot in &robot.description.feet {
         for family in ["position", "rotation", "jacobian"] {
-            let wish = Wish { family: family.to_owned(), subject: Some(foot.link.clone()) };
+            let wish = FunctionRequest { family: family.to_owned(), subject: Some(foot.link.clone()) };
             // Two feet on one link are about the same functions.
             if !wishes.contains(&wish) {
                 wishes.push(wish);
@@ -280,7 +280,7 @@ fn wishes(robot: &Described) -> Vec<Wish> {
 }
 
 /// What a comparison has to know of the robot.
-pub fn subject(tree: &Tree) -> Result<Subject, Diagnostic> {
+pub fn subject(tree: &Tree) -> Result<JointLayout, Diagnostic> {
     let base = match tree.base {
         BaseKind::Floating => robot::BaseKind::Floating,
         BaseKind::Planar => robot::BaseKind::Planar,
@@ -292,5 +292,5 @@ pub fn subject(tree: &Tree) -> Result<Subject, Diagnostic> {
     };
     let joints = tree.joints.iter();
     let joints = joints.map(|joint| Joint { name: joint.name.clone(), prismatic: joint.prismatic }).collect();
-    Ok(Subject { joints, base })
+    Ok(JointLayout { joints, base })
 }

@@ -2,12 +2,12 @@
 use crate::feet;
 use bipedc_analysis::robot;
 use bipedc_analysis::robot::Foot;
-use bipedc_analysis::robot::{Joint, Subject};
+use bipedc_analysis::robot::{Joint, JointLayout};
 use bipedc_analysis::simulate::control::POINT_FUNCTIONS;
 use bipedc_analysis::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
 use bipedc_analysis::simulate::{Actuator, FUNCTIONS, Plant, World};
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::{CompiledModel, Function, Wish};
+use bipedc_compiler::compile::{CompiledModel, Function, FunctionRequest};
 use bipedc_compiler::description::model::{Contact, ContactPart, DriveKind, Phase, RobotDescription};
 use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{BaseKind, Tree};
@@ -49,7 +49,7 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         actuated: actuated(description, tree),
         drives: tree.joints.iter().map(|joint| drive(description, &joint.name)).collect(),
         gravity: description.gravity,
-        subject: Subject { joints, base },
+        subject: JointLayout { joints, base },
     })
 }
 
@@ -78,7 +78,7 @@ fn drive(description: &RobotDescription, joint: &str) -> Option<Actuator> {
     Some(actuator)
 }
 
-/// The rigid-body functions of the robot as it truly is: with those effects, of the description and hidden ones, that make
+/// The rigid-body functions of the robot as built: with those effects, of the description and hidden ones, that make
 /// it another body. The simulation itself adds the others.
 ///
 /// # Errors
@@ -96,7 +96,7 @@ pub fn filmed_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Di
 }
 
 fn model_with(robot: &Robot, hidden: &[Effect], more: &[&str]) -> Result<ProgramModel, Diagnostic> {
-    Ok(ProgramModel::new(truly(robot, hidden, &[])?.compile_only(&stepping_wishes(robot, more)?)?))
+    Ok(ProgramModel::new(as_built(robot, hidden, &[])?.compile_only(&stepping_wishes(robot, more)?)?))
 }
 
 /// The same with the functions of the phases too: for virtual constraints in time stepping. `film`: with what a film shows.
@@ -108,7 +108,7 @@ pub fn driven_model(
     hidden: &[Effect],
     film: bool,
 ) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
-    let robot = truly(robot, hidden, &[])?;
+    let robot = as_built(robot, hidden, &[])?;
     let mut wishes = stepping_wishes(&robot, if film { &FILM } else { &[] })?;
     wishes.extend(phase_wishes(&robot.description));
     let compiled = robot.compile_only(&distinct(wishes))?;
@@ -120,7 +120,7 @@ pub fn driven_model(
 const FILM: [&str; 3] = ["kinetic_energy", "potential_energy", "center_of_mass"];
 
 /// With those effects that make it another body, and those of these kinds.
-fn truly(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Result<Robot, Diagnostic> {
+fn as_built(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Result<Robot, Diagnostic> {
     let mut robot = robot.clone();
     robot.description.effects.extend_from_slice(hidden);
     let tree = robot.tree()?;
@@ -137,7 +137,7 @@ fn truly(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Result<Robot, Diag
     Ok(robot)
 }
 
-fn stepping_wishes(robot: &Robot, more: &[&str]) -> Result<Vec<Wish>, Diagnostic> {
+fn stepping_wishes(robot: &Robot, more: &[&str]) -> Result<Vec<FunctionRequest>, Diagnostic> {
     let touches = !robot.description.feet.is_empty() && robot.tree()?.base != BaseKind::Fixed;
     let functions = if touches { &FUNCTIONS[..] } else { &FUNCTIONS[..2] };
     Ok(functions.iter().chain(more).map(|family| wish(family, None)).collect())
@@ -187,7 +187,7 @@ pub fn walker(robot: &Robot) -> Result<Walker, Diagnostic> {
     walker_with(robot, Vec::new())
 }
 
-fn walker_with(robot: &Robot, mut wishes: Vec<Wish>) -> Result<Walker, Diagnostic> {
+fn walker_with(robot: &Robot, mut wishes: Vec<FunctionRequest>) -> Result<Walker, Diagnostic> {
     let (description, tree) = (&robot.description, robot.tree()?);
     if description.phases.is_empty() {
         return Err(Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml"));
@@ -199,23 +199,23 @@ fn walker_with(robot: &Robot, mut wishes: Vec<Wish>) -> Result<Walker, Diagnosti
     Ok(Walker { phases, feet: feet(description), base, model: ProgramModel::new(compiled) })
 }
 
-/// The same of the robot as it truly is: with hidden effects that make it another body, and smooth ones in its joints.
+/// The same of the robot as built: with hidden effects that make it another body, and smooth ones in its joints.
 /// `film`: with what a film shows.
 ///
 /// # Errors
 /// As [`walker`].
 pub fn true_walker(robot: &Robot, hidden: &[Effect], film: bool) -> Result<Walker, Diagnostic> {
     let smooth = ["viscous_friction", "parallel_spring", "torque_ripple", "rotor_inertia"];
-    let robot = truly(robot, hidden, &smooth)?;
+    let robot = as_built(robot, hidden, &smooth)?;
     let more = if film { stepping_wishes(&robot, &FILM)? } else { Vec::new() };
     walker_with(&robot, more)
 }
 
 /// Every wish once.
-fn distinct(wishes: Vec<Wish>) -> Vec<Wish> {
-    let mut found: Vec<Wish> = Vec::with_capacity(wishes.len());
+fn distinct(wishes: Vec<FunctionRequest>) -> Vec<FunctionRequest> {
+    let mut found: Vec<FunctionRequest> = Vec::with_capacity(wishes.len());
     for wish in wishes {
-        let same = |other: &Wish| other.family == wish.family && other.subject == wish.subject;
+        let same = |other: &FunctionRequest| other.family == wish.family && other.subject == wish.subject;
         if !found.iter().any(same) {
             found.push(wish);
         }
@@ -224,8 +224,8 @@ fn distinct(wishes: Vec<Wish>) -> Vec<Wish> {
 }
 
 /// Functions that phases, their controllers and their verdicts need.
-fn phase_wishes(description: &RobotDescription) -> Vec<Wish> {
-    let mut wishes: Vec<Wish> = POINT_FUNCTIONS.iter().map(|family| wish(family, None)).collect();
+fn phase_wishes(description: &RobotDescription) -> Vec<FunctionRequest> {
+    let mut wishes: Vec<FunctionRequest> = POINT_FUNCTIONS.iter().map(|family| wish(family, None)).collect();
     wishes.push(wish("inverse_dynamics", None));
     for phase in &description.phases {
         wishes.push(wish("constrained_dynamics", Some(&phase.name)));
@@ -267,8 +267,8 @@ fn phase_specs(description: &RobotDescription, tree: &Tree, compiled: &CompiledM
     description.phases.iter().map(spec).collect()
 }
 
-fn wish(family: &str, subject: Option<&str>) -> Wish {
-    Wish { family: family.to_owned(), subject: subject.map(str::to_owned) }
+fn wish(family: &str, subject: Option<&str>) -> FunctionRequest {
+    FunctionRequest { family: family.to_owned(), subject: subject.map(str::to_owned) }
 }
 
 /// `right_foot/force/z` as a row.

@@ -1,9 +1,9 @@
 //! A robot that stands on one foot: the same description with that foot, or a point of its sole, as root.
-use crate::anatomy;
 use crate::identification::standing_base;
+use crate::link_inertias;
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::excite::postures::{JointPlace, Place, SolePlace, StandingParts};
-use bipedc_analysis::robot::{Anatomy, AnyModel};
+use bipedc_analysis::robot::{AnyModel, LinkInertias};
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Base, Foot, JointKind, Side};
 use bipedc_compiler::exact::Model;
@@ -27,7 +27,7 @@ pub struct Standing {
     /// Without.
     pub tree: Tree,
     /// Links behind the parameters.
-    pub anatomy: Anatomy,
+    pub link_inertias: LinkInertias,
     /// Name of the foot.
     pub stance: String,
     /// Link of the robot that carries its own base: the torso.
@@ -70,8 +70,8 @@ impl Standing {
         let robot = robot.clone().with_base("floating", Some(&root)).map_err(one)?;
         let rigid = robot.clone().without_effects();
         let tree = rigid.tree().map_err(one)?;
-        let anatomy = anatomy(&rigid.description, &tree);
-        Ok(Self { robot, tree, anatomy, stance, torso, root })
+        let link_inertias = link_inertias(&rigid.description, &tree);
+        Ok(Self { robot, tree, link_inertias, stance, torso, root })
     }
 
     /// Base parameters of rows of the centre of mass or the ground's wrench.
@@ -84,7 +84,7 @@ impl Standing {
 
     /// Bodies whose index, of ten parameters each, the thesis' simplified model (8.3.2) treats alike: torso and feet.
     fn bodies_of(&self) -> (Option<usize>, Vec<usize>) {
-        let body = |name: &str| self.anatomy.link(name).map(|link| link.body);
+        let body = |name: &str| self.link_inertias.link(name).map(|link| link.body);
         let feet = self.robot.description.feet.iter().filter_map(|foot| body(&foot.link)).collect();
         (body(&self.torso), feet)
     }
@@ -96,7 +96,7 @@ impl Standing {
     pub fn zeros(&self) -> Result<Vec<usize>, Diagnostic> {
         let (torso, feet) = self.bodies_of();
         let mut zeros = Vec::new();
-        for body in (0..self.anatomy.bodies.len()).filter(|b| Some(*b) != torso) {
+        for body in (0..self.link_inertias.bodies.len()).filter(|b| Some(*b) != torso) {
             if !feet.contains(&body) {
                 self.check_limb(body)?;
                 zeros.push(10 * body + 1);
@@ -130,7 +130,7 @@ impl Standing {
         let joints = names.iter().map(|name| self.joint(name, assumptions)).collect::<Result<_, _>>()?;
         Ok(StandingParts {
             model,
-            parameters: self.anatomy.parameters(),
+            parameters: self.link_inertias.parameters(),
             joints,
             soles: [self.sole(&feet[own])?, self.sole(&feet[1 - own])?],
             torso: self.place(&self.torso)?,
@@ -142,7 +142,7 @@ impl Standing {
     /// The frame of a link in its body.
     fn place(&self, link: &str) -> Result<Place, Diagnostic> {
         let missing = || Diagnostic::error(format!("there is no moving link `{link}`"));
-        let link = self.anatomy.link(link).ok_or_else(missing)?;
+        let link = self.link_inertias.link(link).ok_or_else(missing)?;
         Ok(Place {
             body: link.body,
             rotation: Matrix3::from_fn(|i, j| link.rotation[i][j]),
@@ -192,7 +192,7 @@ impl Standing {
 
     /// A limb reaches from joint to joint along z.
     fn check_limb(&self, body: usize) -> Result<(), Diagnostic> {
-        let links = self.anatomy.links.iter().filter(|link| link.body == body);
+        let links = self.link_inertias.links.iter().filter(|link| link.body == body);
         for link in links {
             let joints =
                 self.robot.description.joints.iter().filter(|j| j.parent == link.name && j.kind.moves());

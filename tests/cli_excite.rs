@@ -8,8 +8,8 @@ mod support;
 use bipedc::feet;
 use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Motion};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_runtime::Argument;
 use bipedc_runtime::nalgebra::DMatrix;
 use cli::{Run, bipedc, scratch, text};
@@ -43,7 +43,7 @@ fn trajectory(file: &Path) -> Vec<[Vec<f64>; 3]> {
 }
 
 fn model(function: &str) -> ProgramModel {
-    let wish = Wish { family: function.to_owned(), subject: None };
+    let wish = FunctionRequest { family: function.to_owned(), subject: None };
     ProgramModel::new(read_robot("tulip_v1_leg").compile_only(&[wish]).unwrap())
 }
 
@@ -129,9 +129,9 @@ fn fourier_series_tell_more_than_polynomials_and_keep_all_limits() {
 fn soles_apart(rows: &[[Vec<f64>; 3]]) -> f64 {
     let corners = ["front_left", "front_right", "rear_left", "rear_right"];
     let name = |side: &str, corner: &str| format!("{side}_foot/{corner}");
-    let wish = |subject| Wish { family: "position".to_owned(), subject: Some(subject) };
+    let wish = |subject| FunctionRequest { family: "position".to_owned(), subject: Some(subject) };
     let names = ["left", "right"].map(|side| corners.map(|corner| name(side, corner)));
-    let wishes: Vec<Wish> = names.iter().flatten().map(|subject| wish(subject.clone())).collect();
+    let wishes: Vec<FunctionRequest> = names.iter().flatten().map(|subject| wish(subject.clone())).collect();
     let model = ProgramModel::new(hanging().compile_only(&wishes).unwrap());
     let sole = |names: &[String; 4], state: &[Vec<f64>; 3]| -> Vec<Vec<f64>> {
         let place = |name: &String| {
@@ -182,7 +182,8 @@ fn feet_are_kept_apart() {
 #[test]
 fn the_gradient_of_near_feet_is_that_of_their_excess() {
     let robot = hanging();
-    let wishes = CLEARANCE_FUNCTIONS.map(|family| Wish { family: family.to_owned(), subject: None });
+    let wishes =
+        CLEARANCE_FUNCTIONS.map(|family| FunctionRequest { family: family.to_owned(), subject: None });
     let model = ProgramModel::new(robot.compile_only(&wishes).unwrap());
     let clearance = Clearance::new(Box::new(model), &feet(&robot.description), 0.1).unwrap();
     let (count, joints) = (6, 12);
@@ -356,7 +357,8 @@ fn what_is_impossible_is_said() {
 #[test]
 fn soles_of_planar_robots_pass_each_other() {
     let robot = read_robot("seven_link").with_base("fixed", None).unwrap();
-    let wishes = CLEARANCE_FUNCTIONS.map(|family| Wish { family: family.to_owned(), subject: None });
+    let wishes =
+        CLEARANCE_FUNCTIONS.map(|family| FunctionRequest { family: family.to_owned(), subject: None });
     let model = ProgramModel::new(robot.compile_only(&wishes).unwrap());
     let clearance = Clearance::new(Box::new(model), &feet(&robot.description), 0.02).unwrap();
     assert!(clearance.is_sagittal());

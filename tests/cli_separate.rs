@@ -5,8 +5,8 @@ mod cli;
 #[path = "support/mod.rs"]
 mod support;
 
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_runtime::Argument;
 use cli::{Run, bipedc, scratch, text};
 use serde_json::Value;
@@ -74,7 +74,7 @@ fn poor() -> Vec<Sample> {
 /// Writes what a robot would log whose knee's torque is `knee` of its state and the rigid torque there, N m, with
 /// normally distributed noise of 0.02 N m.
 fn log(file: &Path, samples: &[Sample], knee: &dyn Fn([f64; 3], f64) -> f64) {
-    let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
     let model = ProgramModel::new(read_robot("tulip_v1_leg").compile_only(&[wish]).unwrap());
     let mut random = 1_u64;
     let mut uniform = || {

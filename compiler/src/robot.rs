@@ -1,6 +1,7 @@
 //! The edges of the pipeline: reading a robot, compiling it, writing its crate.
 use crate::compile::{
-    CompiledModel, Solvable, Wish, compile, compile_what_there_is, inertia_help, no_inertia, wishes,
+    CompiledModel, FunctionRequest, Solvable, compile, compile_what_there_is, inertia_help, no_inertia,
+    wishes,
 };
 use crate::derive::effects::JointLaws;
 use crate::description::model::{Base, RobotDescription};
@@ -137,7 +138,7 @@ impl Robot {
     ///
     /// # Errors
     /// Functions or frames that do not exist.
-    pub fn compile_only(&self, wishes: &[Wish]) -> Result<CompiledModel, Diagnostic> {
+    pub fn compile_only(&self, wishes: &[FunctionRequest]) -> Result<CompiledModel, Diagnostic> {
         compile(&self.description, &self.tree()?, wishes)
     }
 

@@ -3,7 +3,7 @@
 //! The inverse dynamics is the plainest recursion of all; everything else has to agree with it: the mass matrix is its
 //! slope along accelerations, the forward dynamics undoes it, and the derivatives of both are those of dual numbers. A
 //! disagreement is a mistake of this compiler, and says so. Rounding is 1e-9 and less, mistakes have been 1e-3 and more.
-use crate::compile::{CompiledModel, Function, Wish, compile};
+use crate::compile::{CompiledModel, Function, FunctionRequest, compile};
 use crate::description::model::RobotDescription;
 use crate::exact::Random;
 use crate::program::{Dual, Evaluator};
@@ -60,8 +60,8 @@ pub fn self_check(description: &RobotDescription, compiled: &CompiledModel) -> R
     Checked::new(&rigid, &compiled, &present)?.check(&present)
 }
 
-fn wish(name: &str) -> Wish {
-    Wish { family: name.to_owned(), subject: None }
+fn wish(name: &str) -> FunctionRequest {
+    FunctionRequest { family: name.to_owned(), subject: None }
 }
 
 /// A robot's functions, ready to be called.
@@ -321,7 +321,7 @@ mod tests {
     fn compiled(names: &[&str]) -> (Robot, CompiledModel) {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/five_link");
         let robot = Robot::read(&folder).unwrap();
-        let wishes: Vec<Wish> = names.iter().map(|name| wish(name)).collect();
+        let wishes: Vec<FunctionRequest> = names.iter().map(|name| wish(name)).collect();
         let compiled = robot.compile_only(&wishes).unwrap();
         (robot, compiled)
     }

@@ -2,11 +2,11 @@
 #![allow(dead_code)]
 use bipedc::feet;
 use bipedc::standing::Standing as Rooted;
-use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_analysis::robot::{Foot, Robot as Parts};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::Foot as Described;
 use bipedc_effects::diagnostic::Diagnostics;
 use std::path::Path;
@@ -64,7 +64,7 @@ impl Noise {
 pub struct Stood {
     pub rooted: Rooted,
     pub model: ProgramModel,
-    pub subject: Subject,
+    pub subject: JointLayout,
     pub feet: Vec<Foot>,
 }
 
@@ -79,15 +79,17 @@ impl Stood {
             "center_of_mass",
             "center_of_mass_jacobian",
         ];
-        let mut wishes: Vec<Wish> = names.map(|n| Wish { family: n.to_owned(), subject: None }).to_vec();
+        let mut wishes: Vec<FunctionRequest> =
+            names.map(|n| FunctionRequest { family: n.to_owned(), subject: None }).to_vec();
         for Described { link, .. } in &rigid.description.feet {
-            let of = |family: &str| Wish { family: family.to_owned(), subject: Some(link.clone()) };
+            let of =
+                |family: &str| FunctionRequest { family: family.to_owned(), subject: Some(link.clone()) };
             wishes.extend(["position", "rotation", "jacobian"].map(of));
         }
         let model = ProgramModel::new(rigid.compile_only(&wishes).map_err(one)?);
         let joints =
             rooted.tree.joints.iter().map(|j| Joint { name: j.name.clone(), prismatic: j.prismatic });
-        let subject = Subject { joints: joints.collect(), base: BaseKind::Floating };
+        let subject = JointLayout { joints: joints.collect(), base: BaseKind::Floating };
         Ok(Self { feet: feet(&rigid.description), rooted, model, subject })
     }
 
@@ -96,7 +98,7 @@ impl Stood {
         Parts {
             model: &self.model,
             subject: &self.subject,
-            anatomy: &self.rooted.anatomy,
+            link_inertias: &self.rooted.link_inertias,
             feet: &self.feet,
             effects: &[],
         }

@@ -15,7 +15,7 @@ use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::{Options, VelocitySource};
 use bipedc_analysis::report::Report;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::Wish;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_effects::effect::{Effect, Law};
 use clap::Args;
 use serde::Serialize;
@@ -232,7 +232,7 @@ fn compare_efforts(
     options: &Options,
 ) -> Result<Comparison, Failure> {
     let subject = subject(&robot.tree()?)?;
-    let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
     let compiled = output::progress("deriving", || robot.compile_only(&[wish]))?;
     let mut torques = ProgramTorques::new(&compiled)?;
     let mut comparison = output::progress("reading and comparing", || {

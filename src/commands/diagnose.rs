@@ -10,7 +10,7 @@ use bipedc_analysis::diagnose::{Diagnosis, Found, Options};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure;
 use bipedc_analysis::report::Report;
-use bipedc_analysis::robot::anatomy::CadError;
+use bipedc_analysis::robot::link_inertias::CadError;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;

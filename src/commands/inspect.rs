@@ -4,7 +4,7 @@ use crate::arguments::{RobotArguments, SubjectArguments};
 use crate::failure::Outcome;
 use crate::output;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Function, Readable, Wish, readable};
+use bipedc_compiler::compile::{Function, FunctionRequest, Readable, readable};
 use bipedc_compiler::program::Operations;
 use clap::Args;
 use serde::Serialize;
@@ -153,7 +153,7 @@ fn units(f: &Function) -> String {
     units.join(", ")
 }
 
-fn one(robot: &Robot, wish: &Wish, as_json: bool) -> Outcome {
+fn one(robot: &Robot, wish: &FunctionRequest, as_json: bool) -> Outcome {
     let compiled = output::progress("deriving", || robot.compile_only(std::slice::from_ref(wish)))?;
     let function = &compiled.functions[0];
     let work = function.operations.total() + function.operations.sin_cos;

@@ -4,7 +4,7 @@
 //! and sine or cosine 0. Shared subexpressions count once.
 use crate::compiled::support;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::Wish;
+use bipedc_compiler::compile::FunctionRequest;
 use std::fmt::Write as _;
 
 const FUNCTIONS: [&str; 12] = [
@@ -39,7 +39,7 @@ const PROMISED: [(&str, &str, usize); 4] = [
 
 fn counts(name: &str) -> [usize; 12] {
     let robot = Robot::read(&support::project().join("benches/robots").join(name)).unwrap();
-    let wishes = FUNCTIONS.map(|family| Wish { family: family.to_owned(), subject: None });
+    let wishes = FUNCTIONS.map(|family| FunctionRequest { family: family.to_owned(), subject: None });
     let model = robot.compile_only(&wishes).unwrap_or_else(|e| panic!("{name}: {e}"));
     std::array::from_fn(|k| model.functions[k].operations.total())
 }

@@ -2,8 +2,8 @@
 use super::models::{FiveLinkWithEffects, TulipWithEffects};
 use super::states::{Arguments, Random};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_runtime::lanes::F64x4;
 use bipedc_runtime::{Argument, Model, Real};
 use std::path::Path;
@@ -27,7 +27,7 @@ fn close(got: &[f64], expected: &[f64], tolerance: f64) {
 fn rigid() -> ProgramModel {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/effects/five_link");
     let robot = Robot::read(&path).unwrap_or_else(|e| panic!("{e}")).without_effects();
-    let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
     ProgramModel::new(robot.compile_only(&[wish]).unwrap())
 }
 

@@ -254,7 +254,7 @@ fn masses() {
         ),
         Effect::new("inertia_error", Location::link("torso"), &[("ixx", 0.2), ("iyy", 0.3), ("ixz", 0.1)]),
     ] {
-        let change = subjects.anatomy.change(std::slice::from_ref(&effect));
+        let change = subjects.link_inertias.change(std::slice::from_ref(&effect));
         let made = Made { change, ..Made::plain(Feet::World) };
         check(&subjects, &made, std::slice::from_ref(&effect));
         let error = with_experiment(&subjects, &made, |experiment| inertial_error(experiment, &effect));

@@ -34,7 +34,7 @@ fn coulomb() -> Recording {
 
 fn experiment(recording: Recording) -> MotionExperiment<'static> {
     let subjects = subjects();
-    MotionExperiment::new(&Tulip, &subjects.subject, &subjects.anatomy, recording, &[]).unwrap()
+    MotionExperiment::new(&Tulip, &subjects.subject, &subjects.link_inertias, recording, &[]).unwrap()
 }
 
 fn judge(recording: Recording) -> Vec<Diagnostic> {

@@ -1,8 +1,8 @@
 //! The TUlip leg in a smooth motion that is known exactly, and the log that ideal sensors make of it.
 use crate::free_run::cli::scratch;
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_runtime::{Argument, Model, State};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ pub struct Torques(ProgramModel);
 
 impl Torques {
     pub fn new(folder: &Path, function: &str) -> Self {
-        let wish = Wish { family: function.to_owned(), subject: None };
+        let wish = FunctionRequest { family: function.to_owned(), subject: None };
         Self(ProgramModel::new(Robot::read(folder).unwrap().compile_only(&[wish]).unwrap()))
     }
     pub fn at(&self, t: f64, offset: &[f64; 6]) -> [f64; 6] {

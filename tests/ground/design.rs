@@ -3,8 +3,8 @@ use crate::ground::cli::{Run, bipedc, scratch, text};
 use crate::ground::stood::{call, rooted, tulip};
 use bipedc::standing::Root;
 use bipedc_analysis::identify::excite::polygon::Polygon;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_runtime::nalgebra::{DMatrix, Matrix3, Vector3};
 use std::path::Path;
 
@@ -48,11 +48,11 @@ fn designed_postures_stand_and_tell_more() {
 
     let rooted = rooted(&tulip(), Root::Link);
     let mut wishes = vec![
-        Wish { family: "center_of_mass".to_owned(), subject: None },
-        Wish { family: "center_of_mass_regressor".to_owned(), subject: None },
+        FunctionRequest { family: "center_of_mass".to_owned(), subject: None },
+        FunctionRequest { family: "center_of_mass_regressor".to_owned(), subject: None },
     ];
     for family in ["position", "rotation"] {
-        wishes.push(Wish { family: family.to_owned(), subject: Some("left_foot".to_owned()) });
+        wishes.push(FunctionRequest { family: family.to_owned(), subject: Some("left_foot".to_owned()) });
     }
     let model = ProgramModel::new(rooted.robot.compile_only(&wishes).unwrap());
     let base = rooted.base(bipedc_compiler::exact::Model::CenterOfMass, &["x", "y"], true).unwrap();

@@ -88,7 +88,7 @@ fn a_log_on_one_foot_tells_mass_and_moments() {
     assert_eq!(base.sums.len(), 85);
     let seen = answer["parameters"].as_array().unwrap().len() + answer["unseen"].as_array().unwrap().len();
     assert_eq!(seen, 85);
-    let truth: f64 = rooted(&other(&tulip()), Root::Sole).anatomy.parameters().iter().step_by(10).sum();
+    let truth: f64 = rooted(&other(&tulip()), Root::Sole).link_inertias.parameters().iter().step_by(10).sum();
     let mass = answer["ground"]["mass"]["value"].as_f64().unwrap();
     println!("mass {mass} instead of {truth}; {}", answer["validation"]["total"]);
     assert!((mass - truth).abs() < 1e-3);

@@ -20,7 +20,7 @@ fn base_regressor_times_parameters_is_the_moment() {
     assert_eq!(base.sums.len(), 26);
     let (own, truth) = (model(&rooted, &["center_of_mass_regressor"]), model(&hidden, &["center_of_mass"]));
     let standing = standing(&rooted, &own, &base);
-    let parameters = hidden.anatomy.parameters();
+    let parameters = hidden.link_inertias.parameters();
     let (beta, mass) = (base.values(&parameters), parameters.iter().step_by(10).sum::<f64>());
     let mut noise = Noise(3);
     for _ in 0..20 {
@@ -97,7 +97,7 @@ fn noise_free_postures_give_the_parameters_back() {
     let hidden = {
         let mut subjects = Subjects::of(&other(&tulip()));
         subjects.feet = Subjects::named("tulip").feet;
-        subjects.anatomy.parameters()
+        subjects.link_inertias.parameters()
     };
     let mass: f64 = hidden.iter().step_by(10).sum();
     let mut moments = experiment.moments(mass);
@@ -109,7 +109,7 @@ fn noise_free_postures_give_the_parameters_back() {
     let table = PostureTable::of_moments(moments, experiment.inertial_parameters(), experiment.bodies());
     // Sums over bodies of the standing robot, as sums over those of the robot that hangs from its torso.
     let order = |k: usize| {
-        let name = &rooted.anatomy.bodies[k / 10];
+        let name = &rooted.link_inertias.bodies[k / 10];
         10 * experiment.bodies().iter().position(|body| body == name).unwrap() + k % 10
     };
     let mut own = base.clone();
@@ -194,7 +194,7 @@ fn the_example_gives_its_truth_back() {
 fn the_simplified_model_of_the_thesis() {
     let rooted = rooted(&tulip(), Root::Link);
     let full = rooted.base(Model::CenterOfMass, &["x", "y"], true).unwrap();
-    let names: Vec<String> = (0..10 * rooted.anatomy.bodies.len()).map(|k| k.to_string()).collect();
+    let names: Vec<String> = (0..10 * rooted.link_inertias.bodies.len()).map(|k| k.to_string()).collect();
     let zeros = rooted.zeros().unwrap();
     let smaller = simplified(&full, &names, &|k| zeros.contains(&k));
     println!("{} parameters: {:?}", smaller.sums.len(), smaller.names);
@@ -242,7 +242,7 @@ fn designed_postures_are_read_back() {
     let base = rooted.base(Model::CenterOfMass, &["x", "y"], true).unwrap();
     let model = model(&rooted, &["center_of_mass_regressor"]);
     let standing = standing(&rooted, &model, &base);
-    let parameters = hidden.anatomy.parameters();
+    let parameters = hidden.link_inertias.parameters();
     let rows: Vec<(Vec<f64>, [f64; 2])> = lines
         .map(|line| {
             let values: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();

@@ -3,7 +3,7 @@ use crate::identify::subject::{Simulated, friction};
 use crate::identify::support::{Order, read_json};
 use bipedc_analysis::identify::{Estimate, Extra, Law, Method, Part};
 use bipedc_analysis::measure::Recording;
-use bipedc_analysis::robot::{BaseKind, Subject};
+use bipedc_analysis::robot::{BaseKind, JointLayout};
 use bipedc_runtime::nalgebra::DVector;
 use bipedc_runtime::{CallError, Model, Signature, State};
 
@@ -126,7 +126,7 @@ fn rotors_that_act_as_inertias_are_grouped() {
 }
 
 /// Joint names, for the order of the oracle's coordinates.
-struct Names<'a>(&'a Subject);
+struct Names<'a>(&'a JointLayout);
 
 impl Model<f64> for Names<'_> {
     fn nq(&self) -> usize {

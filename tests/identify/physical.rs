@@ -2,11 +2,11 @@
 use crate::identify::subject::{CELLS, Noise, Simulated, friction};
 use bipedc_analysis::identify::physical::{Bound, Bounds, Links, Physical, Problem, choose};
 use bipedc_analysis::identify::{Design, Estimate, Extra, Held, Method, Part, by_channel, errors};
-use bipedc_analysis::robot::Anatomy;
+use bipedc_analysis::robot::LinkInertias;
 use bipedc_runtime::nalgebra::{DVector, Matrix3, Vector3};
 
 /// CAD that is off: masses by 20 %, centres by a centimetre, inertias with the masses and 10 % more.
-fn drawn(truth: &Anatomy) -> Anatomy {
+fn drawn(truth: &LinkInertias) -> LinkInertias {
     let mut noise = Noise(31);
     let mut cad = truth.clone();
     for link in &mut cad.links {
@@ -52,7 +52,7 @@ fn noisy_data_give_bodies_that_can_be_and_predict_as_well() {
     let extras = friction(robot.subject.joints.len());
     let list: Vec<Extra> = extras.iter().map(|(e, _)| *e).collect();
     let design = robot.design(list);
-    let cad = drawn(&robot.anatomy);
+    let cad = drawn(&robot.link_inertias);
     let mut noise = Noise(2024);
     let (mut train, mut judge) = (robot.motion(20.0, 21, 0.3), robot.motion(20.0, 22, 0.5));
     robot.measure(&mut train, &extras, &mut |_| 0.5 * noise.normal());
@@ -97,7 +97,7 @@ fn with_problem(noise: f64, bounds: &[Bound], judge: impl Fn(&Problem<'_>, &Esti
     let sums = robot.sums(&design, &r);
     let estimate =
         Estimate::weighted(&design, &sums, DVector::zeros(design.unknowns.len()), Method::Weighted);
-    let cad = drawn(&robot.anatomy);
+    let cad = drawn(&robot.link_inertias);
     let links = Links::new(&cad);
     let bounds = Bounds::new(bounds, &links).unwrap();
     judge(&Problem::new(&design, &links, &bounds), &estimate, &design);
@@ -156,8 +156,8 @@ fn a_heavy_prior_gives_the_description_and_a_light_one_the_data() {
 #[test]
 fn the_weight_on_the_scales_and_a_box_are_kept() {
     let (robot, _) = arm();
-    let name = robot.anatomy.links.iter().find(|l| l.mass > 0.0).unwrap().name.clone();
-    let cad: f64 = drawn(&robot.anatomy).links.iter().map(|l| l.mass).sum();
+    let name = robot.link_inertias.links.iter().find(|l| l.mass > 0.0).unwrap().name.clone();
+    let cad: f64 = drawn(&robot.link_inertias).links.iter().map(|l| l.mass).sum();
     let high = [0.01, 0.01, -0.01];
     let low = [-0.01, -0.01, -0.1];
     let bounds = [Bound::TotalMass(0.9 * cad), Bound::Center { link: name.clone(), low, high }];
@@ -185,7 +185,7 @@ fn the_weight_on_the_scales_and_a_box_are_kept() {
 fn left_equals_right() {
     let robot = Simulated::new("tulip", "fixed");
     let pairs: Vec<(String, String)> = robot
-        .anatomy
+        .link_inertias
         .links
         .iter()
         .filter(|l| l.mass > 0.0 && l.name.contains("left"))
@@ -199,7 +199,7 @@ fn left_equals_right() {
     let sums = robot.sums(&design, &r);
     let estimate =
         Estimate::weighted(&design, &sums, DVector::zeros(design.unknowns.len()), Method::Weighted);
-    let links = Links::new(&robot.anatomy);
+    let links = Links::new(&robot.link_inertias);
     let mirror =
         |(left, right): &(String, String)| Bound::Mirror { left: left.clone(), right: right.clone() };
     let bounds = Bounds::new(&pairs.iter().map(mirror).collect::<Vec<_>>(), &links).unwrap();
@@ -221,7 +221,7 @@ fn left_equals_right() {
 #[test]
 fn bounds_that_cannot_be_are_refused() {
     let (robot, _) = arm();
-    let links = Links::new(&robot.anatomy);
+    let links = Links::new(&robot.link_inertias);
     let refused = |bound: Bound| Bounds::new(&[bound], &links).unwrap_err().message;
     assert!(refused(Bound::TotalMass(-1.0)).contains("total mass"));
     let low = [0.1, 0.0, 0.0];

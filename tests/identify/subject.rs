@@ -1,14 +1,14 @@
 //! A robot whose samples are computed instead of measured.
 use crate::identify::support::project;
 use bipedc::identification::base_regressor;
-use bipedc::{ProgramRegressor, anatomy};
+use bipedc::{ProgramRegressor, link_inertias};
 use bipedc_analysis::identify::{BaseSet, Design, Extra, Law, Settings, Sums, fold};
 use bipedc_analysis::measure::Recording;
-use bipedc_analysis::robot::Anatomy;
-use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::LinkInertias;
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_runtime::nalgebra::DVector;
 use bipedc_runtime::{Argument, Model, State};
@@ -17,8 +17,8 @@ use bipedc_runtime::{Argument, Model, State};
 pub const CELLS: usize = 20;
 
 pub struct Simulated {
-    pub subject: Subject,
-    pub anatomy: Anatomy,
+    pub subject: JointLayout,
+    pub link_inertias: LinkInertias,
     pub base: BaseSet,
     pub regressor: ProgramRegressor,
     pub rows: Vec<usize>,
@@ -55,12 +55,19 @@ impl Simulated {
             Kind::Planar => BaseKind::Planar,
             _ => BaseKind::Fixed,
         };
-        let subject = Subject { joints: tree.joints.iter().map(joint).collect(), base };
+        let subject = JointLayout { joints: tree.joints.iter().map(joint).collect(), base };
         let rows: Vec<usize> = (0..tree.nv).collect();
         let (base, regressor) = base_regressor(&robot.description, &tree, &rows).unwrap();
-        let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+        let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
         let model = ProgramModel::new(robot.compile_only(&[wish]).unwrap());
-        Self { subject, anatomy: anatomy(&robot.description, &tree), base, regressor, rows, model }
+        Self {
+            subject,
+            link_inertias: link_inertias(&robot.description, &tree),
+            base,
+            regressor,
+            rows,
+            model,
+        }
     }
 
     pub fn design(&self, extras: Vec<Extra>) -> Design<'_> {
@@ -159,7 +166,7 @@ impl Simulated {
 
     /// Unknowns of the description, with these extras.
     pub fn truth(&self, design: &Design<'_>, extras: &[(Extra, f64)]) -> DVector<f64> {
-        let parameters = self.anatomy.parameters();
+        let parameters = self.link_inertias.parameters();
         let value = |sum: &[(bipedc_analysis::identify::Part, f64)]| -> f64 {
             sum.iter()
                 .map(|(part, factor)| match part {

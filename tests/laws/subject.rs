@@ -3,7 +3,7 @@ use super::generator::{Digits, KINDS, Random, robot};
 use crate::laws::support::{ROBOTS, project};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::{Scope, Wish, entry};
+use bipedc_compiler::compile::{FunctionRequest, Scope, entry};
 use bipedc_compiler::program::Dual;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_runtime::{Argument, Model, Real, State};
@@ -65,7 +65,7 @@ impl Subject {
         let tree = robot.tree().unwrap_or_else(|e| panic!("{name}: {e}"));
         let mut wishes = Vec::new();
         for family in families {
-            let wish = |subject| Wish { family: (*family).to_owned(), subject };
+            let wish = |subject| FunctionRequest { family: (*family).to_owned(), subject };
             let phases = robot.description.phases.iter();
             match entry(family).unwrap().scope {
                 Scope::Frame => wishes.extend(tree.links.iter().map(|l| wish(Some(l.name.clone())))),

@@ -7,8 +7,8 @@ use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::Options;
 use bipedc_analysis::measure::Recording;
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_runtime::{Argument, Model, State};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ fn oracle() -> f64 {
 fn compiled(folder: &Path, effects: bool) -> ProgramModel {
     let robot = Robot::read(folder).unwrap();
     let robot = if effects { robot } else { robot.without_effects() };
-    let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
     ProgramModel::new(robot.compile_only(&[wish]).unwrap())
 }
 
@@ -222,7 +222,7 @@ fn compiled_and_applied_effects_agree() {
     let robot = Robot::read(&folder).unwrap();
     let rigid = robot.clone().without_effects();
     let wishes = ["inverse_dynamics", "inverse_dynamics_regressor"]
-        .map(|family| Wish { family: family.to_owned(), subject: None });
+        .map(|family| FunctionRequest { family: family.to_owned(), subject: None });
     let model = ProgramModel::new(rigid.compile_only(&wishes).unwrap());
     let subjects = Subjects::of(&rigid);
     let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
@@ -231,7 +231,8 @@ fn compiled_and_applied_effects_agree() {
     let (q, v, a) = (recording.q.clone(), recording.v.clone(), recording.a.clone());
     let effects = &robot.description.effects;
     let experiment =
-        MotionExperiment::new(&model, &subjects.subject, &subjects.anatomy, recording, effects).unwrap();
+        MotionExperiment::new(&model, &subjects.subject, &subjects.link_inertias, recording, effects)
+            .unwrap();
     let count = experiment.time().len();
     let with = compiled(&folder, true);
     let predicted: Vec<[f64; 18]> = (0..count)

@@ -1,6 +1,6 @@
 //! The body of the fuzz target `diagnose`: any bytes as a log of robots that are fine, then what `bipedc diagnose`,
 //! `compare` and `compare --free-run` do with it.
-use bipedc::{ProgramTorques, anatomy, feet};
+use bipedc::{ProgramTorques, feet, link_inertias};
 use bipedc_analysis::compare::{self};
 use bipedc_analysis::diagnose::{Options, diagnose};
 use bipedc_analysis::experiments::contact_log::ContactExperiment;
@@ -12,11 +12,11 @@ use bipedc_analysis::log::{Kind, Mapping, Reader};
 use bipedc_analysis::measure;
 use bipedc_analysis::measure::Recording;
 use bipedc_analysis::robot::Foot;
-use bipedc_analysis::robot::anatomy::Anatomy;
-use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::link_inertias::LinkInertias;
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::SourceFiles;
 use bipedc_effects::diagnostic::Diagnostics;
 use std::path::{Path, PathBuf};
@@ -32,8 +32,8 @@ const TOML: &str = include_str!("fuzz_robot.toml");
 struct Subjected {
     model: ProgramModel,
     torques: ProgramTorques,
-    subject: Subject,
-    anatomy: Anatomy,
+    subject: JointLayout,
+    link_inertias: LinkInertias,
     feet: Vec<Foot>,
 }
 
@@ -48,11 +48,11 @@ fn robot() -> Result<Subjected, Diagnostics> {
     let robot = Robot { description, warnings, sources };
     let one = |error| Diagnostics(vec![error]);
     let tree = robot.tree().map_err(one)?;
-    let wish = |family: &str, subject: Option<&String>| Wish {
+    let wish = |family: &str, subject: Option<&String>| FunctionRequest {
         family: family.to_owned(),
         subject: subject.cloned(),
     };
-    let mut wishes: Vec<Wish> = [
+    let mut wishes: Vec<FunctionRequest> = [
         "inverse_dynamics",
         "inverse_dynamics_regressor",
         "center_of_mass",
@@ -69,8 +69,8 @@ fn robot() -> Result<Subjected, Diagnostics> {
     Ok(Subjected {
         torques: ProgramTorques::new(&compiled).map_err(one)?,
         model: ProgramModel::new(compiled),
-        subject: Subject { joints, base: BaseKind::Floating },
-        anatomy: anatomy(&robot.description, &tree),
+        subject: JointLayout { joints, base: BaseKind::Floating },
+        link_inertias: link_inertias(&robot.description, &tree),
         feet: feet(&robot.description),
     })
 }
@@ -123,7 +123,7 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
     let robot = bipedc_analysis::robot::Robot {
         model: &own.model,
         subject: &own.subject,
-        anatomy: &own.anatomy,
+        link_inertias: &own.link_inertias,
         feet: &own.feet,
         effects: &[],
     };
@@ -134,7 +134,7 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
         Kind::Time => {
             let mut recording = Recording::read(file, mapping, &own.subject, &options)?;
             recording.thin(MOST_SAMPLES);
-            let motion = MotionExperiment::new(&own.model, &own.subject, &own.anatomy, recording, &[]);
+            let motion = MotionExperiment::new(&own.model, &own.subject, &own.link_inertias, recording, &[]);
             Box::new(motion.map_err(|error| Diagnostics(vec![error]))?)
         }
     };

@@ -1,6 +1,6 @@
 //! The body of the fuzz target `inspect`: any text as URDF and description, then everything that can be derived.
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Scope, Wish, catalogue};
+use bipedc_compiler::compile::{FunctionRequest, Scope, catalogue};
 use bipedc_compiler::description::SourceFiles;
 use bipedc_compiler::exact::{Model, Question};
 use bipedc_compiler::program::Evaluator;
@@ -58,7 +58,7 @@ fn every_function(robot: &Robot, tree: &Tree) {
             Scope::Phase | Scope::Impact => robot.description.phases.last().map(|phase| phase.name.clone()),
             _ => None,
         };
-        let wish = Wish { family: entry.name.to_owned(), subject };
+        let wish = FunctionRequest { family: entry.name.to_owned(), subject };
         let Ok(compiled) = robot.compile_only(&[wish]) else { continue };
         let evaluator = Evaluator::new(&compiled.functions[0].program);
         let values: Vec<Vec<f64>> =

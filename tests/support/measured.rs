@@ -1,9 +1,9 @@
 //! Robots with measurements: what the experiments need, from a description.
 use super::{project, read_robot};
-use bipedc::{anatomy, feet};
+use bipedc::{feet, link_inertias};
 use bipedc_analysis::experiments::Experiment;
-use bipedc_analysis::robot::{Anatomy, AnyModel, Foot, Robot};
-use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::{AnyModel, Foot, LinkInertias, Robot};
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_effects::effect::Effect;
@@ -11,8 +11,8 @@ use std::path::PathBuf;
 
 /// All but the model.
 pub struct Subjects {
-    pub subject: Subject,
-    pub anatomy: Anatomy,
+    pub subject: JointLayout,
+    pub link_inertias: LinkInertias,
     pub feet: Vec<Foot>,
 }
 
@@ -27,8 +27,8 @@ impl Subjects {
             _ => BaseKind::Fixed,
         };
         Self {
-            subject: Subject { joints: tree.joints.iter().map(joint).collect(), base },
-            anatomy: anatomy(&described.description, &tree),
+            subject: JointLayout { joints: tree.joints.iter().map(joint).collect(), base },
+            link_inertias: link_inertias(&described.description, &tree),
             feet: feet(&described.description),
         }
     }
@@ -38,7 +38,7 @@ impl Subjects {
     }
 
     pub fn robot<'a>(&'a self, model: AnyModel<'a>, effects: &'a [Effect]) -> Robot<'a> {
-        Robot { model, subject: &self.subject, anatomy: &self.anatomy, feet: &self.feet, effects }
+        Robot { model, subject: &self.subject, link_inertias: &self.link_inertias, feet: &self.feet, effects }
     }
 }
 

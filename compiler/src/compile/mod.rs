@@ -123,7 +123,7 @@ impl<'g, 't> Context<'g, 't> {
 
 /// One function to compile: a catalogue entry and, where it needs one, its subject.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Wish {
+pub struct FunctionRequest {
     /// Name of the catalogue entry.
     pub family: String,
     /// Link, contact point or phase.
@@ -137,7 +137,7 @@ pub struct Wish {
 pub fn compile(
     description: &RobotDescription,
     tree: &Tree,
-    wishes: &[Wish],
+    wishes: &[FunctionRequest],
 ) -> Result<CompiledModel, Diagnostic> {
     let compiled = compile_with_empty(description, tree, wishes)?;
     match compiled.functions.iter().find(|function| function.is_empty()) {
@@ -157,7 +157,7 @@ pub fn compile(
 pub fn compile_what_there_is(
     description: &RobotDescription,
     tree: &Tree,
-    wishes: &[Wish],
+    wishes: &[FunctionRequest],
 ) -> Result<CompiledModel, Diagnostic> {
     let mut compiled = compile_with_empty(description, tree, wishes)?;
     compiled.functions.retain(|function| !function.is_empty());
@@ -167,7 +167,7 @@ pub fn compile_what_there_is(
 fn compile_with_empty(
     description: &RobotDescription,
     tree: &Tree,
-    wishes: &[Wish],
+    wishes: &[FunctionRequest],
 ) -> Result<CompiledModel, Diagnostic> {
     let leading = run_time_parameters(description, tree)?;
     let laws = JointLaws::new(tree, description)?;
@@ -241,7 +241,7 @@ fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quant
 
 /// Everything that `biped.toml` asks for; by default all functions, those of frames for the feet, their
 /// contact points and the root.
-pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, Diagnostic> {
+pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<FunctionRequest>, Diagnostic> {
     let asked = &description.generate.functions;
     for name in asked {
         entry(name)?;
@@ -265,7 +265,7 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
             continue;
         }
         let first = out.len();
-        let wish = |subject| Wish { family: entry.name.to_owned(), subject };
+        let wish = |subject| FunctionRequest { family: entry.name.to_owned(), subject };
         match entry.scope {
             Scope::Robot => out.push(wish(None)),
             Scope::Frame => out.extend(default_frames(description, tree).into_iter().map(|f| wish(Some(f)))),
@@ -288,7 +288,7 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Wish>, 
             }
         }
         let new = out.split_off(first);
-        out.extend(new.into_iter().filter(|wish: &Wish| possible(&wish.subject)));
+        out.extend(new.into_iter().filter(|wish: &FunctionRequest| possible(&wish.subject)));
     }
     Ok(out)
 }

@@ -1,5 +1,5 @@
 //! Functions as formulas that people read.
-use super::{Context, Solvable, Wish, entry};
+use super::{Context, FunctionRequest, Solvable, entry};
 use crate::derive::effects::JointLaws;
 use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph, Input, write_infix};
@@ -21,7 +21,11 @@ pub struct Readable {
 ///
 /// # Errors
 /// Unknown functions and subjects.
-pub fn readable(description: &RobotDescription, tree: &Tree, wish: &Wish) -> Result<Readable, Diagnostic> {
+pub fn readable(
+    description: &RobotDescription,
+    tree: &Tree,
+    wish: &FunctionRequest,
+) -> Result<Readable, Diagnostic> {
     let graph = Graph::new();
     let laws = JointLaws::new(tree, description)?;
     let solvable = Solvable::new(description, tree, &laws);

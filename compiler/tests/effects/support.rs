@@ -35,8 +35,8 @@ pub fn compiled(description: &RobotDescription, functions: &[&str]) -> ProgramMo
     let tree = bipedc_compiler::tree::Tree::new(description, &description.base).unwrap();
     let subject =
         |f: &str| (f == "constrained_dynamics" || f == "impact_map").then(|| "single_support".to_owned());
-    let wish = |f: &&str| compile::Wish { family: (*f).to_owned(), subject: subject(f) };
-    let wishes: Vec<compile::Wish> = functions.iter().map(wish).collect();
+    let wish = |f: &&str| compile::FunctionRequest { family: (*f).to_owned(), subject: subject(f) };
+    let wishes: Vec<compile::FunctionRequest> = functions.iter().map(wish).collect();
     ProgramModel::new(compile::compile(description, &tree, &wishes).unwrap_or_else(|e| panic!("{e}")))
 }
 

@@ -244,7 +244,7 @@ fn lanes_and_floats_follow_the_doubles() {
 
 #[test]
 fn what_has_no_way_back_is_refused() {
-    use bipedc_compiler::compile::{Wish, compile, wishes};
+    use bipedc_compiler::compile::{FunctionRequest, compile, wishes};
     let base = description("five_link");
     let refusal = |text: &str, function: &str| {
         let mut formula = Effect::new("formula", Location::pair("left_knee_pitch", "left_hip_pitch"), &[]);
@@ -252,7 +252,7 @@ fn what_has_no_way_back_is_refused() {
         let description = with(&base, &[formula]);
         let tree = bipedc_compiler::tree::Tree::new(&description, &description.base).unwrap();
         let subject = (function == "constrained_dynamics").then(|| "single_support".to_owned());
-        let wish = Wish { family: function.to_owned(), subject };
+        let wish = FunctionRequest { family: function.to_owned(), subject };
         let answer = compile(&description, &tree, &[wish]);
         // By default it is left out and the rest is there.
         if answer.is_err()

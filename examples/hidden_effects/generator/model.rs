@@ -1,7 +1,7 @@
 //! Rigid-body models of robots with changed numbers, run in process.
 use super::{Failure, failure, inertia};
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_compiler::robot::Robot;
 use bipedc_effects::effect::Effect;
@@ -29,11 +29,13 @@ impl Rigid {
     /// # Errors
     /// Unknown functions.
     pub fn new(robot: &Robot, functions: &[&str]) -> Result<Self, Failure> {
-        let wishes: Vec<Wish> = functions
+        let wishes: Vec<FunctionRequest> = functions
             .iter()
             .map(|text| match text.split_once(':') {
-                Some((family, subject)) => Wish { family: family.into(), subject: Some(subject.into()) },
-                None => Wish { family: (*text).into(), subject: None },
+                Some((family, subject)) => {
+                    FunctionRequest { family: family.into(), subject: Some(subject.into()) }
+                }
+                None => FunctionRequest { family: (*text).into(), subject: None },
             })
             .collect();
         let compiled = robot.compile_only(&wishes).map_err(|e| failure(e.to_string()))?;

@@ -9,8 +9,8 @@ use bipedc_analysis::identify::excite::postures::{
 };
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::exact::Model;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::{Batch, Ledger, Output};
@@ -114,7 +114,7 @@ impl PostureArguments {
     pub fn run(&self, postures: usize, shared: &Shared<'_>) -> Outcome {
         let request = self.request(postures, shared)?;
         let rooted = Rooted::new(shared.robot, self.stance.as_deref(), Root::Link)?;
-        let wish = Wish { family: "center_of_mass_regressor".to_owned(), subject: None };
+        let wish = FunctionRequest { family: "center_of_mass_regressor".to_owned(), subject: None };
         let rigid = rooted.robot.clone().without_effects();
         let (model, base) = output::progress("deriving", || {
             let model = ProgramModel::new(rigid.compile_only(&[wish])?);

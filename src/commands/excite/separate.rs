@@ -7,15 +7,15 @@ use crate::failure::{Failure, Outcome};
 use crate::interruption;
 use crate::measurements::subject;
 use crate::output::{self, table};
-use bipedc::anatomy;
+use bipedc::link_inertias;
 use bipedc_analysis::identify::excite::Request;
 use bipedc_analysis::identify::excite::separate::{Candidate, Pair, Separating, Separation, separate};
 use bipedc_analysis::identify::joint;
-use bipedc_analysis::robot::Anatomy;
-use bipedc_analysis::robot::Subject;
+use bipedc_analysis::robot::JointLayout;
+use bipedc_analysis::robot::LinkInertias;
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::suggest;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Kind, Location, Place};
@@ -59,8 +59,8 @@ pub struct SeparateArguments {
 /// The robot as the diagnosis sees it.
 struct Rigid {
     model: ProgramModel,
-    subject: Subject,
-    anatomy: Anatomy,
+    subject: JointLayout,
+    link_inertias: LinkInertias,
 }
 
 impl Rigid {
@@ -71,11 +71,11 @@ impl Rigid {
             rigid = rigid.with_base("floating", None)?;
         }
         let tree = rigid.tree()?;
-        let wish = |family: &str| Wish { family: family.to_owned(), subject: None };
+        let wish = |family: &str| FunctionRequest { family: family.to_owned(), subject: None };
         let wishes = ["inverse_dynamics", "inverse_dynamics_regressor"].map(wish);
         Ok(Self {
             subject: subject(&tree)?,
-            anatomy: anatomy(&rigid.description, &tree),
+            link_inertias: link_inertias(&rigid.description, &tree),
             model: ProgramModel::new(rigid.compile_only(&wishes)?),
         })
     }
@@ -100,13 +100,13 @@ impl SeparateArguments {
         let candidates = self.candidates(&excited.subject)?;
         let turning = candidates.iter().any(Candidate::turns_the_world);
         let rigid = output::progress("deriving", || Rigid::new(robot, turning))?;
-        self.check_links(&rigid.anatomy)?;
+        self.check_links(&rigid.link_inertias)?;
         let (measured, assumptions) = (excited.measured.clone(), excited.assumptions.clone());
         let machine = excited.machine();
         let pair = Pair {
             model: &rigid.model,
             subject: &rigid.subject,
-            anatomy: &rigid.anatomy,
+            link_inertias: &rigid.link_inertias,
             present: &robot.description.effects,
             measured: &measured,
             effects: candidates,
@@ -157,7 +157,7 @@ impl SeparateArguments {
     }
 
     /// The two effects at their places.
-    fn candidates(&self, subject: &Subject) -> Result<[Candidate; 2], Diagnostic> {
+    fn candidates(&self, subject: &JointLayout) -> Result<[Candidate; 2], Diagnostic> {
         for (option, count) in [("--joint", self.joint.len()), ("--link", self.link.len())] {
             if count > 2 {
                 return Err(Diagnostic::error(format!("{option} names {count} places for two effects"))
@@ -199,10 +199,10 @@ impl SeparateArguments {
         }
     }
 
-    fn check_links(&self, anatomy: &Anatomy) -> Result<(), Diagnostic> {
-        match self.link.iter().find(|name| anatomy.link(name).is_none()) {
+    fn check_links(&self, link_inertias: &LinkInertias) -> Result<(), Diagnostic> {
+        match self.link.iter().find(|name| link_inertias.link(name).is_none()) {
             Some(name) => {
-                let links = anatomy.links.iter().map(|link| link.name.as_str());
+                let links = link_inertias.links.iter().map(|link| link.name.as_str());
                 Err(Diagnostic::error(format!("the robot has no link `{name}` that moves"))
                     .help(suggest(name, links, "links")))
             }

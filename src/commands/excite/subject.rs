@@ -5,10 +5,10 @@ use bipedc::identification::base_regressor;
 use bipedc::{ProgramRegressor, ProgramTorques, feet};
 use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Limits, Machine};
 use bipedc_analysis::identify::joint;
-use bipedc_analysis::robot::{BaseKind, Subject};
+use bipedc_analysis::robot::{BaseKind, JointLayout};
 use bipedc_compiler::Robot;
+use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::Wish;
 use bipedc_compiler::description::model::{Joint, JointKind};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::cell::RefCell;
@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 /// Everything that the design needs of a robot.
 pub struct Excited {
-    pub subject: Subject,
+    pub subject: JointLayout,
     pub regressor: ProgramRegressor,
     pub torques: ProgramTorques,
     /// Indices of the joints that move.
@@ -64,7 +64,7 @@ impl Excited {
             (0..tree.joints.len()).filter(|j| tree.joints[*j].actuated || moving.contains(j)).collect();
         let rigid = robot.clone().without_effects();
         let (_, regressor) = base_regressor(&rigid.description, &rigid.tree()?, &moving)?;
-        let wish = Wish { family: "inverse_dynamics".to_owned(), subject: None };
+        let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
         let torques = ProgramTorques::new(&robot.compile_only(&[wish])?)?;
         let described = |name: &str| robot.description.joints.iter().find(|joint| joint.name == name);
         let mut assumptions = Vec::new();
@@ -104,7 +104,8 @@ fn clearance(robot: &Robot, gap: f64, assumptions: &mut Vec<String>) -> Result<O
     if described.len() < 2 || described.iter().any(|foot| foot.points.is_empty()) {
         return Ok(None);
     }
-    let wishes = CLEARANCE_FUNCTIONS.map(|family| Wish { family: family.to_owned(), subject: None });
+    let wishes =
+        CLEARANCE_FUNCTIONS.map(|family| FunctionRequest { family: family.to_owned(), subject: None });
     let model = ProgramModel::new(robot.clone().without_effects().compile_only(&wishes)?);
     let clearance = Clearance::new(Box::new(model), &feet(&robot.description), gap)?;
     if clearance.is_sagittal() {

@@ -16,8 +16,8 @@ use bipedc_analysis::identify::{
     Answer, BaseSet, BatchRegressor, Feed, Identification, Judge, Options, Parts, Survey, identify,
 };
 use bipedc_analysis::log::Mapping;
-use bipedc_analysis::robot::Anatomy;
 use bipedc_analysis::robot::Batch;
+use bipedc_analysis::robot::LinkInertias;
 use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
@@ -85,7 +85,7 @@ fn reduced(standing: &Standing, full: &BaseSet) -> Result<BaseSet, Diagnostic> {
     let zeros = standing.zeros()?;
     let ten = ["m", "m*cx", "m*cy", "m*cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
     let names: Vec<String> =
-        standing.anatomy.bodies.iter().flat_map(|body| ten.map(|p| format!("{body}.{p}"))).collect();
+        standing.link_inertias.bodies.iter().flat_map(|body| ten.map(|p| format!("{body}.{p}"))).collect();
     Ok(simplified(full, &names, &|k| zeros.contains(&k)))
 }
 
@@ -102,7 +102,7 @@ fn weighed(
         }
         return Ok(Weighed { mass, error: None, source: "--total-mass" });
     }
-    let described: f64 = standing.anatomy.parameters().iter().step_by(10).sum();
+    let described: f64 = standing.link_inertias.parameters().iter().step_by(10).sum();
     let carried: Option<Vec<Vec<f64>>> = tables.iter().map(PostureExperiment::carried).collect();
     let Some(all) = carried.map(|c| c.concat()).filter(|all| !all.is_empty()) else {
         return Ok(Weighed {
@@ -140,10 +140,10 @@ impl Job<'_> {
         };
         let surveys: Vec<Survey> = tables.iter().zip(&self.training).map(survey).collect();
         let judge_surveys: Vec<Survey> = judges.iter().zip(&self.judging).map(survey).collect();
-        let anatomy = self.prior(command.symmetric)?;
+        let link_inertias = self.prior(command.symmetric)?;
         let parts = Parts {
             subject: &self.measured.subject,
-            anatomy: &anatomy,
+            link_inertias: &link_inertias,
             base: &self.base,
             regressor: &NoRegressor,
             rows: &[],
@@ -166,14 +166,14 @@ impl Job<'_> {
     }
 
     /// The description near which bodies stay; of a robot taken as symmetric, with what is zero there.
-    fn prior(&self, symmetric: bool) -> Result<Anatomy, Diagnostic> {
-        let mut anatomy = self.standing.anatomy.clone();
+    fn prior(&self, symmetric: bool) -> Result<LinkInertias, Diagnostic> {
+        let mut link_inertias = self.standing.link_inertias.clone();
         let zeros = if symmetric { self.standing.zeros()? } else { Vec::new() };
-        for link in &mut anatomy.links {
+        for link in &mut link_inertias.links {
             let of_body = zeros.iter().filter(|k| **k / 10 == link.body);
             of_body.for_each(|k| link.center[k % 10 - 1] = 0.0);
         }
-        Ok(anatomy)
+        Ok(link_inertias)
     }
 
     /// The total mass is known.
@@ -187,8 +187,8 @@ impl Job<'_> {
     }
 
     fn ground(&self, answer: &Answer, (tables, judges): (&[PostureTable], &[PostureTable])) -> Ground {
-        let nominal = self.standing.anatomy.parameters();
-        let physical = parameters(&self.standing.anatomy, &answer.links);
+        let nominal = self.standing.link_inertias.parameters();
+        let physical = parameters(&self.standing.link_inertias, &answer.links);
         let identification = &answer.identification;
         let models = self.models((tables, judges), (&nominal, &physical), identification);
         let joints = self.training.iter().flat_map(|t| t.positions()).collect::<Vec<_>>();

@@ -5,7 +5,7 @@ use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::cop::{Confounded, PressureErrors};
 use bipedc_analysis::identify::physical::Inertia;
 use bipedc_analysis::identify::{BaseSet, Identification};
-use bipedc_analysis::robot::Anatomy;
+use bipedc_analysis::robot::LinkInertias;
 use serde::Serialize;
 use std::fmt::Write as _;
 
@@ -68,8 +68,8 @@ pub struct InMetres {
 }
 
 /// Ten parameters per body with the links' new inertias.
-pub fn parameters(anatomy: &Anatomy, links: &[(String, Inertia)]) -> Vec<f64> {
-    let mut new = anatomy.clone();
+pub fn parameters(link_inertias: &LinkInertias, links: &[(String, Inertia)]) -> Vec<f64> {
+    let mut new = link_inertias.clone();
     for link in &mut new.links {
         if let Some((_, inertia)) = links.iter().find(|(name, _)| *name == link.name) {
             link.mass = inertia.mass;

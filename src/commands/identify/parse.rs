@@ -1,12 +1,12 @@
 //! Options of `identify` that are more than a number.
 use bipedc_analysis::identify::physical::Bound;
 use bipedc_analysis::identify::{ExtraChoice, joint};
-use bipedc_analysis::robot::Subject;
+use bipedc_analysis::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// What joints add.
 pub fn extras(
-    subject: &Subject,
+    subject: &JointLayout,
     friction: &[String],
     rotor: &[String],
     coupled: &[String],

@@ -11,7 +11,7 @@ use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::identify::cop::confounded;
 use bipedc_analysis::identify::{Answer, Feed, Judge, Log, Parts, Survey, identify};
 use bipedc_analysis::measure;
-use bipedc_analysis::robot::Anatomy;
+use bipedc_analysis::robot::LinkInertias;
 use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -74,7 +74,7 @@ fn standing(
     let files: Vec<PathBuf> = logs.iter().map(|log| log.path.to_path_buf()).collect();
     let parts = Parts {
         subject: &measured.subject,
-        anatomy: &standing.anatomy,
+        link_inertias: &standing.link_inertias,
         base: &base,
         regressor: &NoRegressor,
         rows: &[],
@@ -119,7 +119,7 @@ fn estimate(
     let answer = output::bar("identifying", work)?;
     let first = experiments.first().copied();
     let ground =
-        first.map(|experiment| ground(experiment, &answer, (parts.anatomy, measured), torso, stance));
+        first.map(|experiment| ground(experiment, &answer, (parts.link_inertias, measured), torso, stance));
     let ground = ground.ok_or_else(|| Diagnostic::error("no log was given"))?;
     let whole = GroundAnswer { identification: answer.identification.clone(), ground };
     Ok((answer, whole))
@@ -128,12 +128,12 @@ fn estimate(
 fn ground(
     experiment: &dyn Experiment,
     answer: &Answer,
-    (anatomy, measured): (&Anatomy, &Measured),
+    (link_inertias, measured): (&LinkInertias, &Measured),
     torso: String,
     stance: Option<String>,
 ) -> Ground {
-    let nominal = anatomy.parameters();
-    let physical = parameters(anatomy, &answer.links);
+    let nominal = link_inertias.parameters();
+    let physical = parameters(link_inertias, &answer.links);
     let joints = mean_joints(experiment, measured.subject.joints.len());
     let described: f64 = nominal.iter().step_by(10).sum();
     // The only base parameter in kg that the vertical force tells is the whole mass.

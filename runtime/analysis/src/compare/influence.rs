@@ -1,5 +1,5 @@
 //! Which predicted efforts depend on the motion of a joint.
-use crate::robot::{BaseKind, Subject};
+use crate::robot::{BaseKind, JointLayout};
 use crate::robot::{Batch, EvaluationError, InverseDynamics};
 
 /// States that are tried: a dependence that vanishes at all of them does not exist.
@@ -11,7 +11,7 @@ const STATES: usize = 4;
 /// a few states. The base rests.
 pub(super) fn depends_on(
     model: &mut dyn InverseDynamics,
-    subject: &Subject,
+    subject: &JointLayout,
     moved: usize,
 ) -> Result<Vec<bool>, EvaluationError> {
     let (still, changed) = (torques(model, subject, None)?, torques(model, subject, Some(moved))?);
@@ -27,7 +27,7 @@ pub(super) fn depends_on(
 
 fn torques(
     model: &mut dyn InverseDynamics,
-    subject: &Subject,
+    subject: &JointLayout,
     moved: Option<usize>,
 ) -> Result<Vec<f64>, EvaluationError> {
     let (nq, nv) = (model.nq(), model.nv());

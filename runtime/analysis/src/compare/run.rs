@@ -10,7 +10,7 @@ use crate::measure::columns::{JointColumns, Plan};
 use crate::measure::noise::white_noise;
 use crate::measure::recording::within;
 use crate::measure::trajectory::{Even, States, Unusable};
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use crate::robot::{Batch, InverseDynamics};
 use crate::signal::{Butterworth, FilterError};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -45,7 +45,7 @@ impl Candidate {
 /// Everything that stays the same from block to block.
 struct Run<'a> {
     file: PathBuf,
-    subject: &'a Subject,
+    subject: &'a JointLayout,
     plan: Plan,
     /// Which joints are compared.
     compared: Vec<bool>,
@@ -63,7 +63,7 @@ struct Run<'a> {
 /// As [`compare`] and [`Reader::open`].
 pub fn compare_file(
     model: &mut dyn InverseDynamics,
-    subject: &Subject,
+    subject: &JointLayout,
     log: &Path,
     mapping: &Mapping,
     options: &Options,
@@ -80,7 +80,7 @@ pub fn compare_file(
 /// row; a log that is too short; a model that does not fit its joints or gives numbers that are not finite.
 pub fn compare(
     model: &mut dyn InverseDynamics,
-    subject: &Subject,
+    subject: &JointLayout,
     mut reader: Reader,
     options: &Options,
 ) -> Result<Comparison, Diagnostics> {
@@ -108,7 +108,7 @@ fn one(error: Diagnostic) -> Diagnostics {
     Diagnostics(vec![error])
 }
 
-fn check(model: &dyn InverseDynamics, subject: &Subject, options: &Options) -> Result<(), Diagnostics> {
+fn check(model: &dyn InverseDynamics, subject: &JointLayout, options: &Options) -> Result<(), Diagnostics> {
     let joints = subject.joints.len();
     let (nq, nv) = (subject.base.nq() + joints, subject.base.nv() + joints);
     let mut errors = Vec::new();
@@ -135,7 +135,7 @@ fn check(model: &dyn InverseDynamics, subject: &Subject, options: &Options) -> R
 /// Joints with an effort whose prediction depends on no joint without a position.
 fn compared_joints(
     model: &mut dyn InverseDynamics,
-    subject: &Subject,
+    subject: &JointLayout,
     plan: &mut Plan,
 ) -> Result<Vec<bool>, Diagnostic> {
     let mut compared: Vec<bool> = plan.joints.iter().map(|c| c.effort.is_some()).collect();
@@ -161,7 +161,7 @@ fn compared_joints(
 
 fn candidates(
     plan: &mut Plan,
-    subject: &Subject,
+    subject: &JointLayout,
     options: &Options,
     rate: f64,
 ) -> Result<Vec<Candidate>, Diagnostic> {

@@ -2,7 +2,7 @@
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::log::names;
 use crate::measure::Motion;
-use crate::robot::anatomy::CadError;
+use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Location};
 

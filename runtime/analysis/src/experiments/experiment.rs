@@ -1,6 +1,6 @@
 //! Measurements as the diagnosis sees them: residuals, and how effects would change them.
 use crate::measure::Motion;
-use crate::robot::anatomy::CadError;
+use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Location};
 use serde::Serialize;

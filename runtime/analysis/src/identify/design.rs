@@ -2,7 +2,7 @@
 use super::triangle::Triangle;
 use super::unknowns::{BaseSet, Extra, Part, Source, Unknown, plain};
 use crate::experiments::{Channel as Kind, Experiment, Row};
-use crate::robot::{Batch, Subject};
+use crate::robot::{Batch, JointLayout};
 use nalgebra::DVector;
 
 /// The base regressor of many states.
@@ -39,7 +39,7 @@ pub struct Channel {
 /// What is estimated from which rows.
 pub struct Design<'a> {
     /// Joints and base.
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     /// What joints add.
     pub extras: Vec<Extra>,
     /// Columns.
@@ -61,7 +61,7 @@ impl<'a> Design<'a> {
     /// The regression of `rows` (indices into `v`) on base parameters and extras; extras that act exactly as base
     /// parameters do are grouped with them.
     pub fn new(
-        subject: &'a Subject,
+        subject: &'a JointLayout,
         base: &BaseSet,
         regressor: &'a dyn BatchRegressor,
         extras: Vec<Extra>,
@@ -85,7 +85,7 @@ impl<'a> Design<'a> {
 
     /// The regression of the force and moment rows of an experiment in memory, such as a log of a free robot with forces
     /// at its feet; [`Channel::row`] is the row of the experiment then.
-    pub fn of_table(subject: &'a Subject, base: &BaseSet, experiment: &dyn Experiment) -> Self {
+    pub fn of_table(subject: &'a JointLayout, base: &BaseSet, experiment: &dyn Experiment) -> Self {
         let unknowns = plain(base, &[], subject);
         let channel = |(row, of): (usize, &Row)| {
             if !matches!(of.channel, Kind::BaseForce | Kind::BaseMoment) {
@@ -244,7 +244,7 @@ fn signed(x: f64) -> String {
     format!("{}{size}", if x < 0.0 { "-" } else { "+" })
 }
 
-fn base_row(subject: &Subject, row: usize) -> (String, &'static str) {
+fn base_row(subject: &JointLayout, row: usize) -> (String, &'static str) {
     const FLOATING: [&str; 6] = ["linear/x", "linear/y", "linear/z", "angular/x", "angular/y", "angular/z"];
     const PLANAR: [&str; 3] = ["x", "z", "pitch"];
     let planar = subject.base == crate::robot::BaseKind::Planar;

@@ -13,8 +13,8 @@ use super::triangle::Triangle;
 use super::unknowns::{BaseSet, ExtraChoice};
 use crate::experiments::Experiment;
 use crate::experiments::plotted::Row;
-use crate::robot::Anatomy;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
+use crate::robot::LinkInertias;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use nalgebra::DVector;
 use std::path::{Path, PathBuf};
@@ -27,9 +27,9 @@ const BEND: f64 = 1.345;
 /// The robot, and what its logs show.
 pub struct Parts<'a> {
     /// Joints and base.
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     /// Links.
-    pub anatomy: &'a Anatomy,
+    pub link_inertias: &'a LinkInertias,
     /// Base parameters of the observed rows.
     pub base: &'a BaseSet,
     /// Their regressor.
@@ -145,14 +145,14 @@ pub fn identify(
         false => enough(&design, &raw).map_err(one)?,
     }
     progress(0.3);
-    let nominal = nominal(&design, &parts.anatomy.parameters(), &options.extras);
+    let nominal = nominal(&design, &parts.link_inertias.parameters(), &options.extras);
     let (estimate, sums) =
         estimated((&design, parts.base), feed, &motions, &settings, options, (&raw, &nominal))?;
     let fit = checked_fit(&estimate, &design, &sums).map_err(one)?;
     let folds = motions.folds();
     let essential = essential(&estimate, &design, &raw, &folds);
     progress(0.5);
-    let links = Links::new(parts.anatomy);
+    let links = Links::new(parts.link_inertias);
     let bounds = Bounds::new(&options.bounds, &links).map_err(one)?;
     let problem = Problem::new(&design, &links, &bounds);
     let choice = match options.weight {

@@ -4,7 +4,7 @@ use crate::experiments::Experiment;
 use crate::measure::Missing;
 use crate::measure::Motion;
 use crate::measure::Recording;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 /// Positions are kept this far apart, s: enough to know a motion again.
@@ -39,7 +39,7 @@ pub struct Survey {
 ///
 /// # Errors
 /// Those of the reader; a log without motion or efforts.
-pub fn survey(log: &Log<'_>, subject: &Subject) -> Result<Survey, Diagnostics> {
+pub fn survey(log: &Log<'_>, subject: &JointLayout) -> Result<Survey, Diagnostics> {
     let joints = subject.joints.len();
     let (bq, bv) = (subject.base.nq(), subject.base.nv());
     let mut found = Survey { speed: vec![0.0; joints], ..Survey::default() };
@@ -89,7 +89,7 @@ impl Survey {
 }
 
 /// Logs from which nothing can be learnt.
-fn refuse(found: &Survey, log: &Log<'_>, subject: &Subject) -> Result<(), Diagnostics> {
+fn refuse(found: &Survey, log: &Log<'_>, subject: &JointLayout) -> Result<(), Diagnostics> {
     let refused = |message: String, help: &str| {
         // What is odd about the log usually says why.
         let warnings = found.warnings.iter().cloned();

@@ -1,5 +1,5 @@
 //! What is estimated: base parameters of the rigid bodies, and what joints add to them.
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
 
@@ -90,7 +90,7 @@ pub struct Extra {
 
 impl Extra {
     /// `left_knee.coulomb_friction`, `joint_5+joint_6.coupled_inertia`.
-    pub fn name(&self, subject: &Subject) -> String {
+    pub fn name(&self, subject: &JointLayout) -> String {
         let of = |joint: usize| &subject.joints[joint].name;
         if self.joint == self.other {
             format!("{}.{}", of(self.joint), self.law.name())
@@ -100,7 +100,7 @@ impl Extra {
     }
 
     /// Unit of its parameter.
-    pub fn unit(&self, subject: &Subject) -> &'static str {
+    pub fn unit(&self, subject: &JointLayout) -> &'static str {
         self.law.unit(subject.joints[self.joint].prismatic)
     }
 
@@ -228,7 +228,7 @@ pub enum Source {
 }
 
 /// The unknowns of base parameters and extras, nothing grouped yet.
-pub fn plain(base: &BaseSet, extras: &[Extra], subject: &Subject) -> Vec<Unknown> {
+pub fn plain(base: &BaseSet, extras: &[Extra], subject: &JointLayout) -> Vec<Unknown> {
     let inertial =
         base.names.iter().zip(&base.units).zip(&base.sums).enumerate().map(|(k, ((name, unit), sum))| {
             let sum = sum.iter().map(|(p, factor)| (Part::Inertial(*p), *factor)).collect();
@@ -247,7 +247,7 @@ pub fn plain(base: &BaseSet, extras: &[Extra], subject: &Subject) -> Vec<Unknown
 ///
 /// # Errors
 /// A name that no joint has.
-pub fn joint(subject: &Subject, name: &str) -> Result<usize, Diagnostic> {
+pub fn joint(subject: &JointLayout, name: &str) -> Result<usize, Diagnostic> {
     subject.joints.iter().position(|joint| joint.name == name).ok_or_else(|| {
         let known: Vec<&str> = subject.joints.iter().map(|joint| joint.name.as_str()).collect();
         Diagnostic::error(format!("there is no joint `{name}`"))

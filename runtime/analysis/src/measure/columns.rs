@@ -1,7 +1,7 @@
 //! Which columns of the log are needed, which are there, and what follows from those that are not.
 use crate::log::{Kind, Reader, names};
 use crate::measure::{Options, VelocitySource};
-use crate::robot::{BaseKind, Subject};
+use crate::robot::{BaseKind, JointLayout};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use serde::Serialize;
 
@@ -51,7 +51,7 @@ const PLANAR: [&str; 3] = ["base/position/x", "base/position/z", "base/orientati
 
 impl Plan {
     /// Looks at the header and selects the columns in the reader.
-    pub fn new(subject: &Subject, reader: &mut Reader, options: &Options) -> Result<Self, Diagnostics> {
+    pub fn new(subject: &JointLayout, reader: &mut Reader, options: &Options) -> Result<Self, Diagnostics> {
         if reader.kind() != Kind::Time {
             let message = format!(
                 "a comparison needs a log (first column `time`), this table has `{}`",
@@ -89,7 +89,7 @@ impl Plan {
     }
 
     /// Columns of joints that the robot does not have; an error if it has none of them.
-    fn note_unknown_joints(&mut self, subject: &Subject, reader: &Reader) -> Result<(), Diagnostics> {
+    fn note_unknown_joints(&mut self, subject: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
         let known = || subject.joints.iter().map(|j| j.name.as_str());
         let mut unknown: Vec<&str> = Vec::new();
         let mut found = 0;
@@ -127,7 +127,7 @@ impl Plan {
 
     fn note_missing(
         &mut self,
-        subject: &Subject,
+        subject: &JointLayout,
         reader: &Reader,
         options: &Options,
     ) -> Result<(), Diagnostics> {
@@ -180,7 +180,7 @@ impl Plan {
         Ok(())
     }
 
-    fn add_base(&mut self, subject: &Subject, reader: &Reader) -> Result<(), Diagnostics> {
+    fn add_base(&mut self, subject: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
         let wanted: &[&str] = match subject.base {
             BaseKind::Fixed => &[],
             BaseKind::Floating => &FLOATING,

@@ -6,7 +6,7 @@ use crate::measure::noise::white_noise;
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
 use crate::measure::{Missing, Options};
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;
@@ -58,7 +58,7 @@ impl Recording {
     pub fn read(
         path: &Path,
         mapping: &Mapping,
-        subject: &Subject,
+        subject: &JointLayout,
         options: &Options,
     ) -> Result<Self, Diagnostics> {
         let mut recording = Self::each(path, mapping, subject, options, false, &mut |_| Ok(()))?;
@@ -78,7 +78,7 @@ impl Recording {
     pub fn read_thinned(
         path: &Path,
         mapping: &Mapping,
-        subject: &Subject,
+        subject: &JointLayout,
         options: &Options,
         most: usize,
     ) -> Result<Self, Diagnostics> {
@@ -110,7 +110,7 @@ impl Recording {
     pub(crate) fn each(
         path: &Path,
         mapping: &Mapping,
-        subject: &Subject,
+        subject: &JointLayout,
         options: &Options,
         filter_efforts: bool,
         visit: &mut dyn FnMut(&mut Self) -> Result<(), Diagnostics>,
@@ -168,7 +168,7 @@ impl Recording {
     fn add(
         &mut self,
         plan: &Plan,
-        subject: &Subject,
+        subject: &JointLayout,
         (filter, efforts): (&Butterworth, Option<&Butterworth>),
         block: &Block<'_>,
         range: Range<usize>,

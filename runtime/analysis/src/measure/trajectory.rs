@@ -2,7 +2,7 @@
 use crate::log::Block;
 use crate::measure::base;
 use crate::measure::columns::Plan;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, align_signs, resample};
 use std::ops::Range;
 
@@ -62,7 +62,7 @@ impl Even {
     pub fn states(
         &self,
         plan: &Plan,
-        subject: &Subject,
+        subject: &JointLayout,
         filter: &Butterworth,
         time: &[f64],
         range: Range<usize>,

@@ -1,5 +1,5 @@
 //! Calls of a model's functions, looked up by name.
-use crate::robot::{BaseKind, Subject};
+use crate::robot::{BaseKind, JointLayout};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 use nalgebra::Vector3;
@@ -91,6 +91,6 @@ pub(crate) fn base_rows(base: BaseKind) -> &'static [(&'static str, bool)] {
 }
 
 /// Index of the joint of this name.
-pub(crate) fn joint(subject: &Subject, name: Option<&str>) -> Option<usize> {
+pub(crate) fn joint(subject: &JointLayout, name: Option<&str>) -> Option<usize> {
     subject.joints.iter().position(|joint| Some(joint.name.as_str()) == name)
 }

@@ -52,7 +52,7 @@ impl BaseKind {
 
 /// The robot that is compared, without its dynamics.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Subject {
+pub struct JointLayout {
     /// In the order of `v` after the base.
     pub joints: Vec<Joint>,
     /// Before them.

@@ -1,19 +1,19 @@
 //! The robot as measurements know it: joints, feet, base, link inertias, and the calls of its model.
-pub mod anatomy;
 pub(crate) mod calls;
 mod dynamics;
 pub(crate) mod feet;
 mod joints;
+pub mod link_inertias;
 pub(crate) mod world;
 
-pub use anatomy::Anatomy;
 pub use calls::AnyModel;
 pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
 pub use feet::{Corner, Foot};
-pub use joints::{BaseKind, Joint, Subject};
+pub use joints::{BaseKind, Joint, JointLayout};
+pub use link_inertias::LinkInertias;
 
-use anatomy::CadError;
 use bipedc_effects::effect::{Effect, Location};
+use link_inertias::CadError;
 
 /// A robot: its functions, and the names and places behind them.
 #[derive(Clone, Copy)]
@@ -21,9 +21,9 @@ pub struct Robot<'a> {
     /// Functions are looked up by name, so emitted code and programs in process serve alike.
     pub model: AnyModel<'a>,
     /// Joints in the order of `v`, and the base before them.
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     /// Links behind the inertial parameters.
-    pub anatomy: &'a Anatomy,
+    pub link_inertias: &'a LinkInertias,
     /// With their corners.
     pub feet: &'a [Foot],
     /// Effects that the description has already: part of the nominal prediction.
@@ -38,8 +38,8 @@ impl Robot<'_> {
 
     /// Places of an effect on links: main links of the bodies that have mass and that `shows` accepts (by index).
     pub(crate) fn link_places(&self, shows: impl Fn(usize) -> bool) -> Vec<Location> {
-        let bodies = self.anatomy.bodies.iter().enumerate();
-        let massive = |body: usize| self.anatomy.links.iter().any(|l| l.body == body && l.mass > 0.0);
+        let bodies = self.link_inertias.bodies.iter().enumerate();
+        let massive = |body: usize| self.link_inertias.links.iter().any(|l| l.body == body && l.mass > 0.0);
         bodies.filter(|(b, _)| massive(*b) && shows(*b)).map(|(_, name)| Location::link(name)).collect()
     }
 
@@ -50,7 +50,11 @@ impl Robot<'_> {
 
     /// Directions of usual CAD errors, as [`crate::experiments::Experiment::cad_directions`].
     pub(crate) fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.anatomy.cad_directions(error).into_iter().map(|(_, body, direction)| (body, direction)).collect()
+        self.link_inertias
+            .cad_directions(error)
+            .into_iter()
+            .map(|(_, body, direction)| (body, direction))
+            .collect()
     }
 
     /// One signal per joint: the last columns of `values`, `samples × width`.

@@ -1,5 +1,5 @@
 //! Effects that turn the world or shift joint zeros, gathered from a list.
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use crate::robot::calls::joint;
 use bipedc_effects::effect::{Effect, Law};
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -23,7 +23,7 @@ fn turn(effect: &Effect) -> Matrix3<f64> {
 
 impl World {
     /// Effects of one kind add up (offsets) or follow one another (turns).
-    pub fn of(effects: &[Effect], subject: &Subject) -> Self {
+    pub fn of(effects: &[Effect], subject: &JointLayout) -> Self {
         let mut world = Self { offsets: Vec::new(), tilt: Matrix3::identity(), slope: Matrix3::identity() };
         for effect in effects {
             match effect.definition().map(|kind| kind.law) {

@@ -45,7 +45,7 @@ impl EnergyBalance {
     }
 }
 
-/// Keeps the books of a run.
+/// Keeps the accounting of a run.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Ledger {
     balance: EnergyBalance,

@@ -11,8 +11,8 @@
 //! controllers that impose virtual constraints, for both.
 mod absolute;
 mod account;
+mod actuation;
 mod actuator;
-mod chatter;
 pub mod control;
 mod dense;
 mod drives;
@@ -20,6 +20,7 @@ mod energy;
 mod ground;
 mod implicit;
 mod imu;
+mod instability;
 mod mechanics;
 mod motors;
 mod newton;
@@ -37,11 +38,11 @@ mod servo;
 mod sharing;
 mod soles;
 mod stepper;
-mod told;
 mod turned;
 
 pub use absolute::{FreeBodies, FreeLink, FreePoint, FreeStepper, Pin};
 pub use account::Account;
+pub use actuation::EffortSensor;
 pub use actuator::Actuator;
 pub use drives::Coupled;
 pub use energy::EnergyBalance;
@@ -58,4 +59,3 @@ pub use scenario::{EventDriven, Initial, Scenario, Sensors, Servo, World};
 pub use sensing::Sample;
 pub use servo::DriveServo;
 pub use stepper::{Motion, Stepped, Stepper};
-pub use told::EffortSensor;

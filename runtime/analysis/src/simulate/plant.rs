@@ -1,14 +1,14 @@
 //! What a simulation knows of a robot besides its model.
 use super::actuator::Actuator;
 use crate::robot::Foot;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::effect::Effect;
 
 /// Names, places and limits of a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plant {
     /// Joints in the order of `v`, and the base before them.
-    pub subject: Subject,
+    pub subject: JointLayout,
     /// In the order of the model's contact points.
     pub feet: Vec<Foot>,
     /// Names of the links.

@@ -1,17 +1,17 @@
 //! A whole run: control, effects, steps, sensors, log.
-use super::chatter::Chatter;
+use super::actuation::Command;
 use super::control::Driven;
 use super::drives::Drives;
 use super::energy::{EnergyBalance, Ledger};
 use super::ground::{Compliance, Ground};
 use super::imu::{self, Inertial};
+use super::instability::InstabilityDetector;
 use super::mechanics::Mechanics;
 use super::plant::Plant;
 use super::scenario::{Initial, Scenario};
 use super::sensing::{Sample, Sensing};
 use super::servo::DriveServo;
 use super::stepper::{Motion, Stepper};
-use super::told::Told;
 use super::turned::Turned;
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -77,8 +77,8 @@ pub struct Simulation<'a> {
     /// Servos inside the drives in this step.
     pub(super) inside: Vec<DriveServo>,
     /// By joint, of this step.
-    pub(super) told: Vec<Told>,
-    pub(super) chatter: Vec<Chatter>,
+    pub(super) commands: Vec<Command>,
+    pub(super) instability: Vec<InstabilityDetector>,
     /// Torques that were reported of the last step and of the one before.
     pub(super) effort: [Vec<f64>; 2],
     /// Currents of the same steps, A; NaN without a motor.
@@ -145,8 +145,8 @@ impl<'a> Simulation<'a> {
             }),
             force: vec![0.0; stepper.size()],
             inside: Vec::with_capacity(joints),
-            told: vec![Told::default(); joints],
-            chatter: vec![Chatter::default(); joints],
+            commands: vec![Command::default(); joints],
+            instability: vec![InstabilityDetector::default(); joints],
             joint_speed: motion.v[motion.v.len() - joints..].to_vec(),
             stepper,
             drives,
@@ -181,9 +181,9 @@ impl<'a> Simulation<'a> {
     /// The same, and its summary says where the energy went.
     ///
     /// # Errors
-    /// The model has no energies; motors that turn on their own, coupled joints and soles that turn are not in the books.
+    /// The model has no energies; motors that turn on their own, coupled joints and soles that turn are not in the accounting.
     pub fn with_energy(mut self) -> Result<Self, Diagnostic> {
-        if let Some(what) = self.stepper.beyond_books() {
+        if let Some(what) = self.stepper.beyond_account() {
             return Err(Diagnostic::error(format!("the energy balance does not know {what}"))
                 .help("leave --energy out, or what brings them in out of the scenario"));
         }
@@ -272,7 +272,7 @@ impl<'a> Simulation<'a> {
         sample.q.clone_from(&self.motion.q);
         sample.v.clone_from(&self.motion.v);
         sample.motor.clear();
-        let joints = self.told.len();
+        let joints = self.commands.len();
         sample
             .motor
             .extend((0..joints).map(|j| self.drives.motor(j).map_or(f64::NAN, |k| self.stepper.motor(k)[0])));

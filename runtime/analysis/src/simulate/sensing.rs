@@ -1,10 +1,10 @@
 //! What the log says of the true state: names of the columns, and a row of numbers.
+use super::actuation::EffortSensor;
 use super::drives::Drives;
 use super::mechanics::rotate;
 use super::plant::Plant;
 use super::random::Random;
 use super::scenario::{Scenario, Sensors};
-use super::told::EffortSensor;
 use super::turned::Turned;
 use crate::robot::BaseKind;
 use bipedc_effects::effect::Effect;

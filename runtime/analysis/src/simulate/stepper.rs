@@ -1,5 +1,5 @@
 //! Moreau's time stepping: impulses over a step, no matter whether something strikes, slides or lets go in it.
-mod books;
+mod energy_accounting;
 mod extended;
 mod rows;
 
@@ -110,7 +110,7 @@ pub struct Stepper<'a> {
     before: Vec<f64>,
     /// Twice the mean of their velocities without and with impulses.
     mean: Vec<f64>,
-    bookkeeping: Option<books::Bookkeeping>,
+    energy_accounting: Option<energy_accounting::EnergyAccounting>,
 }
 
 impl<'a> Stepper<'a> {
@@ -163,7 +163,7 @@ impl<'a> Stepper<'a> {
             before: Vec::new(),
             mean: Vec::new(),
             stretches: Vec::new(),
-            bookkeeping: None,
+            energy_accounting: None,
         }
         .with_room())
     }

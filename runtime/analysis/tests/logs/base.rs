@@ -3,7 +3,7 @@ use crate::logs::support;
 use crate::logs::support::reader;
 use bipedc_analysis::compare::{Comparison, compare};
 use bipedc_analysis::measure::{Options, VelocitySource};
-use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
+use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, JointLayout};
 use std::fmt::Write;
 
 /// One joint whose effort is a weighted sum of all of v and a, so that an error in any of them shows.
@@ -31,7 +31,7 @@ impl InverseDynamics for Weights {
 }
 
 fn run(base: BaseKind, text: &str, options: &Options) -> Comparison {
-    let subject = Subject { joints: vec![Joint::revolute("knee")], base };
+    let subject = JointLayout { joints: vec![Joint::revolute("knee")], base };
     compare(&mut Weights(base), &subject, reader(text).unwrap(), options).unwrap()
 }
 
@@ -97,7 +97,7 @@ fn a_planar_base() {
 
 #[test]
 fn an_incomplete_or_senseless_base_is_an_error() {
-    let subject = Subject { joints: vec![Joint::revolute("knee")], base: BaseKind::Floating };
+    let subject = JointLayout { joints: vec![Joint::revolute("knee")], base: BaseKind::Floating };
     let error = |text: &str| {
         compare(&mut Weights(BaseKind::Floating), &subject, reader(text).unwrap(), &Options::default())
             .unwrap_err()

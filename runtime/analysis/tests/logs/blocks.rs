@@ -3,7 +3,7 @@ use crate::logs::support::reader;
 use bipedc_analysis::log::{Blocks, Mapping, Sampling};
 use bipedc_analysis::measure::Options;
 use bipedc_analysis::measure::Recording;
-use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_analysis::signal::{Butterworth, Grid, Spline, TRUNCATION, resample};
 use std::fmt::Write;
 use std::path::Path;
@@ -165,7 +165,7 @@ fn thinned_logs_are_logs_thinned() {
     }
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thinned.csv");
     std::fs::write(&path, text).unwrap();
-    let subject = Subject { joints: vec![Joint::revolute("knee")], base: BaseKind::Fixed };
+    let subject = JointLayout { joints: vec![Joint::revolute("knee")], base: BaseKind::Fixed };
     let (mapping, options) = (Mapping::default(), Options::default());
     let mut whole = Recording::read(&path, &mapping, &subject, &options).unwrap();
     whole.thin(1000);

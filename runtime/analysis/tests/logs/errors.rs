@@ -4,7 +4,7 @@ use crate::logs::support::reader;
 use bipedc_analysis::compare::{Comparison, compare};
 use bipedc_analysis::log::{Kind, LONGEST_LINE, MOST_ERRORS, Mapping, Reader, Table};
 use bipedc_analysis::measure::Options;
-use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
+use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, JointLayout};
 use bipedc_effects::diagnostic::Diagnostics;
 use flate2::{Compression, write::GzEncoder};
 use std::fmt::Write as _;
@@ -29,8 +29,11 @@ impl InverseDynamics for Toy {
     }
 }
 
-fn subject() -> Subject {
-    Subject { joints: vec![Joint::revolute("left_hip"), Joint::revolute("left_knee")], base: BaseKind::Fixed }
+fn subject() -> JointLayout {
+    JointLayout {
+        joints: vec![Joint::revolute("left_hip"), Joint::revolute("left_knee")],
+        base: BaseKind::Fixed,
+    }
 }
 
 const HEADER: &str = "time,left_hip/position,left_hip/effort,left_knee/position,left_knee/effort";
@@ -330,7 +333,7 @@ fn senseless_options() {
     assert!(error(Options { candidates: vec![], ..default() }).contains("no cut-off"));
     let slow = run(Options { candidates: vec![10.0, 200.0], ..default() }).unwrap();
     assert!(slow.assumptions.iter().any(|a| a.contains("not tried") && a.contains("200 Hz")));
-    let three = Subject { joints: vec![Joint::revolute("a"); 3], base: BaseKind::Planar };
+    let three = JointLayout { joints: vec![Joint::revolute("a"); 3], base: BaseKind::Planar };
     let error =
         compare(&mut Toy, &three, reader(log(HEADER, 500)).unwrap(), &default()).unwrap_err().to_string();
     assert!(error.contains("the model has nq 2 and nv 2, its base and 3 joints make 6 and 6"), "{error}");

@@ -4,7 +4,7 @@
 use bipedc_analysis::compare::compare;
 use bipedc_analysis::log::{Mapping, Reader, Table};
 use bipedc_analysis::measure::Options;
-use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
+use bipedc_analysis::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, JointLayout};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -37,7 +37,7 @@ pub fn run(data: &[u8]) {
     let names: Vec<String> = reader.columns().map(|c| c.name.clone()).collect();
     drop(Table::read(reader, &names));
     let joints = ["a", "b"].map(Joint::revolute).to_vec();
-    let subject = Subject { joints, base: BaseKind::Floating };
+    let subject = JointLayout { joints, base: BaseKind::Floating };
     // Short logs of a fuzzer must reach the filter, too.
     let options = Options { trim_s: 0.0, ..Options::default() };
     if let Ok(reader) = open() {

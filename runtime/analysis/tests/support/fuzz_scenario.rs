@@ -1,5 +1,5 @@
 //! The body of the fuzz target `scenario`.
-use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_analysis::robot::{Corner, Foot};
 use bipedc_analysis::simulate::{Actuator, Plant, Scenario};
 use std::path::Path;
@@ -14,7 +14,7 @@ fn plant(base: BaseKind) -> Plant {
         corners: vec![corner("heel", -0.1), corner("toe", 0.15)],
     };
     Plant {
-        subject: Subject { joints: vec![Joint::revolute("knee"), Joint::revolute("ankle")], base },
+        subject: JointLayout { joints: vec![Joint::revolute("knee"), Joint::revolute("ankle")], base },
         feet: vec![foot("right_foot"), foot("left_foot")],
         links: vec!["torso".to_owned(), "right_foot".to_owned()],
         position_limits: vec![Some([-1.0, 1.0]), None],

@@ -3,7 +3,7 @@
 pub mod rnea;
 
 use bipedc_analysis::log::{Mapping, Reader};
-use bipedc_analysis::robot::{BaseKind, Joint, Subject};
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_effects::diagnostic::Diagnostics;
 use rnea::Robot;
 use std::io::Cursor;
@@ -21,9 +21,9 @@ pub fn tulip() -> Robot {
 }
 
 /// Its joints.
-pub fn subject(robot: &Robot) -> Subject {
+pub fn subject(robot: &Robot) -> JointLayout {
     let joints = robot.joint_names().map(Joint::revolute).collect();
-    Subject { joints, base: robot.base() }
+    JointLayout { joints, base: robot.base() }
 }
 
 /// A reader of a log held in memory.

@@ -9,7 +9,7 @@ mod report;
 mod window;
 
 use crate::measure::Recording;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Law};
 use bipedc_runtime::model::Model;
@@ -34,7 +34,7 @@ pub const MOST_WINDOWS: usize = 1000;
 /// effort; a model without `forward_dynamics` or with other joints.
 pub fn free_run(
     model: &dyn Model<f64>,
-    subject: &Subject,
+    subject: &JointLayout,
     recording: &Recording,
     effects: &[Effect],
     seconds: f64,
@@ -70,7 +70,7 @@ pub fn free_run(
 }
 
 /// The model's `forward_dynamics`, if everything fits.
-fn check(model: &dyn Model<f64>, subject: &Subject, recording: &Recording) -> Result<usize, Diagnostic> {
+fn check(model: &dyn Model<f64>, subject: &JointLayout, recording: &Recording) -> Result<usize, Diagnostic> {
     let joints = subject.joints.len();
     if (model.nq(), model.nv()) != (joints, joints) {
         return Err(Diagnostic::error("a free run needs a robot whose base is fixed")
@@ -100,7 +100,7 @@ fn check(model: &dyn Model<f64>, subject: &Subject, recording: &Recording) -> Re
 }
 
 /// By joint: how much later than logged the effort acts, s.
-fn delays(subject: &Subject, effects: &[Effect]) -> Vec<f64> {
+fn delays(subject: &JointLayout, effects: &[Effect]) -> Vec<f64> {
     let of = |name: &String| {
         let own = effects.iter().filter(|effect| effect.location.joint.as_ref() == Some(name));
         let late = own.filter(|effect| effect.definition().is_some_and(|kind| kind.law == Law::Delay));

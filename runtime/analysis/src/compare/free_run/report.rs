@@ -1,5 +1,5 @@
 //! What free runs miss, for people and for programs.
-use crate::robot::{Joint, Subject};
+use crate::robot::{Joint, JointLayout};
 use serde::Serialize;
 
 /// What a joint's free run misses.
@@ -44,7 +44,7 @@ pub struct FreeRun {
 impl FreeRun {
     /// `counts`: windows, diverged ones, capped ones.
     pub(super) fn new(
-        subject: &Subject,
+        subject: &JointLayout,
         sums: &[Sums],
         [windows, diverged, capped]: [usize; 3],
         window: f64,

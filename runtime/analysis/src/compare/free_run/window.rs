@@ -1,7 +1,7 @@
 //! One window: the model on its own from a measured state.
 use super::input::Input;
 use crate::measure::Recording;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 use ivp::dense::StepInterpolant;
@@ -26,7 +26,7 @@ pub(super) struct Window<'a> {
     pub model: &'a dyn Model<f64>,
     /// `forward_dynamics`
     pub function: usize,
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     pub recording: &'a Recording,
     pub input: &'a Input,
     pub range: Range<usize>,

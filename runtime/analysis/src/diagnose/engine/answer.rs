@@ -8,7 +8,7 @@ use super::simplest::simplest;
 use super::words;
 use crate::diagnose::{Diagnosis, Fall, Found, Rejected, Step};
 use crate::experiments::{Channel, Experiment};
-use crate::robot::anatomy::CadError;
+use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Location, Role};
 use std::collections::BTreeMap;
 

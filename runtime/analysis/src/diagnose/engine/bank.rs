@@ -18,11 +18,15 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    pub fn new(experiment: &dyn Experiment, error: &crate::robot::anatomy::CadError, widening: f64) -> Self {
+    pub fn new(
+        experiment: &dyn Experiment,
+        error: &crate::robot::link_inertias::CadError,
+        widening: f64,
+    ) -> Self {
         let bodies = experiment.inertial_count() / 10;
-        let nothing = crate::robot::anatomy::CadError { mass: 0.0, center: 0.0, inertia: 0.0 };
+        let nothing = crate::robot::link_inertias::CadError { mass: 0.0, center: 0.0, inertia: 0.0 };
         let corrects = *error != nothing;
-        let usual = crate::robot::anatomy::CadError::default();
+        let usual = crate::robot::link_inertias::CadError::default();
         let error = if corrects { error } else { &usual };
         let mut covariances = vec![DMatrix::<f64>::zeros(10, 10); bodies];
         for (body, direction) in experiment.cad_directions(error) {

@@ -4,7 +4,7 @@ use super::fit::{Corrections, Sums, Term, fit};
 use super::parallel::parallel;
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
-use crate::robot::anatomy::CadError;
+use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Location};
 use nalgebra::{DMatrix, DVector};
 

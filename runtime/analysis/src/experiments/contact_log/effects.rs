@@ -51,7 +51,7 @@ impl Change {
     pub fn of(effects: &[Effect], robot: &Robot<'_>) -> Self {
         let mut change = Self {
             world: World::of(effects, robot.subject),
-            parameters: robot.anatomy.change(effects),
+            parameters: robot.link_inertias.change(effects),
             level: Level::default(),
             soil: None,
             faults: Vec::new(),

@@ -50,9 +50,9 @@ pub use walking::WalkingExperiment;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::measure::Motion;
 use crate::robot::Robot;
-use crate::robot::anatomy::CadError;
 use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
+use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Effect, Location};
 use effects::Change;
@@ -131,7 +131,7 @@ impl Experiment for ContactExperiment<'_> {
         let linear = self.kinds.iter().all(|kind| !matches!(kind, Kind::Pressure(_)));
         // A simpler model of the description may not be linear in what is added.
         if inertial_only && linear && !self.change(&[]).level.is_simpler() {
-            return self.linear_response(&self.robot.anatomy.change(effects));
+            return self.linear_response(&self.robot.link_inertias.change(effects));
         }
         let change = self.change(effects);
         // What acts at the soles only leaves the wrenches alone, and the other way round.
@@ -204,9 +204,9 @@ impl Experiment for ContactExperiment<'_> {
         self.robot.cad_directions(error)
     }
     fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
-        self.robot.anatomy.change(std::slice::from_ref(effect))
+        self.robot.link_inertias.change(std::slice::from_ref(effect))
     }
     fn bodies(&self) -> &[String] {
-        &self.robot.anatomy.bodies
+        &self.robot.link_inertias.bodies
     }
 }

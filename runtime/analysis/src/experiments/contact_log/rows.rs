@@ -120,7 +120,7 @@ impl<'a> ContactExperiment<'a> {
     /// A model that lacks functions or is another robot's.
     pub fn new(robot: Robot<'a>, recording: ContactRecording) -> Result<Self, Diagnostic> {
         let calls = Calls::new(robot.model);
-        let parameters = robot.anatomy.parameters();
+        let parameters = robot.link_inertias.parameters();
         let mass: f64 = parameters.iter().step_by(10).sum();
         let kinds = kinds(&robot, &recording);
         let mut experiment = Self {

@@ -13,8 +13,8 @@ use crate::log::Mapping;
 use crate::measure::Recording;
 use crate::measure::{Missing, Options};
 use crate::robot::Robot;
-use crate::robot::anatomy::CadError;
 use crate::robot::feet::Sole;
+use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostics;
 use bipedc_effects::effect::{Effect, Law, Location};
 use nalgebra::Vector3;
@@ -65,7 +65,7 @@ impl<'a> WalkingExperiment<'a> {
         let joints = MotionExperiment::on_ground(
             robot.model,
             robot.subject,
-            robot.anatomy,
+            robot.link_inertias,
             motion,
             robot.effects,
             ground,

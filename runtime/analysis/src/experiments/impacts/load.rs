@@ -108,7 +108,7 @@ fn build<'a>(
     let (q_names, v_names) = coordinates(&robot);
     let (q, before) = states(&robot, table, &q_names, &v_names, &mut assumptions)?;
     let (after, measured) = results(table, &v_names)?;
-    let parameters = robot.anatomy.parameters();
+    let parameters = robot.link_inertias.parameters();
     let mut experiment = ImpactExperiment {
         foot_calls: FootCalls::new(&calls, &robot.feet[foot])?,
         inverse_dynamics: calls.find("inverse_dynamics")?,

@@ -20,9 +20,9 @@ mod map;
 
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::robot::Robot;
-use crate::robot::anatomy::CadError;
 use crate::robot::calls::{Calls, joint};
 use crate::robot::feet::FootCalls;
+use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Effect, Law, Location};
 use map::Contact;
@@ -71,7 +71,8 @@ impl ImpactExperiment<'_> {
         let effects = &self.robot.with(effects);
         let mut changed = Changed {
             world: World::of(effects, self.robot.subject),
-            parameters: Some(self.robot.anatomy.change(effects)).filter(|c| c.iter().any(|x| *x != 0.0)),
+            parameters: Some(self.robot.link_inertias.change(effects))
+                .filter(|c| c.iter().any(|x| *x != 0.0)),
             rotors: vec![0.0; self.calls.nv],
             contact: Contact::default(),
         };
@@ -172,12 +173,12 @@ impl Experiment for ImpactExperiment<'_> {
         self.robot.cad_directions(error)
     }
     fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
-        self.robot.anatomy.change(std::slice::from_ref(effect))
+        self.robot.link_inertias.change(std::slice::from_ref(effect))
     }
     fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {
         self.robot.joint_signals("position", &self.q, self.calls.nq)
     }
     fn bodies(&self) -> &[String] {
-        &self.robot.anatomy.bodies
+        &self.robot.link_inertias.bodies
     }
 }

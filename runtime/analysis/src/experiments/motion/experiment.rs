@@ -6,8 +6,8 @@ use crate::experiments::data_checks;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::measure::Motion;
 use crate::measure::recording::Recording;
-use crate::robot::anatomy::{Anatomy, CadError};
-use crate::robot::{BaseKind, Subject};
+use crate::robot::link_inertias::{CadError, LinkInertias};
+use crate::robot::{BaseKind, JointLayout};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Law, Location};
 use bipedc_runtime::model::Model;
@@ -16,8 +16,8 @@ use std::sync::OnceLock;
 /// A log of joint torques against a rigid-body model with the effects that its description already has.
 pub struct MotionExperiment<'a> {
     rigid: Rigid<'a>,
-    subject: &'a Subject,
-    anatomy: &'a Anatomy,
+    subject: &'a JointLayout,
+    link_inertias: &'a LinkInertias,
     recording: Recording,
     present: Vec<Effect>,
     rows: Vec<Row>,
@@ -41,41 +41,42 @@ impl<'a> MotionExperiment<'a> {
     /// The model lacks `inverse_dynamics` or `inverse_dynamics_regressor`, or is another robot's.
     pub fn new(
         model: &'a (dyn Model<f64> + Sync),
-        subject: &'a Subject,
-        anatomy: &'a Anatomy,
+        subject: &'a JointLayout,
+        link_inertias: &'a LinkInertias,
         recording: Recording,
         present: &[Effect],
     ) -> Result<Self, Diagnostic> {
-        Self::on_ground(model, subject, anatomy, recording, present, Vec::new())
+        Self::on_ground(model, subject, link_inertias, recording, present, Vec::new())
     }
 
     /// The same with generalised forces of the ground on the robot, `Jᵀ w`, `samples × nv` (or empty: none): they are
     /// taken away from what the motion needs.
     pub(crate) fn on_ground(
         model: &'a (dyn Model<f64> + Sync),
-        subject: &'a Subject,
-        anatomy: &'a Anatomy,
+        subject: &'a JointLayout,
+        link_inertias: &'a LinkInertias,
         recording: Recording,
         present: &[Effect],
         ground: Vec<f64>,
     ) -> Result<Self, Diagnostic> {
         let rigid = Rigid::new(model)?;
         let joints = subject.joints.len();
-        let fits = rigid.nv == subject.base.nv() + joints && rigid.parameters == 10 * anatomy.bodies.len();
+        let fits =
+            rigid.nv == subject.base.nv() + joints && rigid.parameters == 10 * link_inertias.bodies.len();
         if !fits {
             return Err(Diagnostic::error("the model and the description are of different robots"));
         }
         let mut this = Self {
             rigid,
             subject,
-            anatomy,
+            link_inertias,
             present: present.to_vec(),
             rows: Vec::new(),
             joint_of: Vec::new(),
             load: less(rigid.inverse_dynamics(&recording.q, &recording.v, &recording.a), &ground),
             ground,
             inertial: OnceLock::new(),
-            parameters: anatomy.parameters(),
+            parameters: link_inertias.parameters(),
             residual: Vec::new(),
             recording,
         };
@@ -212,7 +213,7 @@ impl<'a> MotionExperiment<'a> {
     ) -> Vec<(usize, Vec<f64>)> {
         let turned = self.turned_load(effects, ground);
         let load = turned.as_deref().unwrap_or(&self.load);
-        let change = self.anatomy.change(effects);
+        let change = self.link_inertias.change(effects);
         let changes = change.iter().any(|c| *c != 0.0);
         let of_row = |&row: &usize| {
             let joint = self.joint_of[row];
@@ -405,11 +406,11 @@ impl Experiment for MotionExperiment<'_> {
         responses
     }
     fn candidates(&self) -> Vec<(&'static str, Location)> {
-        let mut moved = vec![false; self.anatomy.bodies.len()];
+        let mut moved = vec![false; self.link_inertias.bodies.len()];
         for inertial in self.all_inertial().iter().flatten() {
             inertial.columns.iter().for_each(|column| moved[column / 10] = true);
         }
-        let mut list = places::candidates(self.subject, &self.recording, self.anatomy, &moved);
+        let mut list = places::candidates(self.subject, &self.recording, self.link_inertias, &moved);
         // What the description has was estimated before; a second one of the kind would only share its part.
         list.retain(|(kind, place)| !self.present.iter().any(|e| e.kind == *kind && e.location == *place));
         list
@@ -460,10 +461,10 @@ impl Experiment for MotionExperiment<'_> {
         }
     }
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.anatomy.cad_directions(error).into_iter().map(|(_, body, d)| (body, d)).collect()
+        self.link_inertias.cad_directions(error).into_iter().map(|(_, body, d)| (body, d)).collect()
     }
     fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
-        self.anatomy.change(std::slice::from_ref(effect))
+        self.link_inertias.change(std::slice::from_ref(effect))
     }
     fn check(&self) -> Vec<Diagnostic> {
         let torques = |q: &[f64], v: &[f64], a: &[f64]| self.rigid.inverse_dynamics(q, v, a);
@@ -484,6 +485,6 @@ impl Experiment for MotionExperiment<'_> {
         }
     }
     fn bodies(&self) -> &[String] {
-        &self.anatomy.bodies
+        &self.link_inertias.bodies
     }
 }

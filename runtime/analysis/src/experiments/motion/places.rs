@@ -1,7 +1,7 @@
 //! Which effects make sense at which places of a log with joint torques.
 use crate::measure::recording::Recording;
-use crate::robot::Subject;
-use crate::robot::anatomy::Anatomy;
+use crate::robot::JointLayout;
+use crate::robot::link_inertias::LinkInertias;
 use bipedc_effects::effect::Location;
 
 /// Kinds that are tried at every joint with an effort.
@@ -26,9 +26,9 @@ const ON_LINKS: [&str; 3] = ["payload", "com_offset", "inertia_error"];
 
 /// All candidates that the recording could show.
 pub(super) fn candidates(
-    subject: &Subject,
+    subject: &JointLayout,
     recording: &Recording,
-    anatomy: &Anatomy,
+    link_inertias: &LinkInertias,
     moved_links: &[bool],
 ) -> Vec<(&'static str, Location)> {
     let mut list = Vec::new();
@@ -45,7 +45,7 @@ pub(super) fn candidates(
             list.push(("series_elasticity", Location::joint(&joint.name)));
         }
     }
-    for link in anatomy.links.iter().filter(|l| l.mass > 0.0 && moved_links[l.body]) {
+    for link in link_inertias.links.iter().filter(|l| l.mass > 0.0 && moved_links[l.body]) {
         list.extend(ON_LINKS.map(|kind| (kind, Location::link(&link.name))));
     }
     list.push(("gravity_tilt", Location::default()));

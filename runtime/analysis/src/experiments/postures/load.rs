@@ -68,7 +68,7 @@ fn build<'a>(
     let calls = Calls::new(robot.model);
     let (stance, said) = choose(robot.feet, stance, "stance")?;
     let feet = robot.feet.iter().map(|foot| FootCalls::new(&calls, foot)).collect::<Result<Vec<_>, _>>()?;
-    let parameters = robot.anatomy.parameters();
+    let parameters = robot.link_inertias.parameters();
     let regressor = calls.find("center_of_mass_regressor")?;
     if calls.columns(regressor) != parameters.len() {
         return Err(Diagnostic::error("the model's `center_of_mass_regressor` is of another robot"));
@@ -234,7 +234,7 @@ impl PostureExperiment<'_> {
         self.residual = self.residual_under(&[]);
         let present = self.robot.effects;
         let (world, sensors) = (World::of(present, self.robot.subject), Sensors::of(present));
-        let change = self.robot.anatomy.change(present);
+        let change = self.robot.link_inertias.change(present);
         let predicted = self.predict(&world, &change, &sensors);
         let added: f64 = change.iter().step_by(10).sum();
         let mass = self.parameters.iter().step_by(10).sum::<f64>() + added;

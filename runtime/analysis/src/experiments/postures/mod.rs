@@ -17,9 +17,9 @@ mod predict;
 
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::robot::Robot;
-use crate::robot::anatomy::CadError;
 use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
+use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Effect, Location};
 pub(crate) use load::normalise;
@@ -69,7 +69,7 @@ impl PostureExperiment<'_> {
         let effects = self.robot.with(effects);
         let world = World::of(&effects, self.robot.subject);
         let sensors = Sensors::of(&effects);
-        let change = self.robot.anatomy.change(&effects);
+        let change = self.robot.link_inertias.change(&effects);
         let predicted = self.predict(&world, &change, &sensors);
         let corrections = self.corrections(&sensors, &predicted);
         let rows = self.kinds.iter().zip(&self.measured);
@@ -157,12 +157,12 @@ impl Experiment for PostureExperiment<'_> {
         self.robot.cad_directions(error)
     }
     fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
-        self.robot.anatomy.change(std::slice::from_ref(effect))
+        self.robot.link_inertias.change(std::slice::from_ref(effect))
     }
     fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {
         self.robot.joint_signals("position", &self.q, self.calls.nq)
     }
     fn bodies(&self) -> &[String] {
-        &self.robot.anatomy.bodies
+        &self.robot.link_inertias.bodies
     }
 }

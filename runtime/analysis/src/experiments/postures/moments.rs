@@ -39,7 +39,7 @@ impl PostureExperiment<'_> {
     pub fn moments(&self, mass: f64) -> Moments {
         let present = self.robot.effects;
         let (world, sensors) = (World::of(present, self.robot.subject), Sensors::of(present));
-        let change = self.robot.anatomy.change(present);
+        let change = self.robot.link_inertias.change(present);
         let corrections = self.corrections(&sensors, &self.predict(&world, &change, &sensors));
         let mut out =
             Moments { measured: Default::default(), columns: Default::default(), normal: Vec::new() };

@@ -1,7 +1,7 @@
 //! What may be wrong with a table of postures, before anything is estimated from it.
 use crate::experiments::postures::{PostureExperiment, SolePose};
 use crate::identify::excite::polygon::Polygon;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// A swing foot that is tilted by less counts as flat, rad: encoders and ground are not better than that.
@@ -18,7 +18,7 @@ const USUAL: std::ops::Range<f64> = 0.02..0.6;
 const OUTSIDE: f64 = 0.01;
 
 /// Errors and warnings, naming columns, joints and postures.
-pub fn check_postures(postures: &PostureExperiment<'_>, subject: &Subject) -> Vec<Diagnostic> {
+pub fn check_postures(postures: &PostureExperiment<'_>, subject: &JointLayout) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     found.extend(coordinates(postures));
     found.extend(degrees(postures, subject));
@@ -42,7 +42,7 @@ fn coordinates(postures: &PostureExperiment<'_>) -> Option<Diagnostic> {
     )))
 }
 
-fn degrees(postures: &PostureExperiment<'_>, subject: &Subject) -> Option<Diagnostic> {
+fn degrees(postures: &PostureExperiment<'_>, subject: &JointLayout) -> Option<Diagnostic> {
     let positions = postures.positions();
     let largest = |j: usize| positions.iter().map(|q| q[j].abs()).fold(0.0, f64::max);
     let (joint, most) = (0..subject.joints.len())
@@ -73,7 +73,7 @@ fn toppled(postures: &PostureExperiment<'_>) -> Option<Diagnostic> {
 }
 
 /// Joints that do not move, or none that does.
-fn alike(postures: &PostureExperiment<'_>, subject: &Subject) -> Option<Diagnostic> {
+fn alike(postures: &PostureExperiment<'_>, subject: &JointLayout) -> Option<Diagnostic> {
     let positions = postures.positions();
     let spread = |j: usize| {
         let range = positions

@@ -1,7 +1,7 @@
 //! Mixed-up signals, before anything is estimated.
 use super::look::{Look, Seen};
 use super::train::Train;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
 
 /// Joints do not turn further than this, rad; degrees do.
@@ -14,7 +14,7 @@ const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 const ONE_WAY: f64 = 0.05;
 
 /// What is odd about the signals of a log; errors stop the command unless they are overruled.
-pub fn odd(look: &Look, trains: &[Train], subject: &Subject) -> Vec<Diagnostic> {
+pub fn odd(look: &Look, trains: &[Train], subject: &JointLayout) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (train, seen) in trains.iter().zip(&look.drives).filter(|(_, seen)| seen.samples > 0) {
         let name = subject.joints[train.joint].name.as_str();

@@ -4,7 +4,7 @@ use super::super::survey::Survey;
 use super::plan::{Columns, observed};
 use super::signals::{Chunk, Making, each};
 use super::train::Train;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 /// Positions are kept this far apart, s: enough to know a motion again.
@@ -102,7 +102,7 @@ impl Line {
 ///
 /// # Errors
 /// Those of the reader; a log without a whole series elastic drive, or with hardly a sample.
-pub fn look(log: &Log<'_>, subject: &Subject, trains: &[Train]) -> Result<Look, Diagnostics> {
+pub fn look(log: &Log<'_>, subject: &JointLayout, trains: &[Train]) -> Result<Look, Diagnostics> {
     let joints = subject.joints.len();
     let mut survey = Survey { speed: vec![0.0; joints], ..Survey::default() };
     survey.motion.positions = vec![Vec::new(); joints];
@@ -138,7 +138,7 @@ pub fn look(log: &Log<'_>, subject: &Subject, trains: &[Train]) -> Result<Look, 
     Ok(Look { survey, columns: head.plan.joints, drives })
 }
 
-fn note_motion(survey: &mut Survey, chunk: &Chunk, subject: &Subject) {
+fn note_motion(survey: &mut Survey, chunk: &Chunk, subject: &JointLayout) {
     let joints = subject.joints.len();
     let (bq, bv) = (subject.base.nq(), subject.base.nv());
     survey.samples += chunk.len();

@@ -1,7 +1,7 @@
 //! Which columns of a log are needed, which are there, and whose row they serve.
 use super::train::Train;
 use crate::log::{Kind, Reader};
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 /// Columns of a joint among the selected ones.
@@ -42,7 +42,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    pub fn new(reader: &mut Reader, subject: &Subject, trains: &[Train]) -> Result<Self, Diagnostics> {
+    pub fn new(reader: &mut Reader, subject: &JointLayout, trains: &[Train]) -> Result<Self, Diagnostics> {
         let one =
             |error: Diagnostic, reader: &Reader| Diagnostics(vec![error.in_file(reader.file()).at(1, 0)]);
         if reader.kind() != Kind::Time {
@@ -82,7 +82,7 @@ impl Plan {
     }
 
     /// A log that shows no elastic drive at all; warns of drives that it shows in part.
-    fn refuse(&mut self, reader: &Reader, subject: &Subject, trains: &[Train]) -> Result<(), Diagnostic> {
+    fn refuse(&mut self, reader: &Reader, subject: &JointLayout, trains: &[Train]) -> Result<(), Diagnostic> {
         let mut lacking = Vec::new();
         for train in trains {
             let name = &subject.joints[train.joint].name;

@@ -16,7 +16,7 @@ use super::solve::Solver;
 use super::summary::{DriveSummary, Found};
 use super::train::Train;
 use crate::experiments::plotted::Row;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use serde::Serialize;
 
@@ -107,7 +107,7 @@ pub fn identify_elastic(
     };
     enough(&folded, &folding, options.slow).map_err(one)?;
     progress(0.2);
-    let nominal = nominal(&design, &parts.anatomy.parameters(), &extras);
+    let nominal = nominal(&design, &parts.link_inertias.parameters(), &extras);
     let solver = Solver {
         design: &design,
         folded: &folded,
@@ -222,7 +222,7 @@ fn enough(folded: &Folded, folding: &Folding<'_, '_>, slow: f64) -> Result<(), D
     Ok(())
 }
 
-fn assumptions(trains: &[Train], joints: &[usize], subject: &Subject) -> Vec<String> {
+fn assumptions(trains: &[Train], joints: &[usize], subject: &JointLayout) -> Vec<String> {
     let name = |train: &Train| subject.joints[train.joint].name.clone();
     let passive: Vec<String> =
         trains.iter().filter(|t| !t.has_motor() && joints.contains(&t.joint)).map(name).collect();

@@ -5,7 +5,7 @@ use super::train::Train;
 use crate::log::{Block, Blocks, Reader, Sampling};
 use crate::measure::base::rest;
 use crate::measure::recording::within;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;
@@ -49,7 +49,7 @@ pub struct Motor {
 #[derive(Debug, Clone, Copy)]
 pub struct Making<'a> {
     /// Joints and base.
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     /// Drives.
     pub trains: &'a [Train],
     /// Per train: slower than this a motor does not count as turning, rad/s.

@@ -7,7 +7,7 @@ use super::laws::{Estimator, Steps};
 use super::linear::{inverse, jackknife, least_squares, scatter, staged, variance};
 use super::noise::Noise;
 use super::train::Train;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 use nalgebra::{DMatrix, DVector};
 
@@ -19,7 +19,7 @@ pub struct Solver<'a, 'd> {
     pub design: &'a Design<'d>,
     pub folded: &'a Folded,
     pub trains: &'a [Train],
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     pub steps: Steps,
     pub estimator: Estimator,
     /// Where unknowns stay that the data do not tell.

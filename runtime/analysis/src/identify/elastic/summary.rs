@@ -7,7 +7,7 @@ use super::look::Look;
 use super::run::Elastic;
 use super::solve::Solved;
 use super::train::{Train, Transmission};
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -120,7 +120,7 @@ impl DriveParameter {
 
 /// What summaries are made of.
 pub struct Found<'a> {
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     pub trains: &'a [Train],
     pub looks: &'a [Look],
     pub folded: &'a Folded,

@@ -1,5 +1,5 @@
 //! What is known of the motors before anything is measured.
-use crate::robot::Subject;
+use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Motor, gear and transmission of one joint (4.26)–(4.33).
@@ -100,7 +100,7 @@ impl Train {
     ///
     /// # Errors
     /// A missing torque constant, gears or radii that are zero or no number.
-    pub fn check(&self, subject: &Subject) -> Result<(), Diagnostic> {
+    pub fn check(&self, subject: &JointLayout) -> Result<(), Diagnostic> {
         let joint = &subject.joints[self.joint];
         let refuse = |what: String, help: &str| Err(Diagnostic::error(what).help(help.to_owned()));
         let table = format!("[drives.{}]", joint.name);

@@ -2,7 +2,7 @@
 use super::basis::Basis;
 use super::clearance::Clearance;
 use crate::identify::BatchRegressor;
-use crate::robot::{BaseKind, Batch, InverseDynamics, Subject};
+use crate::robot::{BaseKind, Batch, InverseDynamics, JointLayout};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::cell::RefCell;
 
@@ -45,7 +45,7 @@ impl Limits {
 /// A robot whose base is fixed.
 pub struct Machine<'a> {
     /// Joints.
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     /// Base regressor of all joints' rows.
     pub regressor: &'a dyn BatchRegressor,
     /// Torques of all joints.

@@ -3,7 +3,7 @@
 use super::limits::{excess, fine};
 use super::*;
 use crate::identify::BatchRegressor;
-use crate::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, Subject};
+use crate::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, JointLayout};
 use std::cell::RefCell;
 
 const LENGTH: f64 = 0.4;
@@ -79,7 +79,7 @@ fn limits(effort: f64) -> [Limits; 2] {
 /// Does something with a machine of these limits.
 fn with<T>(limits: &[Limits; 2], work: impl FnOnce(&Machine<'_>) -> T) -> T {
     let subject =
-        Subject { joints: vec![Joint::revolute("hip"), Joint::revolute("knee")], base: BaseKind::Fixed };
+        JointLayout { joints: vec![Joint::revolute("hip"), Joint::revolute("knee")], base: BaseKind::Fixed };
     let (pendulum, mut torques) = (Pendulum::new(), Torques);
     let machine = Machine {
         subject: &subject,
@@ -182,7 +182,7 @@ fn a_seed_always_gives_the_same_motion() {
 #[test]
 fn joints_that_do_not_move_leave_fewer_unknowns() {
     let subject =
-        Subject { joints: vec![Joint::revolute("hip"), Joint::revolute("knee")], base: BaseKind::Fixed };
+        JointLayout { joints: vec![Joint::revolute("hip"), Joint::revolute("knee")], base: BaseKind::Fixed };
     let (pendulum, mut torques, limits) = (Pendulum::new(), Torques, limits(9.0));
     // With the knee bent and stiff there are an inertia and two first moments; straight, two parameters.
     for (knee, unknowns) in [(0.7, 3), (0.0, 2)] {

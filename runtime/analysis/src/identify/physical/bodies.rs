@@ -1,6 +1,6 @@
 //! Links in the coordinates of the invariant metric.
-use crate::robot::Anatomy;
-use crate::robot::anatomy::Link;
+use crate::robot::LinkInertias;
+use crate::robot::link_inertias::Link;
 use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
 
 /// Coordinates per link.
@@ -129,9 +129,9 @@ impl Body {
 
 impl Links {
     /// The links of a robot; those without mass are left as they are.
-    pub fn new(anatomy: &Anatomy) -> Self {
-        let bodies = anatomy.links.iter().filter(|link| link.mass > 0.0).map(Body::new).collect();
-        Self { bodies, count: anatomy.bodies.len() }
+    pub fn new(link_inertias: &LinkInertias) -> Self {
+        let bodies = link_inertias.links.iter().filter(|link| link.mass > 0.0).map(Body::new).collect();
+        Self { bodies, count: link_inertias.bodies.len() }
     }
 
     /// Number of coordinates.
@@ -169,10 +169,10 @@ mod tests {
 
     #[test]
     fn no_coordinates_are_cad() {
-        let anatomy = Anatomy { links: vec![link()], bodies: vec!["shank".to_owned()] };
-        let links = Links::new(&anatomy);
+        let link_inertias = LinkInertias { links: vec![link()], bodies: vec!["shank".to_owned()] };
+        let links = Links::new(&link_inertias);
         let found = links.parameters(&[0.0; 10]);
-        for (a, b) in found.iter().zip(anatomy.parameters()) {
+        for (a, b) in found.iter().zip(link_inertias.parameters()) {
             assert!((a - b).abs() < 1e-14, "{a} {b}");
         }
         let inertia = links.bodies[0].inertia(&[0.0; 10]);

@@ -7,6 +7,7 @@ mod outputs;
 mod read;
 mod walk;
 
+use super::actuation::EffortSensor;
 use super::actuator::Actuator;
 use super::control::Outputs;
 use super::ground::Ground;
@@ -14,7 +15,6 @@ use super::imu::Imu;
 use super::phases::Assumptions;
 use super::proximal::Tolerance;
 use super::reference::Reference;
-use super::told::EffortSensor;
 use bipedc_effects::effect::Effect;
 use std::path::PathBuf;
 

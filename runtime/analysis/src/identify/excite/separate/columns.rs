@@ -115,7 +115,7 @@ impl<'r, 'm> Bench<'r, 'm> {
         let recording = self.recording(motion)?;
         let pair = self.pair;
         let experiment =
-            MotionExperiment::new(pair.model, pair.subject, pair.anatomy, recording, pair.present)?;
+            MotionExperiment::new(pair.model, pair.subject, pair.link_inertias, recording, pair.present)?;
         let (rows, count) = (experiment.rows().len(), motion.count);
         let dense = |columns: Vec<Vec<(usize, Vec<f64>)>>| {
             let mut dense = DMatrix::zeros(rows * count, columns.len());

@@ -19,8 +19,8 @@ use super::basis::Basis;
 use super::search::{best, check, guess};
 use super::{Machine, Peaks, Request};
 use crate::identify::design::Random;
-use crate::robot::Anatomy;
-use crate::robot::Subject;
+use crate::robot::JointLayout;
+use crate::robot::LinkInertias;
 use angle::{Layout, View, independent, lengths};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
@@ -39,9 +39,9 @@ pub struct Pair<'a> {
     /// The rigid robot, with functions `inverse_dynamics` and `inverse_dynamics_regressor`.
     pub model: &'a (dyn Model<f64> + Sync),
     /// Of that model: the machine's joints, on a fixed base or on one that stays at rest (then the world may turn).
-    pub subject: &'a Subject,
+    pub subject: &'a JointLayout,
     /// Of that model.
-    pub anatomy: &'a Anatomy,
+    pub link_inertias: &'a LinkInertias,
     /// Effects of the description.
     pub present: &'a [Effect],
     /// Joints whose torque is measured.

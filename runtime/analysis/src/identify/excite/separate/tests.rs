@@ -4,7 +4,7 @@ use super::*;
 use crate::identify::BatchRegressor;
 use crate::identify::excite::search::Objective;
 use crate::identify::excite::{Criterion, Family, Limits, Scaling};
-use crate::robot::anatomy::Link;
+use crate::robot::link_inertias::Link;
 use crate::robot::{BaseKind, Batch, Joint, ModelTorques};
 use bipedc_effects::effect::Location;
 use bipedc_runtime::model::{Argument, Arguments, CallError, Signature, State};
@@ -93,7 +93,7 @@ fn of(kind: &str) -> Candidate {
 }
 
 fn with<T>(kinds: [&str; 2], beside_bodies: bool, work: impl FnOnce(&Machine<'_>, &Pair<'_>) -> T) -> T {
-    let subject = Subject { joints: vec![Joint::revolute("hinge")], base: BaseKind::Fixed };
+    let subject = JointLayout { joints: vec![Joint::revolute("hinge")], base: BaseKind::Fixed };
     let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let inertia = one.map(|row| row.map(|x| 0.1 * x));
     let arm = Link {
@@ -105,7 +105,7 @@ fn with<T>(kinds: [&str; 2], beside_bodies: bool, work: impl FnOnce(&Machine<'_>
         center: [0.05, 0.0, -0.4],
         inertia,
     };
-    let anatomy = Anatomy { links: vec![arm], bodies: vec!["arm".to_owned()] };
+    let link_inertias = LinkInertias { links: vec![arm], bodies: vec!["arm".to_owned()] };
     let mut torques = ModelTorques::new(&OneLink).unwrap();
     let limits = [Limits { position: (-1.2, 0.9), velocity: 5.0, acceleration: 20.0, effort: 15.0 }];
     let machine = Machine {
@@ -121,7 +121,7 @@ fn with<T>(kinds: [&str; 2], beside_bodies: bool, work: impl FnOnce(&Machine<'_>
     let pair = Pair {
         model: &OneLink,
         subject: &subject,
-        anatomy: &anatomy,
+        link_inertias: &link_inertias,
         present: &[],
         measured: &[0],
         effects,

@@ -17,7 +17,7 @@ pub(super) enum Swing {
 
 /// Turning points of one torque.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Chatter {
+pub(super) struct InstabilityDetector {
     torque: f64,
     /// The last change that was one.
     change: f64,
@@ -30,7 +30,7 @@ pub(super) struct Chatter {
     longest: usize,
 }
 
-impl Chatter {
+impl InstabilityDetector {
     /// Notes the torque of a step; whether it has swung to and fro for long without growing smaller.
     pub fn swings(&mut self, torque: f64) -> Option<Swing> {
         let change = torque - self.torque;
@@ -63,8 +63,8 @@ mod tests {
     #[test]
     fn only_lasting_swings_count() {
         let run = |torque: fn(i32) -> f64| {
-            let mut chatter = Chatter::default();
-            (0..900).find_map(|i| chatter.swings(torque(i)))
+            let mut instability = InstabilityDetector::default();
+            (0..900).find_map(|i| instability.swings(torque(i)))
         };
         assert_eq!(run(|i| if i % 2 == 0 { 1.0 } else { -1.0 }), Some(Swing::EveryStep));
         assert_eq!(run(|i| (-1.05_f64).powi(i)), Some(Swing::EveryStep));

@@ -1,6 +1,6 @@
 //! Controllers, motors and the laws of joints around a step: what they give before it, what they reported after it.
-use super::chatter::Swing;
 use super::drives::Reading;
+use super::instability::Swing;
 use super::resistance::Variables;
 use super::run::Simulation;
 use super::scenario::Servo;
@@ -10,15 +10,15 @@ use bipedc_effects::diagnostic::Diagnostic;
 /// h² k/D from which on a spring that is held swings within some twenty steps.
 const NOTICEABLE: f64 = 0.1;
 
-/// What a motor was told in the present step, and the joint's state before it.
+/// What a motor is commanded in the present step, and the joint's state before it.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Told {
+pub(super) struct Command {
     /// Reported torque but for the back-EMF, N m.
     torque: f64,
     /// Back-EMF per speed, as reported, N m s/rad.
     damping: f64,
     /// Torque that truly acts but for the back-EMF, N m: of held controllers.
-    truly: f64,
+    applied: f64,
     /// Viscous friction with the back-EMF, N m s/rad.
     loss: f64,
     rotor_inertia: f64,
@@ -48,7 +48,7 @@ impl Simulation<'_> {
         if let Some(ledger) = &mut self.ledger {
             ledger.torque.fill(0.0);
         }
-        for j in 0..self.told.len() {
+        for j in 0..self.commands.len() {
             self.resist(j);
             self.command(j, time)?;
         }
@@ -58,7 +58,7 @@ impl Simulation<'_> {
 
     /// Position and velocity of a joint.
     fn joint(&self, j: usize) -> [f64; 2] {
-        let joints = self.told.len();
+        let joints = self.commands.len();
         let (q, v) = (&self.motion.q, &self.motion.v);
         [q[q.len() - joints + j], v[v.len() - joints + j]]
     }
@@ -70,13 +70,13 @@ impl Simulation<'_> {
 
     /// Index among the forces.
     fn coordinate(&self, axis: usize) -> usize {
-        self.stepper.mechanics().nv() - self.told.len() + axis
+        self.stepper.mechanics().nv() - self.commands.len() + axis
     }
 
     /// Smooth laws and friction of a joint: held at the middle of the step, with their slopes.
     fn resist(&mut self, j: usize) {
         let h = self.scenario.step;
-        let joints = self.told.len();
+        let joints = self.commands.len();
         let (nq, nv) = (self.motion.q.len(), self.motion.v.len());
         let (q, v) = (&self.motion.q[nq - joints..], &self.motion.v[nv - joints..]);
         // Friction that follows the load follows that of the last step: looking ahead would make it swing.
@@ -116,7 +116,7 @@ impl Simulation<'_> {
         let servo = &scenario.servos[j];
         let reading = self.drives.reading(j, scenario.sensors.torque == EffortSensor::Joint);
         self.reference[j] = servo.reference.at(time)[0];
-        self.told[j] = Told { rotor_inertia, speed, loss: viscous, ..Told::default() };
+        self.commands[j] = Command { rotor_inertia, speed, loss: viscous, ..Command::default() };
         if self.drives.actuator(j).is_some_and(|actuator| actuator.passive.is_some()) {
             return Ok(());
         }
@@ -126,11 +126,11 @@ impl Simulation<'_> {
             self.ask_inside(j, servo, time, reading);
         } else {
             let asked = self.hold(j, servo, time, [angle, speed], reading, driven);
-            if let Some(swing) = self.chatter[j].swings(asked).filter(|_| driven.is_none()) {
+            if let Some(swing) = self.instability[j].swings(asked).filter(|_| driven.is_none()) {
                 self.refuse_gains(j, servo, swing)?;
             }
         }
-        let loss = self.told[j].loss;
+        let loss = self.commands[j].loss;
         match self.drives.motor(j) {
             Some(motor) => self.stepper.motors_mut()[motor].damping = loss,
             None => self.stepper.joints_mut()[j].damping = loss,
@@ -156,28 +156,28 @@ impl Simulation<'_> {
         let limited = asked.clamp(-servo.limit, servo.limit);
         let (given, late) = self.drives.give(j, limited, speed);
         let coordinate = self.coordinate(self.drives.axis(j));
-        let truly = reading.torque(late);
-        self.force[coordinate] += truly;
+        let applied = reading.torque(late);
+        self.force[coordinate] += applied;
         if let Some(ledger) = &mut self.ledger {
-            ledger.torque[j] = truly;
+            ledger.torque[j] = applied;
         }
-        let told = &mut self.told[j];
-        told.torque = given.torque;
-        told.damping = given.damping;
-        told.truly = truly;
-        told.loss += given.damping * reading.gain;
-        told.clipped = limited != asked || given.clipped;
+        let command = &mut self.commands[j];
+        command.torque = given.torque;
+        command.damping = given.damping;
+        command.applied = applied;
+        command.loss += given.damping * reading.gain;
+        command.clipped = limited != asked || given.clipped;
         limited
     }
 
     /// A controller inside the drive: a row of the step's problem.
     fn ask_inside(&mut self, j: usize, servo: &Servo, time: f64, reading: Reading) {
-        let told = &mut self.told[j];
-        let ([low, high], damping) = self.drives.range(j, told.speed);
+        let command = &mut self.commands[j];
+        let ([low, high], damping) = self.drives.range(j, command.speed);
         let limits = [low.max(-servo.limit), high.min(servo.limit)];
         let [wanted, rate] = servo.reference.at(time + 0.5 * self.scenario.step);
-        told.damping = damping;
-        told.loss += damping * reading.gain;
+        command.damping = damping;
+        command.loss += damping * reading.gain;
         self.inside.push(DriveServo {
             axis: self.drives.axis(j),
             stiffness: reading.gain * servo.stiffness,
@@ -194,22 +194,22 @@ impl Simulation<'_> {
         self.effort.swap(0, 1);
         self.current.swap(0, 1);
         let sensor = self.scenario.sensors.torque == EffortSensor::Joint;
-        for j in 0..self.told.len() {
+        for j in 0..self.commands.len() {
             let axis = self.drives.axis(j);
-            let mut told = self.told[j];
+            let mut command = self.commands[j];
             let speed = self.shaft(j)[1];
-            let mean = 0.5 * (told.speed + speed);
+            let mean = 0.5 * (command.speed + speed);
             if self.inside.iter().any(|servo| servo.axis == axis) {
-                self.answer(j, axis, &mut told);
+                self.answer(j, axis, &mut command);
             }
-            self.clipped[j] += usize::from(told.clipped);
-            let reported = told.torque - told.damping * mean;
+            self.clipped[j] += usize::from(command.clipped);
+            let reported = command.torque - command.damping * mean;
             let now = self.joint(j)[1];
             self.transmitted[j] = match self.drives.motor(j) {
                 Some(motor) => self.stepper.spring_torque(motor),
                 None => {
-                    let friction = self.stepper.dry_impulse(j) / h - told.loss * mean;
-                    told.truly + friction - told.rotor_inertia * (now - told.speed) / h
+                    let friction = self.stepper.dry_impulse(j) / h - command.loss * mean;
+                    command.applied + friction - command.rotor_inertia * (now - command.speed) / h
                 }
             };
             self.acceleration[j] = (now - self.joint_speed[j]) / h;
@@ -221,15 +221,15 @@ impl Simulation<'_> {
     }
 
     /// What a servo inside the drive gave in the step, and what it reports.
-    fn answer(&self, j: usize, axis: usize, told: &mut Told) {
+    fn answer(&self, j: usize, axis: usize, command: &mut Command) {
         let (h, scenario) = (self.scenario.step, self.scenario);
         let reading = self.drives.reading(j, scenario.sensors.torque == EffortSensor::Joint);
         let asked = (self.stepper.servo_asked(axis, h) - reading.offset) / reading.gain;
-        let ([low, high], _) = self.drives.range(j, told.speed);
+        let ([low, high], _) = self.drives.range(j, command.speed);
         let most = scenario.servos[j].limit;
-        told.truly = self.stepper.servo_torque(axis, h);
-        told.torque = asked.max(low.max(-most)).min(high.min(most));
-        told.clipped = (told.torque - asked).abs() > 1e-6 * asked.abs();
+        command.applied = self.stepper.servo_torque(axis, h);
+        command.torque = asked.max(low.max(-most)).min(high.min(most));
+        command.clipped = (command.torque - asked).abs() > 1e-6 * asked.abs();
     }
 
     /// Says which gain is too large, if it is.

@@ -4,7 +4,7 @@ use crate::simulate::account::{Account, Done};
 
 /// Work so far, with the room to sum it.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Bookkeeping {
+pub(super) struct EnergyAccounting {
     account: Account,
     /// γ⁺ of the closed rows.
     after: Vec<f64>,
@@ -20,13 +20,13 @@ impl Stepper<'_> {
     pub fn accounted(mut self) -> Self {
         let room = || Vec::with_capacity(self.before.capacity());
         let driven = Vec::with_capacity(self.before.capacity());
-        self.bookkeeping =
-            Some(Bookkeeping { account: Account::default(), after: room(), heights: room(), driven });
+        self.energy_accounting =
+            Some(EnergyAccounting { account: Account::default(), after: room(), heights: room(), driven });
         self
     }
 
     /// What acts and is not part of [`Self::account`].
-    pub(in crate::simulate) fn beyond_books(&self) -> Option<&'static str> {
+    pub(in crate::simulate) fn beyond_account(&self) -> Option<&'static str> {
         if !self.motors.laws.is_empty() {
             return Some("motors behind springs or play");
         }
@@ -38,35 +38,35 @@ impl Stepper<'_> {
 
     /// Work so far; `None` unless [`Self::accounted`].
     pub fn account(&self) -> Option<&Account> {
-        self.bookkeeping.as_ref().map(|books| &books.account)
+        self.energy_accounting.as_ref().map(|accounting| &accounting.account)
     }
 
-    /// γ⁺ of the closed rows, for the books; before `drive` leaves the coordinates `L⁻ᵀ`.
+    /// γ⁺ of the closed rows, for the accounting; before `drive` leaves the coordinates `L⁻ᵀ`.
     pub(super) fn velocities_after(&mut self, rows: usize) {
-        let Some(books) = &mut self.bookkeeping else { return };
-        books.after.clear();
-        books.heights.clear();
+        let Some(accounting) = &mut self.energy_accounting else { return };
+        accounting.after.clear();
+        accounting.heights.clear();
         if rows == 0 {
             return;
         }
-        books.after.extend_from_slice(&self.before);
+        accounting.after.extend_from_slice(&self.before);
         for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
-            books.after.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
+            accounting.after.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
         }
-        books.heights.resize(rows, 0.0);
-        books.driven.clear();
-        books.driven.extend(self.sources.iter().map(|source| matches!(source, Source::Servo(_))));
+        accounting.heights.resize(rows, 0.0);
+        accounting.driven.clear();
+        accounting.driven.extend(self.sources.iter().map(|source| matches!(source, Source::Servo(_))));
         for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
             if let Source::Point(point) = *source {
-                books.heights[block.first] = self.gaps[point];
+                accounting.heights[block.first] = self.gaps[point];
             }
         }
     }
 
-    /// Adds the step to the books; `drive` is the change of the velocities.
+    /// Adds the step to the accounting; `drive` is the change of the velocities.
     pub(super) fn book(&mut self, motion: &Motion, force: &[f64], time: f64) {
-        let Some(books) = &mut self.bookkeeping else { return };
-        books.account.add(&Done {
+        let Some(accounting) = &mut self.energy_accounting else { return };
+        accounting.account.add(&Done {
             time,
             velocity: &motion.v,
             change: &self.drive,
@@ -75,9 +75,9 @@ impl Stepper<'_> {
             blocks: &self.problem.blocks,
             impulse: &self.problem.impulse,
             before: &self.before,
-            after: &books.after,
-            heights: &books.heights,
-            driven: &books.driven,
+            after: &accounting.after,
+            heights: &accounting.heights,
+            driven: &accounting.driven,
             soft: self.ground.compliance,
         });
     }

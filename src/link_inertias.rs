@@ -1,5 +1,5 @@
 //! The links in their bodies, for tools that change or estimate inertial parameters.
-use bipedc_analysis::robot::anatomy::{Anatomy, Link};
+use bipedc_analysis::robot::link_inertias::{Link, LinkInertias};
 use bipedc_compiler::description::model::{Inertial, RobotDescription};
 use bipedc_compiler::tree::Rotation;
 use bipedc_compiler::tree::{Placement, Tree};
@@ -7,9 +7,11 @@ use bipedc_compiler::tree::{Placement, Tree};
 /// All links with the bodies that they belong to, bodies in the order of the inertial parameters.
 ///
 /// The virtual bodies of a planar base have parameters too (that play no part), so they are counted.
-pub fn anatomy(description: &RobotDescription, tree: &Tree) -> Anatomy {
-    let mut anatomy =
-        Anatomy { links: Vec::new(), bodies: tree.bodies.iter().map(|body| body.name.clone()).collect() };
+pub fn link_inertias(description: &RobotDescription, tree: &Tree) -> LinkInertias {
+    let mut link_inertias = LinkInertias {
+        links: Vec::new(),
+        bodies: tree.bodies.iter().map(|body| body.name.clone()).collect(),
+    };
     for link in &description.links {
         let Some(frame) = tree.frame(&link.name) else { continue };
         // Links of the world have no parameters.
@@ -17,7 +19,7 @@ pub fn anatomy(description: &RobotDescription, tree: &Tree) -> Anatomy {
         let placement: Placement = tree.bodies[body].main_link.inverse().then(&frame.placement);
         let none = Inertial { mass: 0.0, origin: Default::default(), inertia: [0.0; 6] };
         let inertial = link.inertial.unwrap_or(none);
-        anatomy.links.push(Link {
+        link_inertias.links.push(Link {
             name: link.name.clone(),
             body,
             rotation: placement.rotation.matrix(),
@@ -27,7 +29,7 @@ pub fn anatomy(description: &RobotDescription, tree: &Tree) -> Anatomy {
             inertia: about_center(&inertial),
         });
     }
-    anatomy
+    link_inertias
 }
 
 /// The inertia about the centre of mass in link axes.

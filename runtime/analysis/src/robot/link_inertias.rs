@@ -25,7 +25,7 @@ pub struct Link {
 
 /// All links of a robot.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Anatomy {
+pub struct LinkInertias {
     /// In the order of the URDF.
     pub links: Vec<Link>,
     /// Names of the bodies' main links.
@@ -93,7 +93,7 @@ impl Link {
     }
 }
 
-impl Anatomy {
+impl LinkInertias {
     /// The link of this name.
     pub fn link(&self, name: &str) -> Option<&Link> {
         self.links.iter().find(|link| link.name == name)
