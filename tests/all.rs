@@ -2,6 +2,11 @@
 //! processor waits for the last test of each.
 #![allow(missing_docs)]
 
+#[path = "support/cli.rs"]
+#[allow(dead_code)]
+mod cli;
+mod support;
+
 mod cli_amend;
 mod cli_check;
 mod cli_compare;
@@ -38,12 +43,12 @@ mod phases;
 mod real_data;
 #[path = "report_page/main.rs"]
 mod report_page;
+#[path = "reproduced/main.rs"]
+mod reproduced;
 #[path = "simulated/main.rs"]
 mod simulated;
 #[path = "time_stepping/main.rs"]
 mod time_stepping;
-#[path = "trials/main.rs"]
-mod trials;
 
 // Where the example's modules look for one another.
 use hidden_effects::generator;

@@ -1,7 +1,5 @@
 //! `bipedc amend`, `bipedc history` and `bipedc effects`, what they print, write and refuse.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 
 use cli::{Run, bipedc, piped, scratch, text};
 use serde_json::{Value, json};

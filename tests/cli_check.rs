@@ -1,7 +1,5 @@
 //! `bipedc check` and `bipedc init`, what they print and how they fail.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 
 use cli::{bipedc, command, piped, scratch, text};
 use std::io::Read;

@@ -1,7 +1,5 @@
 //! `bipedc compare`: the example logs against what is known of them.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 
 use cli::{Run, bipedc, piped, scratch, text};
 use serde_json::Value;

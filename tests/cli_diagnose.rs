@@ -1,7 +1,5 @@
 //! `bipedc diagnose`: the keys of its JSON, what it refuses, and the loop by itself.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 
 use cli::{bipedc, scratch, text};
 use serde_json::{Map, Value};

@@ -1,7 +1,5 @@
 //! `bipedc evaluate`: the format of states, against known torques, and its errors.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 
 use cli::{Run, bipedc, scratch, text};
 use serde_json::{Value, json};

@@ -1,9 +1,6 @@
 //! `bipedc excite`: motions designed for identification.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
-#[path = "support/mod.rs"]
-mod support;
+use crate::cli;
+use crate::support;
 
 use bipedc::feet;
 use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Motion};

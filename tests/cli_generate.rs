@@ -1,7 +1,5 @@
 //! `bipedc generate`: what it writes, and what `--check` notices.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 
 use cli::{Run, bipedc, command, run, scratch, text};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,5 @@
 //! `bipedc inspect`: tables, formulas, base parameters.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 
 use cli::bipedc;
 

@@ -1,9 +1,6 @@
 //! `bipedc excite --separate`: motions that tell two effects apart.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
-#[path = "support/mod.rs"]
-mod support;
+use crate::cli;
+use crate::support;
 
 use bipedc_compiler::compile::FunctionRequest;
 use bipedc_compiler::compile::ProgramModel;

@@ -1,7 +1,5 @@
 //! `bipedc simulate`: scenarios, logs, interruption, and whether `diagnose` finds what was hidden.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 #[cfg(unix)]
 #[path = "cli_simulate/outputs.rs"]
 mod outputs;

@@ -1,7 +1,5 @@
 //! `bipedc simulate` from event to event: the shipped gaits, what is printed, verdicts, mistakes.
-#[path = "support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 
 use cli::{Run, bipedc, scratch, text};
 use std::path::Path;

@@ -1,8 +1,6 @@
 //! `bipedc compare --free-run`, and efforts from motor currents: exact motions are predicted exactly, friction that is
 //! missing shows and goes, and wrong use is told by name.
-#[path = "../support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 mod currents;
 mod leg;
 

@@ -1,7 +1,5 @@
 //! Series elastic drives: known truth found again, wrong logs refused.
-#[path = "../support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
 mod instruments;
 mod leg;
 mod recovery;

@@ -1,8 +1,7 @@
 //! Laws of mechanics in random states of random trees and of the six robots, through the in-process
 //! evaluator. `subject::SEED` makes the trees and states; every failure names the seed of its tree.
 #![allow(missing_docs)]
-#[path = "../support/mod.rs"]
-mod support;
+use crate::support;
 
 mod contacts;
 mod dynamics;

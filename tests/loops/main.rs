@@ -1,9 +1,6 @@
 //! From a log to a better model and back, on an example by another simulator and on our own.
 #![allow(missing_docs)]
-#[path = "../support/cli.rs"]
-#[allow(dead_code)]
-mod cli;
+use crate::cli;
+use crate::support;
 mod measured;
 mod simulated;
-#[path = "../support/mod.rs"]
-mod support;

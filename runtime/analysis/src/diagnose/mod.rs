@@ -1,4 +1,4 @@
-//! Which physical effect is missing: candidates are tried against the residual of an [`Experiment`], ranked by
+//! Which physical effect is missing: candidates are tried against the residual of an [`Experiment`](crate::experiments::Experiment), ranked by
 //! their error on held-out data, and reported as a [`Diagnosis`].
 //!
 //! # Signs and frames of what is measured at the ground
