@@ -88,7 +88,10 @@ impl Subject {
     }
 
     /// Column after column.
-    pub fn call<R: Real>(&self, function: &str, values: &Values<R>) -> Vec<R> {
+    pub fn call<R: Real>(&self, function: &str, values: &Values<R>) -> Vec<R>
+    where
+        ProgramModel: Model<R>,
+    {
         let index = Model::<R>::function(&self.model, function)
             .unwrap_or_else(|| panic!("{}: no function {function}", self.name));
         let shape = Model::<R>::signature(&self.model, index).unwrap();

@@ -1,7 +1,8 @@
 //! A compiled model that runs in process.
 use super::CompiledModel;
-use crate::program::Evaluator;
-use bipedc_runtime::{Argument, CallError, Model, Real, Signature, State};
+use crate::program::{Dual, Evaluator};
+use bipedc_runtime::lanes::{F32x4, F32x8, F32x16, F64x2, F64x4, F64x8};
+use bipedc_runtime::{Argument, CallError, Model, Signature, State};
 
 /// All functions of a robot as evaluators; the same interface as emitted code.
 #[derive(Debug, Clone)]
@@ -40,34 +41,43 @@ impl ProgramModel {
     }
 }
 
-impl<R: Real> Model<R> for ProgramModel {
-    fn nq(&self) -> usize {
-        self.compiled.tree.nq
-    }
-    fn nv(&self) -> usize {
-        self.compiled.tree.nv
-    }
-    fn joint_name(&self, index: usize) -> Option<&str> {
-        self.compiled.tree.joints.get(index).map(|joint| joint.name.as_str())
-    }
-    fn joints(&self) -> usize {
-        self.compiled.tree.joints.len()
-    }
-    fn signature(&self, index: usize) -> Option<Signature<'_>> {
-        self.compiled.functions.get(index).map(|f| Signature {
-            name: &f.name,
-            arguments: f.program.arguments,
-            rows: f.rows.len(),
-            columns: f.columns.len(),
-        })
-    }
-    fn argument_length(&self, argument: Argument) -> usize {
-        self.compiled.argument_length(argument)
-    }
-    fn evaluate(&self, function: usize, state: &State<'_, R>, output: &mut [R]) -> Result<(), CallError> {
-        self.check(function, state, output)?;
-        let evaluator = &self.evaluators[function];
-        evaluator.run(state, &mut evaluator.workspace(), output);
-        Ok(())
-    }
+/// For each of these scalars, so that evaluation is compiled here, with this crate's optimisation, and not by whoever calls it.
+macro_rules! evaluated_in {
+    ($($real:ty),*) => {
+        $(
+            impl Model<$real> for ProgramModel {
+                fn nq(&self) -> usize {
+                    self.compiled.tree.nq
+                }
+                fn nv(&self) -> usize {
+                    self.compiled.tree.nv
+                }
+                fn joint_name(&self, index: usize) -> Option<&str> {
+                    self.compiled.tree.joints.get(index).map(|joint| joint.name.as_str())
+                }
+                fn joints(&self) -> usize {
+                    self.compiled.tree.joints.len()
+                }
+                fn signature(&self, index: usize) -> Option<Signature<'_>> {
+                    self.compiled.functions.get(index).map(|f| Signature {
+                        name: &f.name,
+                        arguments: f.program.arguments,
+                        rows: f.rows.len(),
+                        columns: f.columns.len(),
+                    })
+                }
+                fn argument_length(&self, argument: Argument) -> usize {
+                    self.compiled.argument_length(argument)
+                }
+                fn evaluate(&self, function: usize, state: &State<'_, $real>, output: &mut [$real]) -> Result<(), CallError> {
+                    self.check(function, state, output)?;
+                    let evaluator = &self.evaluators[function];
+                    evaluator.run(state, &mut evaluator.workspace(), output);
+                    Ok(())
+                }
+            }
+        )*
+    };
 }
+
+evaluated_in!(f64, f32, F64x2, F64x4, F64x8, F32x4, F32x8, F32x16, Dual<f64>, Dual<Dual<f64>>);

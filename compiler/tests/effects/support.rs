@@ -72,7 +72,10 @@ impl Values {
     }
 }
 
-pub fn call<R: Real>(model: &ProgramModel, name: &str, values: &Values<R>) -> Vec<R> {
+pub fn call<R: Real>(model: &ProgramModel, name: &str, values: &Values<R>) -> Vec<R>
+where
+    ProgramModel: Model<R>,
+{
     let index = (0..)
         .map_while(|k| Model::<f64>::signature(model, k).map(|s| (k, s)))
         .find(|(_, s)| s.name == name || s.name.starts_with(&format!("{name}_of_")))
