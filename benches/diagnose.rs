@@ -6,8 +6,7 @@
 //! deriving the model, reading, filtering and printing count.
 #![allow(missing_docs)]
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::{Argument, Model, State};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -85,8 +84,8 @@ fn watch(child: &mut Child) -> [f64; 2] {
 fn text() -> String {
     let robot = Robot::read(Path::new("robots/tulip")).expect("the robot");
     let robot = robot.with_base("fixed", None).expect("a fixed base");
-    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-    let compiled = robot.compile_only(&[wish]).expect("inverse dynamics");
+    let request = FunctionRequest::of_robot("inverse_dynamics");
+    let compiled = robot.compile_only(&[request]).expect("inverse dynamics");
     let joints: Vec<String> = compiled.tree.joints.iter().map(|joint| joint.name.clone()).collect();
     let model = ProgramModel::new(compiled);
     let model: &dyn Model<f64> = &model;

@@ -208,8 +208,8 @@ fn main() -> Result<(), Failure> {
 }
 
 fn regressor(stood: &Stood, base: &BaseSet) -> Result<ProgramRegressor, Failure> {
-    let wish = FunctionRequest { family: "inverse_dynamics_regressor".to_owned(), subject: None };
-    let compiled = stood.rooted.robot.clone().without_effects().compile_only(&[wish]).map_err(one)?;
+    let request = FunctionRequest::of_robot("inverse_dynamics_regressor");
+    let compiled = stood.rooted.robot.clone().without_effects().compile_only(&[request]).map_err(one)?;
     let leading: Vec<usize> = (0..base.sums.len()).filter_map(|k| base.leading(k)).collect();
     Ok(ProgramRegressor::new(
         &compiled.functions[0].program,

@@ -8,8 +8,7 @@ mod reproduction;
 use bipedc::standing::{Root, Standing as Rooted};
 use bipedc_analysis::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::exact::Model;
 use reproduction::{Failure, one, said, tulip};
 
@@ -20,8 +19,8 @@ const THESIS: [[f64; 2]; 6] =
 fn main() -> Result<(), Failure> {
     let evaluations = std::env::args().nth(1).map_or(Ok(6000), |text| text.parse())?;
     let rooted = Rooted::new(&tulip()?, Some("right_foot"), Root::Link).map_err(said)?;
-    let wish = FunctionRequest { family: "center_of_mass_regressor".to_owned(), subject: None };
-    let model = ProgramModel::new(rooted.robot.compile_only(&[wish]).map_err(one)?);
+    let request = FunctionRequest::of_robot("center_of_mass_regressor");
+    let model = ProgramModel::new(rooted.robot.compile_only(&[request]).map_err(one)?);
     // Masses are eliminated: every sum is led by a first moment. The swing foot's height is seen only when it tilts.
     let mut base = rooted.base(Model::CenterOfMass, &["x", "y"], false).map_err(one)?;
     let seen: Vec<usize> =

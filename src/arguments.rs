@@ -83,7 +83,7 @@ pub struct SubjectArguments {
 
 impl SubjectArguments {
     /// The function of this name about this frame or phase.
-    pub fn wish(&self, function: &str) -> Result<FunctionRequest, Diagnostic> {
+    pub fn request(&self, function: &str) -> Result<FunctionRequest, Diagnostic> {
         let entry: &Entry = entry(function)?;
         let (frame, phase) = (self.link.clone().or_else(|| self.point.clone()), self.phase.clone());
         let misplaced = |what: &str, help: &str| {

@@ -4,12 +4,10 @@ use crate::measurements::{Content, subject};
 use crate::output;
 use bipedc_analysis::compare::{FreeRun, free_run};
 use bipedc_analysis::log::{Mapping, Reader};
-use bipedc_analysis::measure::Options;
-use bipedc_analysis::measure::Recording;
+use bipedc_analysis::measure::{Options, Recording};
 use bipedc_analysis::robot::JointLayout;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::tree::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use std::fmt::Write;
@@ -61,8 +59,8 @@ pub fn predict(
         _ => robot.clone().with_base("fixed", None)?,
     };
     let subject: JointLayout = subject(&robot.tree()?)?;
-    let wish = FunctionRequest { family: "forward_dynamics".to_owned(), subject: None };
-    let compiled = output::progress("deriving", || robot.compile_only(&[wish]))?;
+    let request = FunctionRequest::of_robot("forward_dynamics");
+    let compiled = output::progress("deriving", || robot.compile_only(&[request]))?;
     let model = ProgramModel::new(compiled);
     let recording = output::progress("reading", || Recording::read(log, mapping, &subject, options))?;
     let effects = &robot.description.effects;

@@ -34,9 +34,9 @@ pub fn base_regressor(
 ) -> Result<(BaseSet, ProgramRegressor), Diagnostic> {
     let set = base_set(&observed_base(tree, rows)?, tree)?;
     let leading: Vec<usize> = (0..set.sums.len()).filter_map(|k| set.leading(k)).collect();
-    let wish = FunctionRequest { family: "inverse_dynamics_regressor".to_owned(), subject: None };
+    let request = FunctionRequest::of_robot("inverse_dynamics_regressor");
     let rigid = description.clone().without_effects();
-    let compiled = compile(&rigid, tree, &[wish])?;
+    let compiled = compile(&rigid, tree, &[request])?;
     let program = &compiled.functions[0].program;
     Ok((set, ProgramRegressor::new(program, (tree.nq, tree.nv), &leading)))
 }

@@ -1,8 +1,7 @@
 //! The links in their bodies, for tools that change or estimate inertial parameters.
 use bipedc_analysis::robot::link_inertias::{Link, LinkInertias};
 use bipedc_compiler::description::model::{Inertial, RobotDescription};
-use bipedc_compiler::tree::Rotation;
-use bipedc_compiler::tree::{Placement, Tree};
+use bipedc_compiler::tree::{Placement, Rotation, Tree};
 
 /// All links with the bodies that they belong to, bodies in the order of the inertial parameters.
 ///

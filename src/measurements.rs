@@ -7,15 +7,12 @@ use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::{Kind, Mapping, Reader};
-use bipedc_analysis::measure::Options;
-use bipedc_analysis::measure::{Recording, Source};
+use bipedc_analysis::measure::{Options, Recording, Source};
 use bipedc_analysis::robot;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
-use bipedc_analysis::robot::{Foot, Robot};
-use bipedc_analysis::robot::{Joint, JointLayout};
+use bipedc_analysis::robot::{Foot, Joint, JointLayout, Robot};
 use bipedc_compiler::Robot as Described;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::Base;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -85,7 +82,7 @@ impl Measured {
         let tree = rigid.tree()?;
         let subject = subject(&tree)?;
         let link_inertias = link_inertias(&rigid.description, &tree);
-        let compiled = rigid.compile_only(&wishes(&rigid))?;
+        let compiled = rigid.compile_only(&requests(&rigid))?;
         let torques = ProgramTorques::new(&compiled)?;
         let feet = feet(&rigid.description);
         Ok(Self {
@@ -261,22 +258,21 @@ pub fn content(subject: &JointLayout, file: &Path, mapping: &Mapping) -> Result<
 }
 
 /// All functions that experiments may call.
-fn wishes(robot: &Described) -> Vec<FunctionRequest> {
+fn requests(robot: &Described) -> Vec<FunctionRequest> {
     let of_robot =
         ["inverse_dynamics", "inverse_dynamics_regressor", "center_of_mass", "center_of_mass_regressor"];
-    let mut wishes: Vec<FunctionRequest> =
-        of_robot.map(|family| FunctionRequest { family: family.to_owned(), subject: None }).to_vec();
-    wishes.push(FunctionRequest { family: "center_of_mass_jacobian".to_owned(), subject: None });
+    let mut requests: Vec<FunctionRequest> = of_robot.map(FunctionRequest::of_robot).to_vec();
+    requests.push(FunctionRequest::of_robot("center_of_mass_jacobian"));
     for foot in &robot.description.feet {
         for family in ["position", "rotation", "jacobian"] {
-            let wish = FunctionRequest { family: family.to_owned(), subject: Some(foot.link.clone()) };
+            let request = FunctionRequest { family: family.to_owned(), subject: Some(foot.link.clone()) };
             // Two feet on one link are about the same functions.
-            if !wishes.contains(&wish) {
-                wishes.push(wish);
+            if !requests.contains(&request) {
+                requests.push(request);
             }
         }
     }
-    wishes
+    requests
 }
 
 /// What a comparison has to know of the robot.

@@ -1,13 +1,11 @@
 //! Robots ready for [`bipedc_analysis::simulate`]: what is built into the true model, and what a simulation knows beside it.
 use crate::feet;
 use bipedc_analysis::robot;
-use bipedc_analysis::robot::Foot;
-use bipedc_analysis::robot::{Joint, JointLayout};
+use bipedc_analysis::robot::{Foot, Joint, JointLayout};
 use bipedc_analysis::simulate::control::POINT_FUNCTIONS;
 use bipedc_analysis::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
 use bipedc_analysis::simulate::{Actuator, FUNCTIONS, Plant, World};
-use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::{CompiledModel, Function, FunctionRequest};
+use bipedc_compiler::compile::{CompiledModel, Function, FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::{Contact, ContactPart, DriveKind, Phase, RobotDescription};
 use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{BaseKind, Tree};
@@ -109,9 +107,9 @@ pub fn driven_model(
     film: bool,
 ) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
     let robot = as_built(robot, hidden, &[])?;
-    let mut wishes = stepping_wishes(&robot, if film { &FILM } else { &[] })?;
-    wishes.extend(phase_wishes(&robot.description));
-    let compiled = robot.compile_only(&distinct(wishes))?;
+    let mut requests = stepping_wishes(&robot, if film { &FILM } else { &[] })?;
+    requests.extend(phase_wishes(&robot.description));
+    let compiled = robot.compile_only(&distinct(requests))?;
     let phases = phase_specs(&robot.description, &robot.tree()?, &compiled);
     Ok((ProgramModel::new(compiled), phases))
 }
@@ -140,7 +138,7 @@ fn as_built(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Result<Robot, D
 fn stepping_wishes(robot: &Robot, more: &[&str]) -> Result<Vec<FunctionRequest>, Diagnostic> {
     let touches = !robot.description.feet.is_empty() && robot.tree()?.base != BaseKind::Fixed;
     let functions = if touches { &FUNCTIONS[..] } else { &FUNCTIONS[..2] };
-    Ok(functions.iter().chain(more).map(|family| wish(family, None)).collect())
+    Ok(functions.iter().chain(more).map(|family| request(family, None)).collect())
 }
 
 /// The robot under another gravity, on a slope: gravity is turned instead of the ground.
@@ -187,14 +185,14 @@ pub fn walker(robot: &Robot) -> Result<Walker, Diagnostic> {
     walker_with(robot, Vec::new())
 }
 
-fn walker_with(robot: &Robot, mut wishes: Vec<FunctionRequest>) -> Result<Walker, Diagnostic> {
+fn walker_with(robot: &Robot, mut requests: Vec<FunctionRequest>) -> Result<Walker, Diagnostic> {
     let (description, tree) = (&robot.description, robot.tree()?);
     if description.phases.is_empty() {
         return Err(Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml"));
     }
     let base = plant(description, &tree)?.subject.base;
-    wishes.extend(phase_wishes(description));
-    let compiled = robot.compile_only(&distinct(wishes))?;
+    requests.extend(phase_wishes(description));
+    let compiled = robot.compile_only(&distinct(requests))?;
     let phases = phase_specs(description, &tree, &compiled);
     Ok(Walker { phases, feet: feet(description), base, model: ProgramModel::new(compiled) })
 }
@@ -211,13 +209,14 @@ pub fn true_walker(robot: &Robot, hidden: &[Effect], film: bool) -> Result<Walke
     walker_with(&robot, more)
 }
 
-/// Every wish once.
-fn distinct(wishes: Vec<FunctionRequest>) -> Vec<FunctionRequest> {
-    let mut found: Vec<FunctionRequest> = Vec::with_capacity(wishes.len());
-    for wish in wishes {
-        let same = |other: &FunctionRequest| other.family == wish.family && other.subject == wish.subject;
+/// Every request once.
+fn distinct(requests: Vec<FunctionRequest>) -> Vec<FunctionRequest> {
+    let mut found: Vec<FunctionRequest> = Vec::with_capacity(requests.len());
+    for request in requests {
+        let same =
+            |other: &FunctionRequest| other.family == request.family && other.subject == request.subject;
         if !found.iter().any(same) {
-            found.push(wish);
+            found.push(request);
         }
     }
     found
@@ -225,18 +224,19 @@ fn distinct(wishes: Vec<FunctionRequest>) -> Vec<FunctionRequest> {
 
 /// Functions that phases, their controllers and their verdicts need.
 fn phase_wishes(description: &RobotDescription) -> Vec<FunctionRequest> {
-    let mut wishes: Vec<FunctionRequest> = POINT_FUNCTIONS.iter().map(|family| wish(family, None)).collect();
-    wishes.push(wish("inverse_dynamics", None));
+    let mut requests: Vec<FunctionRequest> =
+        POINT_FUNCTIONS.iter().map(|family| request(family, None)).collect();
+    requests.push(request("inverse_dynamics", None));
     for phase in &description.phases {
-        wishes.push(wish("constrained_dynamics", Some(&phase.name)));
+        requests.push(request("constrained_dynamics", Some(&phase.name)));
         if !phase.impact.is_empty() {
-            wishes.push(wish("impact_map", Some(&phase.name)));
+            requests.push(request("impact_map", Some(&phase.name)));
         }
     }
     if description.phases.iter().any(|phase| phase.relabel) {
-        wishes.extend(["relabelled_configuration", "relabelled_velocity"].map(|f| wish(f, None)));
+        requests.extend(["relabelled_configuration", "relabelled_velocity"].map(|f| request(f, None)));
     }
-    wishes
+    requests
 }
 
 fn phase_specs(description: &RobotDescription, tree: &Tree, compiled: &CompiledModel) -> Vec<PhaseSpec> {
@@ -267,7 +267,7 @@ fn phase_specs(description: &RobotDescription, tree: &Tree, compiled: &CompiledM
     description.phases.iter().map(spec).collect()
 }
 
-fn wish(family: &str, subject: Option<&str>) -> FunctionRequest {
+fn request(family: &str, subject: Option<&str>) -> FunctionRequest {
     FunctionRequest { family: family.to_owned(), subject: subject.map(str::to_owned) }
 }
 

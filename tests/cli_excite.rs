@@ -1,12 +1,10 @@
 //! `bipedc excite`: motions designed for identification.
-use crate::cli;
-use crate::support;
+use crate::{cli, support};
 
 use bipedc::feet;
 use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Motion};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::Argument;
 use bipedc_runtime::nalgebra::DMatrix;
 use cli::{Run, bipedc, scratch, text};
@@ -40,8 +38,8 @@ fn trajectory(file: &Path) -> Vec<[Vec<f64>; 3]> {
 }
 
 fn model(function: &str) -> ProgramModel {
-    let wish = FunctionRequest { family: function.to_owned(), subject: None };
-    ProgramModel::new(read_robot("tulip_v1_leg").compile_only(&[wish]).unwrap())
+    let request = FunctionRequest::of_robot(function);
+    ProgramModel::new(read_robot("tulip_v1_leg").compile_only(&[request]).unwrap())
 }
 
 fn inputs([q, v, a]: &[Vec<f64>; 3]) -> Inputs {
@@ -126,10 +124,11 @@ fn fourier_series_tell_more_than_polynomials_and_keep_all_limits() {
 fn soles_apart(rows: &[[Vec<f64>; 3]]) -> f64 {
     let corners = ["front_left", "front_right", "rear_left", "rear_right"];
     let name = |side: &str, corner: &str| format!("{side}_foot/{corner}");
-    let wish = |subject| FunctionRequest { family: "position".to_owned(), subject: Some(subject) };
+    let request = |subject| FunctionRequest { family: "position".to_owned(), subject: Some(subject) };
     let names = ["left", "right"].map(|side| corners.map(|corner| name(side, corner)));
-    let wishes: Vec<FunctionRequest> = names.iter().flatten().map(|subject| wish(subject.clone())).collect();
-    let model = ProgramModel::new(hanging().compile_only(&wishes).unwrap());
+    let requests: Vec<FunctionRequest> =
+        names.iter().flatten().map(|subject| request(subject.clone())).collect();
+    let model = ProgramModel::new(hanging().compile_only(&requests).unwrap());
     let sole = |names: &[String; 4], state: &[Vec<f64>; 3]| -> Vec<Vec<f64>> {
         let place = |name: &String| {
             evaluate(&model, &format!("position_of_{}", name.replace('/', "_")), &inputs(state))
@@ -179,9 +178,8 @@ fn feet_are_kept_apart() {
 #[test]
 fn the_gradient_of_near_feet_is_that_of_their_excess() {
     let robot = hanging();
-    let wishes =
-        CLEARANCE_FUNCTIONS.map(|family| FunctionRequest { family: family.to_owned(), subject: None });
-    let model = ProgramModel::new(robot.compile_only(&wishes).unwrap());
+    let requests = CLEARANCE_FUNCTIONS.map(FunctionRequest::of_robot);
+    let model = ProgramModel::new(robot.compile_only(&requests).unwrap());
     let clearance = Clearance::new(Box::new(model), &feet(&robot.description), 0.1).unwrap();
     let (count, joints) = (6, 12);
     let q: Vec<f64> = (0..count * joints).map(|k| 0.25 * (1.7 * k as f64).sin()).collect();
@@ -354,9 +352,8 @@ fn what_is_impossible_is_said() {
 #[test]
 fn soles_of_planar_robots_pass_each_other() {
     let robot = read_robot("seven_link").with_base("fixed", None).unwrap();
-    let wishes =
-        CLEARANCE_FUNCTIONS.map(|family| FunctionRequest { family: family.to_owned(), subject: None });
-    let model = ProgramModel::new(robot.compile_only(&wishes).unwrap());
+    let requests = CLEARANCE_FUNCTIONS.map(FunctionRequest::of_robot);
+    let model = ProgramModel::new(robot.compile_only(&requests).unwrap());
     let clearance = Clearance::new(Box::new(model), &feet(&robot.description), 0.02).unwrap();
     assert!(clearance.is_sagittal());
 }

@@ -1,9 +1,7 @@
 //! `bipedc excite --separate`: motions that tell two effects apart.
-use crate::cli;
-use crate::support;
+use crate::{cli, support};
 
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::Argument;
 use cli::{Run, bipedc, scratch, text};
 use serde_json::Value;
@@ -71,8 +69,8 @@ fn poor() -> Vec<Sample> {
 /// Writes what a robot would log whose knee's torque is `knee` of its state and the rigid torque there, N m, with
 /// normally distributed noise of 0.02 N m.
 fn log(file: &Path, samples: &[Sample], knee: &dyn Fn([f64; 3], f64) -> f64) {
-    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-    let model = ProgramModel::new(read_robot("tulip_v1_leg").compile_only(&[wish]).unwrap());
+    let request = FunctionRequest::of_robot("inverse_dynamics");
+    let model = ProgramModel::new(read_robot("tulip_v1_leg").compile_only(&[request]).unwrap());
     let mut random = 1_u64;
     let mut uniform = || {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

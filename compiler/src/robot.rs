@@ -1,7 +1,7 @@
 //! The edges of the pipeline: reading a robot, compiling it, writing its crate.
 use crate::compile::{
     CompiledModel, FunctionRequest, Solvable, compile, compile_what_there_is, inertia_help, no_inertia,
-    wishes,
+    requested_functions,
 };
 use crate::derive::effects::JointLaws;
 use crate::description::model::{Base, RobotDescription};
@@ -124,11 +124,11 @@ impl Robot {
     /// Functions or frames that do not exist; a mistake of this compiler.
     pub fn compile(&self) -> Result<CompiledModel, Diagnostic> {
         let tree = self.tree()?;
-        let wishes = wishes(&self.description, &tree)?;
+        let requests = requested_functions(&self.description, &tree)?;
         let compiled = if self.description.generate.functions.is_empty() {
-            compile_what_there_is(&self.description, &tree, &wishes)?
+            compile_what_there_is(&self.description, &tree, &requests)?
         } else {
-            compile(&self.description, &tree, &wishes)?
+            compile(&self.description, &tree, &requests)?
         };
         self_check(&self.description, &compiled)?;
         Ok(compiled)
@@ -138,8 +138,8 @@ impl Robot {
     ///
     /// # Errors
     /// Functions or frames that do not exist.
-    pub fn compile_only(&self, wishes: &[FunctionRequest]) -> Result<CompiledModel, Diagnostic> {
-        compile(&self.description, &self.tree()?, wishes)
+    pub fn compile_only(&self, requests: &[FunctionRequest]) -> Result<CompiledModel, Diagnostic> {
+        compile(&self.description, &self.tree()?, requests)
     }
 
     /// A hash of all inputs and of the compiler: equal hashes mean equal output.

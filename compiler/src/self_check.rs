@@ -48,20 +48,20 @@ pub fn self_check(description: &RobotDescription, compiled: &CompiledModel) -> R
     }
     let rigid = description.clone().without_effects();
     let tree = Tree::new(&rigid, &rigid.base)?;
-    let mut compiled = compile(&rigid, &tree, &[wish(CHECKED[0])])?;
+    let mut compiled = compile(&rigid, &tree, &[request(CHECKED[0])])?;
     for name in &present {
         // Without a rotor's inertia there may be no forward dynamics.
         compiled
             .functions
-            .extend(compile(&rigid, &tree, &[wish(name)]).into_iter().flat_map(|c| c.functions));
+            .extend(compile(&rigid, &tree, &[request(name)]).into_iter().flat_map(|c| c.functions));
     }
     let there = |name: &&str| compiled.functions.iter().any(|f| f.name == **name);
     let present: Vec<&str> = present.into_iter().filter(there).collect();
     Checked::new(&rigid, &compiled, &present)?.check(&present)
 }
 
-fn wish(name: &str) -> FunctionRequest {
-    FunctionRequest { family: name.to_owned(), subject: None }
+fn request(name: &str) -> FunctionRequest {
+    FunctionRequest::of_robot(name)
 }
 
 /// A robot's functions, ready to be called.
@@ -97,7 +97,7 @@ impl<'a> Checked<'a> {
                 _ if !needed(name) => Ok(None),
                 Some(function) => Ok(Some(evaluator(function))),
                 // Where no inertia resists a joint there is no forward dynamics.
-                None => Ok(compile(description, tree, &[wish(name)])
+                None => Ok(compile(description, tree, &[request(name)])
                     .ok()
                     .and_then(|compiled| compiled.functions.first().map(evaluator))),
             })
@@ -321,8 +321,8 @@ mod tests {
     fn compiled(names: &[&str]) -> (Robot, CompiledModel) {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/five_link");
         let robot = Robot::read(&folder).unwrap();
-        let wishes: Vec<FunctionRequest> = names.iter().map(|name| wish(name)).collect();
-        let compiled = robot.compile_only(&wishes).unwrap();
+        let requests: Vec<FunctionRequest> = names.iter().map(|name| request(name)).collect();
+        let compiled = robot.compile_only(&requests).unwrap();
         (robot, compiled)
     }
 

@@ -2,11 +2,9 @@
 #![allow(dead_code)]
 use bipedc::feet;
 use bipedc::standing::Standing as Rooted;
-use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
-use bipedc_analysis::robot::{Foot, Robot as Parts};
+use bipedc_analysis::robot::{BaseKind, Foot, Joint, JointLayout, Robot as Parts};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::Foot as Described;
 use bipedc_effects::diagnostic::Diagnostics;
 use std::path::Path;
@@ -79,14 +77,13 @@ impl Stood {
             "center_of_mass",
             "center_of_mass_jacobian",
         ];
-        let mut wishes: Vec<FunctionRequest> =
-            names.map(|n| FunctionRequest { family: n.to_owned(), subject: None }).to_vec();
+        let mut requests: Vec<FunctionRequest> = names.map(FunctionRequest::of_robot).to_vec();
         for Described { link, .. } in &rigid.description.feet {
             let of =
                 |family: &str| FunctionRequest { family: family.to_owned(), subject: Some(link.clone()) };
-            wishes.extend(["position", "rotation", "jacobian"].map(of));
+            requests.extend(["position", "rotation", "jacobian"].map(of));
         }
-        let model = ProgramModel::new(rigid.compile_only(&wishes).map_err(one)?);
+        let model = ProgramModel::new(rigid.compile_only(&requests).map_err(one)?);
         let joints =
             rooted.tree.joints.iter().map(|j| Joint { name: j.name.clone(), prismatic: j.prismatic });
         let subject = JointLayout { joints: joints.collect(), base: BaseKind::Floating };

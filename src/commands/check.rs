@@ -3,7 +3,7 @@ use crate::arguments::RobotArguments;
 use crate::failure::{Failure, Outcome};
 use crate::output::{self, Message};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::wishes;
+use bipedc_compiler::compile::requested_functions;
 use bipedc_compiler::description::{CheckReport, check_report};
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
 use clap::Args;
@@ -70,7 +70,7 @@ impl Check {
 
 /// The description knows neither function names nor what they need: the catalogue does.
 fn compilable(mut robot: Robot) -> Result<Robot, Failure> {
-    wishes(&robot.description, &robot.tree()?)?;
+    requested_functions(&robot.description, &robot.tree()?)?;
     let mut more = robot.without_inertia()?;
     robot.warnings.append(&mut more);
     Ok(robot)

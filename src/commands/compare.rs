@@ -4,10 +4,9 @@ mod places;
 use crate::arguments::RobotArguments;
 use crate::currents::{self, Prepared};
 use crate::failure::{Failure, Outcome};
-use crate::free_running;
 use crate::measurements::{Content, Measured, content, subject};
-use crate::output;
 use crate::reporting::{self, Outputs};
+use crate::{free_running, output};
 use bipedc::ProgramTorques;
 use bipedc_analysis::compare::{Comparison, FreeRun, Reading, channels_of, compare_file};
 use bipedc_analysis::diagnose::{Breakdown, breakdowns};
@@ -232,8 +231,8 @@ fn compare_efforts(
     options: &Options,
 ) -> Result<Comparison, Failure> {
     let subject = subject(&robot.tree()?)?;
-    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-    let compiled = output::progress("deriving", || robot.compile_only(&[wish]))?;
+    let request = FunctionRequest::of_robot("inverse_dynamics");
+    let compiled = output::progress("deriving", || robot.compile_only(&[request]))?;
     let mut torques = ProgramTorques::new(&compiled)?;
     let mut comparison = output::progress("reading and comparing", || {
         compare_file(&mut torques, &subject, log, mapping, options)

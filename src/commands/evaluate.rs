@@ -65,13 +65,13 @@ impl Evaluate {
     /// Compiles the one function and runs it at all states.
     pub fn run(self) -> Outcome {
         let robot = self.robot.read()?;
-        let wish = self.subject.wish(&self.function)?;
+        let request = self.subject.request(&self.function)?;
         let text = input::read_to_string(&self.states).map_err(|error| {
             Diagnostic::error(format!("cannot read the states: {error}")).in_file(&self.states)
         })?;
         let states = read_states(&text, &self.states, &robot.tree()?)?;
         let compiled = output::progress("deriving", || {
-            let compiled = robot.compile_only(std::slice::from_ref(&wish))?;
+            let compiled = robot.compile_only(std::slice::from_ref(&request))?;
             bipedc_compiler::self_check(&robot.description, &compiled)?;
             Ok::<_, Diagnostic>(compiled)
         })?;
@@ -79,7 +79,7 @@ impl Evaluate {
         if function.program.arguments().any(|argument| argument == Argument::Parameters) {
             return Err(Diagnostic::error(format!(
                 "`{}` takes parameters, which a state does not have",
-                wish.family
+                request.family
             ))
             .into());
         }
@@ -87,7 +87,7 @@ impl Evaluate {
         if values.iter().flatten().any(|x| !x.is_finite()) {
             output::diagnostics(&[Diagnostic::warning(format!(
                 "`{}` is not finite at some state",
-                wish.family
+                request.family
             ))
             .help("null in JSON; a singular mass matrix, or no force on the ground")]);
         }

@@ -2,8 +2,7 @@
 use crate::amendment::history::{Action, Stair, Standing, Step};
 use crate::amendment::{self, open, picture, svg, words};
 use crate::failure::Outcome;
-use crate::output;
-use crate::reporting;
+use crate::{output, reporting};
 use bipedc_analysis::report::{Report, write};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostic;

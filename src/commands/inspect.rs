@@ -52,7 +52,7 @@ impl Inspect {
             Some(name) => {
                 self.base_parameters.refuse()?;
                 let robot = self.robot.read()?;
-                one(&robot, &self.subject.wish(name)?, self.json)
+                one(&robot, &self.subject.request(name)?, self.json)
             }
             None => {
                 self.base_parameters.refuse()?;
@@ -153,12 +153,12 @@ fn units(f: &Function) -> String {
     units.join(", ")
 }
 
-fn one(robot: &Robot, wish: &FunctionRequest, as_json: bool) -> Outcome {
-    let compiled = output::progress("deriving", || robot.compile_only(std::slice::from_ref(wish)))?;
+fn one(robot: &Robot, request: &FunctionRequest, as_json: bool) -> Outcome {
+    let compiled = output::progress("deriving", || robot.compile_only(std::slice::from_ref(request)))?;
     let function = &compiled.functions[0];
     let work = function.operations.total() + function.operations.sin_cos;
     let formulas =
-        if work < READABLE { Some(readable(&robot.description, &compiled.tree, wish)?) } else { None };
+        if work < READABLE { Some(readable(&robot.description, &compiled.tree, request)?) } else { None };
     if as_json {
         output::print_json(&with_formulas(function, formulas.as_ref())?)?;
     } else {

@@ -2,11 +2,9 @@
 mod walking;
 
 use crate::arguments::RobotArguments;
-use crate::energies;
 use crate::failure::{Failure, Outcome};
-use crate::interruption;
-use crate::output;
 use crate::reporting::Outputs;
+use crate::{energies, interruption, output};
 use bipedc::film::Recorder;
 use bipedc::simulation::{driven_model, filmed_model, in_world, plant, true_model};
 use bipedc_analysis::report::{Fact, Film};

@@ -39,8 +39,8 @@ const PROMISED: [(&str, &str, usize); 4] = [
 
 fn counts(name: &str) -> [usize; 12] {
     let robot = Robot::read(&support::project().join("benches/robots").join(name)).unwrap();
-    let wishes = FUNCTIONS.map(|family| FunctionRequest { family: family.to_owned(), subject: None });
-    let model = robot.compile_only(&wishes).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let requests = FUNCTIONS.map(FunctionRequest::of_robot);
+    let model = robot.compile_only(&requests).unwrap_or_else(|e| panic!("{name}: {e}"));
     std::array::from_fn(|k| model.functions[k].operations.total())
 }
 

@@ -191,9 +191,8 @@ fn divisions_are_few() {
     let com = Operations::of(&program(&tree, InertiaMode::Folded, center_of_mass, Order::Derivation));
     assert_eq!(com.divisions, 0, "by the constant total mass");
     let robot = Robot::read(&support::project().join("benches/robots/lower12")).unwrap();
-    let wish =
-        bipedc_compiler::compile::FunctionRequest { family: "forward_dynamics".to_owned(), subject: None };
-    let solved = robot.compile_only(&[wish]).unwrap().functions[0].operations;
+    let request = bipedc_compiler::compile::FunctionRequest::of_robot("forward_dynamics");
+    let solved = robot.compile_only(&[request]).unwrap().functions[0].operations;
     assert!(solved.divisions <= tree.nv, "{solved}: one reciprocal per pivot");
 }
 

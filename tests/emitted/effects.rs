@@ -2,8 +2,7 @@
 use super::models::{FiveLinkWithEffects, TulipWithEffects};
 use super::states::{Arguments, Random};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::lanes::F64x4;
 use bipedc_runtime::{Argument, Model, Real};
 use std::path::Path;
@@ -27,8 +26,8 @@ fn close(got: &[f64], expected: &[f64], tolerance: f64) {
 fn rigid() -> ProgramModel {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/effects/five_link");
     let robot = Robot::read(&path).unwrap_or_else(|e| panic!("{e}")).without_effects();
-    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-    ProgramModel::new(robot.compile_only(&[wish]).unwrap())
+    let request = FunctionRequest::of_robot("inverse_dynamics");
+    ProgramModel::new(robot.compile_only(&[request]).unwrap())
 }
 
 /// What the description of `tests/data/effects/five_link` says, written out; joints in the order of the URDF.

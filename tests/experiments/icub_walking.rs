@@ -8,8 +8,7 @@ use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecord
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::Options;
 use bipedc_compiler::Robot as Described;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_effects::effect::{Effect, Location};
 use std::path::{Path, PathBuf};
 
@@ -39,20 +38,20 @@ fn described(folder: &Path) -> Described {
 }
 
 fn model(described: &Described) -> ProgramModel {
-    let mut wishes: Vec<FunctionRequest> = [
+    let mut requests: Vec<FunctionRequest> = [
         "inverse_dynamics",
         "inverse_dynamics_regressor",
         "center_of_mass",
         "center_of_mass_jacobian",
         "center_of_mass_regressor",
     ]
-    .map(|family| FunctionRequest { family: family.to_owned(), subject: None })
+    .map(FunctionRequest::of_robot)
     .to_vec();
     for family in ["position", "rotation", "jacobian"] {
         let of = |link: &str| FunctionRequest { family: family.to_owned(), subject: Some(link.to_owned()) };
-        wishes.extend(["l_sole", "r_sole"].map(of));
+        requests.extend(["l_sole", "r_sole"].map(of));
     }
-    ProgramModel::new(described.compile_only(&wishes).unwrap())
+    ProgramModel::new(described.compile_only(&requests).unwrap())
 }
 
 /// Root mean square of a row over the second half, minus what effects explain.

@@ -1,8 +1,7 @@
 //! The TUlip leg in a smooth motion that is known exactly, and the log that ideal sensors make of it.
 use crate::free_run::cli::scratch;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::{Argument, Model, State};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -45,8 +44,8 @@ pub struct Torques(ProgramModel);
 
 impl Torques {
     pub fn new(folder: &Path, function: &str) -> Self {
-        let wish = FunctionRequest { family: function.to_owned(), subject: None };
-        Self(ProgramModel::new(Robot::read(folder).unwrap().compile_only(&[wish]).unwrap()))
+        let request = FunctionRequest::of_robot(function);
+        Self(ProgramModel::new(Robot::read(folder).unwrap().compile_only(&[request]).unwrap()))
     }
     pub fn at(&self, t: f64, offset: &[f64; 6]) -> [f64; 6] {
         let part = |order: usize| -> [f64; 6] { std::array::from_fn(|j| motion(j, t)[order]) };

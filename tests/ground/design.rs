@@ -3,8 +3,7 @@ use crate::ground::cli::{Run, bipedc, scratch, text};
 use crate::ground::stood::{call, rooted, tulip};
 use bipedc::standing::Root;
 use bipedc_analysis::identify::excite::polygon::Polygon;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::nalgebra::{DMatrix, Matrix3, Vector3};
 use std::path::Path;
 
@@ -47,14 +46,14 @@ fn designed_postures_stand_and_tell_more() {
     assert!(std::fs::read_to_string(&svg).unwrap().matches("<circle").count() == 20);
 
     let rooted = rooted(&tulip(), Root::Link);
-    let mut wishes = vec![
-        FunctionRequest { family: "center_of_mass".to_owned(), subject: None },
-        FunctionRequest { family: "center_of_mass_regressor".to_owned(), subject: None },
+    let mut requests = vec![
+        FunctionRequest::of_robot("center_of_mass"),
+        FunctionRequest::of_robot("center_of_mass_regressor"),
     ];
     for family in ["position", "rotation"] {
-        wishes.push(FunctionRequest { family: family.to_owned(), subject: Some("left_foot".to_owned()) });
+        requests.push(FunctionRequest { family: family.to_owned(), subject: Some("left_foot".to_owned()) });
     }
-    let model = ProgramModel::new(rooted.robot.compile_only(&wishes).unwrap());
+    let model = ProgramModel::new(rooted.robot.compile_only(&requests).unwrap());
     let base = rooted.base(bipedc_compiler::exact::Model::CenterOfMass, &["x", "y"], true).unwrap();
     let leading: Vec<usize> = (0..base.sums.len()).map(|k| base.leading(k).unwrap()).collect();
     let postures = plan(&out);

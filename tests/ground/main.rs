@@ -1,7 +1,6 @@
 //! Parameters from the forces of the ground: static postures and motions on one foot, and postures designed for it.
 #![allow(missing_docs)]
-use crate::cli;
-use crate::support;
+use crate::{cli, support};
 mod design;
 mod misuse;
 mod motion;

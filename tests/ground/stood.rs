@@ -4,8 +4,7 @@ use bipedc::standing::{Root, Standing as Rooted};
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::excite::postures::Standing;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::{Argument, Model, State};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -43,9 +42,8 @@ pub fn rooted(robot: &Robot, root: Root) -> Rooted {
 }
 
 pub fn model(rooted: &Rooted, families: &[&str]) -> ProgramModel {
-    let wishes: Vec<FunctionRequest> =
-        families.iter().map(|f| FunctionRequest { family: (*f).to_owned(), subject: None }).collect();
-    ProgramModel::new(rooted.robot.compile_only(&wishes).unwrap())
+    let requests: Vec<FunctionRequest> = families.iter().map(|f| FunctionRequest::of_robot(*f)).collect();
+    ProgramModel::new(rooted.robot.compile_only(&requests).unwrap())
 }
 
 pub fn standing<'m>(rooted: &Rooted, model: &'m ProgramModel, base: &BaseSet) -> Standing<'m> {

@@ -1,6 +1,5 @@
 //! Parameters from data whose parameters are known, and from real machines.
-use crate::cli;
-use crate::support;
+use crate::{cli, support};
 mod command;
 mod identity;
 mod physical;

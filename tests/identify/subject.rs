@@ -4,11 +4,9 @@ use bipedc::identification::base_regressor;
 use bipedc::{ProgramRegressor, link_inertias};
 use bipedc_analysis::identify::{BaseSet, Design, Extra, Law, Settings, Sums, fold};
 use bipedc_analysis::measure::Recording;
-use bipedc_analysis::robot::LinkInertias;
-use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
+use bipedc_analysis::robot::{BaseKind, Joint, JointLayout, LinkInertias};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_runtime::nalgebra::DVector;
 use bipedc_runtime::{Argument, Model, State};
@@ -58,8 +56,8 @@ impl Simulated {
         let subject = JointLayout { joints: tree.joints.iter().map(joint).collect(), base };
         let rows: Vec<usize> = (0..tree.nv).collect();
         let (base, regressor) = base_regressor(&robot.description, &tree, &rows).unwrap();
-        let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-        let model = ProgramModel::new(robot.compile_only(&[wish]).unwrap());
+        let request = FunctionRequest::of_robot("inverse_dynamics");
+        let model = ProgramModel::new(robot.compile_only(&[request]).unwrap());
         Self {
             subject,
             link_inertias: link_inertias(&robot.description, &tree),

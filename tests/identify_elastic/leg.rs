@@ -1,8 +1,7 @@
 //! Logs of a leg whose joints follow a given motion exactly: what motors, springs and encoders would show.
 use crate::identify_elastic::cli::{Run, bipedc, text};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::{Drive, DriveKind};
 use bipedc_runtime::{Argument, Model, State};
 use serde_json::Value;
@@ -65,11 +64,11 @@ impl Leg {
     pub fn read(folder: &Path) -> Self {
         let robot = Robot::read(folder).unwrap().without_effects();
         let tree = robot.tree().unwrap();
-        let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
+        let request = FunctionRequest::of_robot("inverse_dynamics");
         Self {
             joints: tree.joints.iter().map(|joint| joint.name.clone()).collect(),
             drives: robot.description.drives.clone(),
-            model: ProgramModel::new(robot.compile_only(&[wish]).unwrap()),
+            model: ProgramModel::new(robot.compile_only(&[request]).unwrap()),
         }
     }
 

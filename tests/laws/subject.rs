@@ -2,8 +2,7 @@
 use super::generator::{Digits, KINDS, Random, robot};
 use crate::laws::support::{ROBOTS, project};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::compile::{FunctionRequest, Scope, entry};
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel, Scope, entry};
 use bipedc_compiler::program::Dual;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_runtime::{Argument, Model, Real, State};
@@ -63,20 +62,19 @@ impl Subject {
     /// `families` without a subject stand for the robot, for all contact points, or for all phases.
     pub fn new(name: String, robot: Robot, families: &[&str]) -> Self {
         let tree = robot.tree().unwrap_or_else(|e| panic!("{name}: {e}"));
-        let mut wishes = Vec::new();
+        let mut requests = Vec::new();
         for family in families {
-            let wish = |subject| FunctionRequest { family: (*family).to_owned(), subject };
+            let request = |subject| FunctionRequest { family: (*family).to_owned(), subject };
             let phases = robot.description.phases.iter();
             match entry(family).unwrap().scope {
-                Scope::Frame => wishes.extend(tree.links.iter().map(|l| wish(Some(l.name.clone())))),
-                Scope::Phase => wishes.extend(phases.map(|p| wish(Some(p.name.clone())))),
-                Scope::Impact => {
-                    wishes.extend(phases.filter(|p| !p.impact.is_empty()).map(|p| wish(Some(p.name.clone()))))
-                }
-                _ => wishes.push(wish(None)),
+                Scope::Frame => requests.extend(tree.links.iter().map(|l| request(Some(l.name.clone())))),
+                Scope::Phase => requests.extend(phases.map(|p| request(Some(p.name.clone())))),
+                Scope::Impact => requests
+                    .extend(phases.filter(|p| !p.impact.is_empty()).map(|p| request(Some(p.name.clone())))),
+                _ => requests.push(request(None)),
             }
         }
-        let model = robot.compile_only(&wishes).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let model = robot.compile_only(&requests).unwrap_or_else(|e| panic!("{name}: {e}"));
         Self { name, robot, model: ProgramModel::new(model) }
     }
 

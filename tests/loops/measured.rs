@@ -4,11 +4,9 @@ use crate::loops::cli::{bipedc, scratch, text};
 use crate::loops::support::measured::{Subjects, example};
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::Mapping;
-use bipedc_analysis::measure::Options;
-use bipedc_analysis::measure::Recording;
+use bipedc_analysis::measure::{Options, Recording};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::{Argument, Model, State};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -39,8 +37,8 @@ fn oracle() -> f64 {
 fn compiled(folder: &Path, effects: bool) -> ProgramModel {
     let robot = Robot::read(folder).unwrap();
     let robot = if effects { robot } else { robot.without_effects() };
-    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-    ProgramModel::new(robot.compile_only(&[wish]).unwrap())
+    let request = FunctionRequest::of_robot("inverse_dynamics");
+    ProgramModel::new(robot.compile_only(&[request]).unwrap())
 }
 
 fn torques(model: &ProgramModel, q: &[f64], v: &[f64], a: &[f64]) -> [f64; 18] {
@@ -221,9 +219,8 @@ fn compiled_and_applied_effects_agree() {
     }
     let robot = Robot::read(&folder).unwrap();
     let rigid = robot.clone().without_effects();
-    let wishes = ["inverse_dynamics", "inverse_dynamics_regressor"]
-        .map(|family| FunctionRequest { family: family.to_owned(), subject: None });
-    let model = ProgramModel::new(rigid.compile_only(&wishes).unwrap());
+    let requests = ["inverse_dynamics", "inverse_dynamics_regressor"].map(FunctionRequest::of_robot);
+    let model = ProgramModel::new(rigid.compile_only(&requests).unwrap());
     let subjects = Subjects::of(&rigid);
     let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
     let recording =

@@ -2,8 +2,7 @@
 use bipedc::drawing::drawing;
 use bipedc::film::poses;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::JointKind;
 use bipedc_compiler::tree::BaseKind;
 use bipedc_runtime::{Argument, Model, State};
@@ -17,9 +16,9 @@ fn joints_are_where_the_derived_positions_say() {
         let tree = robot.tree().unwrap();
         let moving = robot.description.joints.iter().filter(|joint| joint.kind != JointKind::Fixed);
         let children: Vec<String> = moving.map(|joint| joint.child.clone()).collect();
-        let wish =
+        let request =
             |child: &String| FunctionRequest { family: "position".to_owned(), subject: Some(child.clone()) };
-        let compiled = robot.compile_only(&children.iter().map(wish).collect::<Vec<_>>()).unwrap();
+        let compiled = robot.compile_only(&children.iter().map(request).collect::<Vec<_>>()).unwrap();
         let model = ProgramModel::new(compiled);
         let angles: Vec<f64> = (0..tree.joints.len()).map(|j| (1.7 * j as f64 + 0.4).sin()).collect();
         let base = tree.nq - angles.len();
@@ -59,14 +58,14 @@ fn poses_are_what_the_derived_functions_say() {
         let robot = Robot::read(&robots.join(name)).unwrap().with_base(kind, None).unwrap();
         let tree = robot.tree().unwrap();
         let moving: Vec<_> = tree.links.iter().filter(|link| link.body.is_some()).collect();
-        let wish = |family: &str| {
+        let request = |family: &str| {
             let family = family.to_owned();
             moving
                 .iter()
                 .map(move |link| FunctionRequest { family: family.clone(), subject: Some(link.name.clone()) })
         };
-        let wishes: Vec<FunctionRequest> = wish("position").chain(wish("rotation")).collect();
-        let model = ProgramModel::new(robot.compile_only(&wishes).unwrap());
+        let requests: Vec<FunctionRequest> = request("position").chain(request("rotation")).collect();
+        let model = ProgramModel::new(robot.compile_only(&requests).unwrap());
         let mut q: Vec<f64> = (0..tree.nq).map(|i| (1.7 * i as f64 + 0.4).sin()).collect();
         if tree.base == BaseKind::Floating {
             let length = q[3..7].iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -7,8 +7,7 @@ use bipedc_analysis::measure::Source;
 use bipedc_analysis::report::{Fact, HistoryStep, Report, Row, Series};
 use bipedc_analysis::signal::{Butterworth, Spline};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_effects::effect::{Effect, Location};
 use bipedc_runtime::{Argument, Model, State};
 use std::path::{Path, PathBuf};
@@ -37,8 +36,8 @@ fn made() -> Report {
     let table = Table::read(Reader::open(&log, &Mapping::default()).unwrap(), &columns).unwrap();
     let motion: Vec<[Vec<f64>; 3]> =
         names.iter().map(|n| derivatives(table.column(&format!("{n}/position")).unwrap())).collect();
-    let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-    let nominal = torques(&ProgramModel::new(robot.compile_only(&[wish]).unwrap()), &motion);
+    let request = FunctionRequest::of_robot("inverse_dynamics");
+    let nominal = torques(&ProgramModel::new(robot.compile_only(&[request]).unwrap()), &motion);
     let time = table.columns[0][TRIM..table.rows() - TRIM].to_vec();
     let rows = names.iter().enumerate().map(|(j, name)| {
         let measured = table.column(&format!("{name}/effort")).unwrap();

@@ -1,8 +1,7 @@
 //! Section 8.4.1: statically stable walking.
-use super::gait;
-use super::run;
 use super::trials::tulip_file;
 use super::walked::Walked;
+use super::{gait, run};
 
 #[test]
 fn two_steps_ahead_are_walked_as_wished() {

@@ -5,8 +5,7 @@ mod sensors;
 use bipedc::simulation::{plant, true_model};
 use bipedc_analysis::simulate::{Mechanics, Plant, Run, Scenario, Simulation};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::{Argument, Model, State};
 use std::path::{Path, PathBuf};
 
@@ -93,8 +92,8 @@ impl Torques {
         let mut robot = robot.clone();
         let plant = plant(&robot.description, &robot.tree().unwrap()).unwrap();
         robot.description.effects = scenario(&plant, &format!("duration = 1.0\n{effects}")).unwrap().effects;
-        let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-        Self(ProgramModel::new(robot.compile_only(&[wish]).unwrap()))
+        let request = FunctionRequest::of_robot("inverse_dynamics");
+        Self(ProgramModel::new(robot.compile_only(&[request]).unwrap()))
     }
 
     /// Logged minus derived efforts of all joints at a sample: acceleration is the mean of the two steps around it, as the

@@ -11,12 +11,10 @@ use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::log::{Kind, Mapping, Reader};
 use bipedc_analysis::measure;
 use bipedc_analysis::measure::Recording;
-use bipedc_analysis::robot::Foot;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
-use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
+use bipedc_analysis::robot::{BaseKind, Foot, Joint, JointLayout};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::SourceFiles;
 use bipedc_effects::diagnostic::Diagnostics;
 use std::path::{Path, PathBuf};
@@ -48,23 +46,23 @@ fn robot() -> Result<Subjected, Diagnostics> {
     let robot = Robot { description, warnings, sources };
     let one = |error| Diagnostics(vec![error]);
     let tree = robot.tree().map_err(one)?;
-    let wish = |family: &str, subject: Option<&String>| FunctionRequest {
+    let request = |family: &str, subject: Option<&String>| FunctionRequest {
         family: family.to_owned(),
         subject: subject.cloned(),
     };
-    let mut wishes: Vec<FunctionRequest> = [
+    let mut requests: Vec<FunctionRequest> = [
         "inverse_dynamics",
         "inverse_dynamics_regressor",
         "center_of_mass",
         "center_of_mass_regressor",
         "center_of_mass_jacobian",
     ]
-    .map(|family| wish(family, None))
+    .map(|family| request(family, None))
     .to_vec();
     for foot in &robot.description.feet {
-        wishes.extend(["position", "rotation", "jacobian"].map(|family| wish(family, Some(&foot.link))));
+        requests.extend(["position", "rotation", "jacobian"].map(|family| request(family, Some(&foot.link))));
     }
-    let compiled = robot.compile_only(&wishes).map_err(one)?;
+    let compiled = robot.compile_only(&requests).map_err(one)?;
     let joints = tree.joints.iter().map(|joint| Joint::revolute(&joint.name)).collect();
     Ok(Subjected {
         torques: ProgramTorques::new(&compiled).map_err(one)?,

@@ -58,8 +58,8 @@ fn every_function(robot: &Robot, tree: &Tree) {
             Scope::Phase | Scope::Impact => robot.description.phases.last().map(|phase| phase.name.clone()),
             _ => None,
         };
-        let wish = FunctionRequest { family: entry.name.to_owned(), subject };
-        let Ok(compiled) = robot.compile_only(&[wish]) else { continue };
+        let request = FunctionRequest { family: entry.name.to_owned(), subject };
+        let Ok(compiled) = robot.compile_only(&[request]) else { continue };
         let evaluator = Evaluator::new(&compiled.functions[0].program);
         let values: Vec<Vec<f64>> =
             Argument::ALL.iter().map(|&a| vec![0.3; compiled.argument_length(a)]).collect();

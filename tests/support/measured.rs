@@ -2,8 +2,7 @@
 use super::{project, read_robot};
 use bipedc::{feet, link_inertias};
 use bipedc_analysis::experiments::Experiment;
-use bipedc_analysis::robot::{AnyModel, Foot, LinkInertias, Robot};
-use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
+use bipedc_analysis::robot::{AnyModel, BaseKind, Foot, Joint, JointLayout, LinkInertias, Robot};
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_effects::effect::Effect;

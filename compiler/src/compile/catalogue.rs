@@ -1,8 +1,7 @@
 //! Everything that can be derived, by name.
-use super::Context;
-use super::families;
 use super::families::{contacts, drives, regressors};
 use super::quantity::Quantity;
+use super::{Context, families};
 use crate::description::model::Phase;
 use crate::description::source::did_you_mean;
 use crate::program::Order;

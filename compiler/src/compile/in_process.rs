@@ -2,7 +2,7 @@
 use super::CompiledModel;
 use crate::program::{Dual, Evaluator};
 use bipedc_runtime::lanes::{F32x4, F32x8, F32x16, F64x2, F64x4, F64x8};
-use bipedc_runtime::{Argument, CallError, Model, Signature, State};
+use bipedc_runtime::{Argument, CallError, Model, Real, Signature, State};
 
 /// All functions of a robot as evaluators; the same interface as emitted code.
 #[derive(Debug, Clone)]
@@ -28,6 +28,26 @@ impl ProgramModel {
         self.evaluators.get(function)
     }
 
+    fn name_of_joint(&self, index: usize) -> Option<&str> {
+        self.compiled.tree.joints.get(index).map(|joint| joint.name.as_str())
+    }
+
+    fn signature_of(&self, index: usize) -> Option<Signature<'_>> {
+        self.compiled.functions.get(index).map(|f| Signature {
+            name: &f.name,
+            arguments: f.program.arguments,
+            rows: f.rows.len(),
+            columns: f.columns.len(),
+        })
+    }
+
+    fn run<R: Real>(&self, index: usize, state: &State<'_, R>, output: &mut [R]) -> Result<(), CallError> {
+        self.check(index, state, output)?;
+        let evaluator = &self.evaluators[index];
+        evaluator.run(state, &mut evaluator.workspace(), output);
+        Ok(())
+    }
+
     fn check<R>(&self, function: usize, state: &State<'_, R>, output: &[R]) -> Result<(), CallError> {
         let f = self.compiled.functions.get(function).ok_or(CallError::UnknownFunction)?;
         for argument in f.program.arguments() {
@@ -41,42 +61,32 @@ impl ProgramModel {
     }
 }
 
-/// For each of these scalars, so that evaluation is compiled here, with this crate's optimisation, and not by whoever calls it.
+/// For each of these scalars: a generic implementation would be compiled where it is called, with the optimisation of that crate.
 macro_rules! evaluated_in {
     ($($real:ty),*) => {
-        $(
-            impl Model<$real> for ProgramModel {
-                fn nq(&self) -> usize {
-                    self.compiled.tree.nq
-                }
-                fn nv(&self) -> usize {
-                    self.compiled.tree.nv
-                }
-                fn joint_name(&self, index: usize) -> Option<&str> {
-                    self.compiled.tree.joints.get(index).map(|joint| joint.name.as_str())
-                }
-                fn joints(&self) -> usize {
-                    self.compiled.tree.joints.len()
-                }
-                fn signature(&self, index: usize) -> Option<Signature<'_>> {
-                    self.compiled.functions.get(index).map(|f| Signature {
-                        name: &f.name,
-                        arguments: f.program.arguments,
-                        rows: f.rows.len(),
-                        columns: f.columns.len(),
-                    })
-                }
-                fn argument_length(&self, argument: Argument) -> usize {
-                    self.compiled.argument_length(argument)
-                }
-                fn evaluate(&self, function: usize, state: &State<'_, $real>, output: &mut [$real]) -> Result<(), CallError> {
-                    self.check(function, state, output)?;
-                    let evaluator = &self.evaluators[function];
-                    evaluator.run(state, &mut evaluator.workspace(), output);
-                    Ok(())
-                }
+        $(impl Model<$real> for ProgramModel {
+            fn nq(&self) -> usize {
+                self.compiled.tree.nq
             }
-        )*
+            fn nv(&self) -> usize {
+                self.compiled.tree.nv
+            }
+            fn joint_name(&self, index: usize) -> Option<&str> {
+                self.name_of_joint(index)
+            }
+            fn joints(&self) -> usize {
+                self.compiled.tree.joints.len()
+            }
+            fn signature(&self, index: usize) -> Option<Signature<'_>> {
+                self.signature_of(index)
+            }
+            fn argument_length(&self, argument: Argument) -> usize {
+                self.compiled.argument_length(argument)
+            }
+            fn evaluate(&self, index: usize, state: &State<'_, $real>, output: &mut [$real]) -> Result<(), CallError> {
+                self.run(index, state, output)
+            }
+        })*
     };
 }
 

@@ -1,22 +1,23 @@
-//! The pipeline: from a tree and a wish list to optimised programs.
+//! The pipeline: from a tree and a request list to optimised programs.
 mod catalogue;
 mod families;
 mod in_process;
 mod names;
 mod notes;
 mod quantity;
-use families::regressors;
-pub use families::regressors::parameter_names;
-pub use in_process::ProgramModel;
-use names::distinct_functions;
 mod readable;
 mod solvable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};
+pub use families::regressors::parameter_names;
+pub use in_process::ProgramModel;
 pub use names::{crate_name, distinct, identifier};
 pub use quantity::Quantity;
 pub use readable::{Readable, readable};
 pub use solvable::{Solvable, inertia_help, no_inertia};
+
+use families::regressors;
+use names::distinct_functions;
 
 use crate::derive::effects::JointLaws;
 use crate::derive::relabel::Relabelling;
@@ -130,16 +131,23 @@ pub struct FunctionRequest {
     pub subject: Option<String>,
 }
 
-/// Derives and lowers the wished functions.
+impl FunctionRequest {
+    /// A function of the whole robot, such as `mass_matrix`.
+    pub fn of_robot(family: impl Into<String>) -> Self {
+        Self { family: family.into(), subject: None }
+    }
+}
+
+/// Derives and lowers the requested functions.
 ///
 /// # Errors
 /// Unknown functions and subjects, functions that this robot does not have.
 pub fn compile(
     description: &RobotDescription,
     tree: &Tree,
-    wishes: &[FunctionRequest],
+    requests: &[FunctionRequest],
 ) -> Result<CompiledModel, Diagnostic> {
-    let compiled = compile_with_empty(description, tree, wishes)?;
+    let compiled = compile_with_empty(description, tree, requests)?;
     match compiled.functions.iter().find(|function| function.is_empty()) {
         None => Ok(compiled),
         Some(function) => {
@@ -157,9 +165,9 @@ pub fn compile(
 pub fn compile_what_there_is(
     description: &RobotDescription,
     tree: &Tree,
-    wishes: &[FunctionRequest],
+    requests: &[FunctionRequest],
 ) -> Result<CompiledModel, Diagnostic> {
-    let mut compiled = compile_with_empty(description, tree, wishes)?;
+    let mut compiled = compile_with_empty(description, tree, requests)?;
     compiled.functions.retain(|function| !function.is_empty());
     Ok(compiled)
 }
@@ -167,19 +175,19 @@ pub fn compile_what_there_is(
 fn compile_with_empty(
     description: &RobotDescription,
     tree: &Tree,
-    wishes: &[FunctionRequest],
+    requests: &[FunctionRequest],
 ) -> Result<CompiledModel, Diagnostic> {
     let leading = run_time_parameters(description, tree)?;
     let laws = JointLaws::new(tree, description)?;
     let solvable = Solvable::new(description, tree, &laws);
-    let functions = wishes
+    let functions = requests
         .iter()
-        .map(|wish| {
+        .map(|request| {
             // A graph of its own keeps the order of derivation, which is also a good order of execution.
             let graph = Graph::new();
             let context = Context::new(&graph, description, tree, leading.as_deref(), &laws);
-            let entry = entry(&wish.family)?;
-            let subject = wish.subject.as_deref();
+            let entry = entry(&request.family)?;
+            let subject = request.subject.as_deref();
             let refusal = laws.refusal(entry.name).or_else(|| solvable.refusal(entry.name, subject));
             if let Some(refusal) = refusal {
                 return Err(refusal);
@@ -187,7 +195,7 @@ fn compile_with_empty(
             let quantity = entry.derive(&context, subject)?;
             without_poles(&graph, entry.name)?;
             let notes = notes::of(description, &laws, entry.name);
-            Ok(Function { notes, ..finish(&graph, entry, wish.subject.clone(), quantity) })
+            Ok(Function { notes, ..finish(&graph, entry, request.subject.clone(), quantity) })
         })
         .collect::<Result<Vec<_>, Diagnostic>>()?;
     let base_parameters = leading.map_or(0, |leading| leading.len());
@@ -241,7 +249,10 @@ fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quant
 
 /// Everything that `biped.toml` asks for; by default all functions, those of frames for the feet, their
 /// contact points and the root.
-pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<FunctionRequest>, Diagnostic> {
+pub fn requested_functions(
+    description: &RobotDescription,
+    tree: &Tree,
+) -> Result<Vec<FunctionRequest>, Diagnostic> {
     let asked = &description.generate.functions;
     for name in asked {
         entry(name)?;
@@ -265,30 +276,32 @@ pub fn wishes(description: &RobotDescription, tree: &Tree) -> Result<Vec<Functio
             continue;
         }
         let first = out.len();
-        let wish = |subject| FunctionRequest { family: entry.name.to_owned(), subject };
+        let request = |subject| FunctionRequest { family: entry.name.to_owned(), subject };
         match entry.scope {
-            Scope::Robot => out.push(wish(None)),
-            Scope::Frame => out.extend(default_frames(description, tree).into_iter().map(|f| wish(Some(f)))),
-            Scope::Contacts if !tree.points.is_empty() => out.push(wish(None)),
+            Scope::Robot => out.push(request(None)),
+            Scope::Frame => {
+                out.extend(default_frames(description, tree).into_iter().map(|f| request(Some(f))))
+            }
+            Scope::Contacts if !tree.points.is_empty() => out.push(request(None)),
             Scope::Contacts => {}
-            Scope::Phase => out.extend(description.phases.iter().map(|p| wish(Some(p.name.clone())))),
-            Scope::Drives if !description.drives.is_empty() => out.push(wish(None)),
+            Scope::Phase => out.extend(description.phases.iter().map(|p| request(Some(p.name.clone())))),
+            Scope::Drives if !description.drives.is_empty() => out.push(request(None)),
             Scope::Drives => {}
             Scope::Relabelling => {
                 let asked = description.phases.iter().any(|phase| phase.relabel);
                 if asked && Relabelling::new(tree, description).is_ok() {
-                    out.push(wish(None));
+                    out.push(request(None));
                 }
             }
             Scope::Impact => {
                 // On a pinned root the impact of the other foot cannot be told: the root would stay pinned.
                 let free = matches!(tree.base, BaseKind::Floating | BaseKind::Planar);
                 let impacts = description.phases.iter().filter(|p| free && !p.impact.is_empty());
-                out.extend(impacts.map(|p| wish(Some(p.name.clone()))));
+                out.extend(impacts.map(|p| request(Some(p.name.clone()))));
             }
         }
         let new = out.split_off(first);
-        out.extend(new.into_iter().filter(|wish: &FunctionRequest| possible(&wish.subject)));
+        out.extend(new.into_iter().filter(|request: &FunctionRequest| possible(&request.subject)));
     }
     Ok(out)
 }

@@ -24,19 +24,20 @@ pub struct Readable {
 pub fn readable(
     description: &RobotDescription,
     tree: &Tree,
-    wish: &FunctionRequest,
+    request: &FunctionRequest,
 ) -> Result<Readable, Diagnostic> {
     let graph = Graph::new();
     let laws = JointLaws::new(tree, description)?;
     let solvable = Solvable::new(description, tree, &laws);
-    let refusal =
-        laws.refusal(&wish.family).or_else(|| solvable.refusal(&wish.family, wish.subject.as_deref()));
+    let refusal = laws
+        .refusal(&request.family)
+        .or_else(|| solvable.refusal(&request.family, request.subject.as_deref()));
     if let Some(refusal) = refusal {
         return Err(refusal);
     }
     let context = Context::new(&graph, description, tree, None, &laws);
-    let quantity = entry(&wish.family)?.derive(&context, wish.subject.as_deref())?;
-    super::without_poles(&graph, &wish.family)?;
+    let quantity = entry(&request.family)?.derive(&context, request.subject.as_deref())?;
+    super::without_poles(&graph, &request.family)?;
     let mut places = Vec::new();
     let mut outputs: Vec<Expr> = Vec::new();
     for (column, values) in quantity.columns.iter().enumerate() {

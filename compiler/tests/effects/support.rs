@@ -35,9 +35,9 @@ pub fn compiled(description: &RobotDescription, functions: &[&str]) -> ProgramMo
     let tree = bipedc_compiler::tree::Tree::new(description, &description.base).unwrap();
     let subject =
         |f: &str| (f == "constrained_dynamics" || f == "impact_map").then(|| "single_support".to_owned());
-    let wish = |f: &&str| compile::FunctionRequest { family: (*f).to_owned(), subject: subject(f) };
-    let wishes: Vec<compile::FunctionRequest> = functions.iter().map(wish).collect();
-    ProgramModel::new(compile::compile(description, &tree, &wishes).unwrap_or_else(|e| panic!("{e}")))
+    let request = |f: &&str| compile::FunctionRequest { family: (*f).to_owned(), subject: subject(f) };
+    let requests: Vec<compile::FunctionRequest> = functions.iter().map(request).collect();
+    ProgramModel::new(compile::compile(description, &tree, &requests).unwrap_or_else(|e| panic!("{e}")))
 }
 
 pub fn with(description: &RobotDescription, effects: &[Effect]) -> RobotDescription {

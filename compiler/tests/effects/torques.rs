@@ -3,9 +3,8 @@ use super::support::*;
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::effect::{Effect, Location};
-use bipedc_runtime::Argument;
-use bipedc_runtime::Model;
 use bipedc_runtime::lanes::F64x4;
+use bipedc_runtime::{Argument, Model};
 
 const ROBOTS: [(&str, &str, &str); 3] = [
     ("three_link", "left_hip_pitch", "right_hip_pitch"),
@@ -244,7 +243,7 @@ fn lanes_and_floats_follow_the_doubles() {
 
 #[test]
 fn what_has_no_way_back_is_refused() {
-    use bipedc_compiler::compile::{FunctionRequest, compile, wishes};
+    use bipedc_compiler::compile::{FunctionRequest, compile, requested_functions};
     let base = description("five_link");
     let refusal = |text: &str, function: &str| {
         let mut formula = Effect::new("formula", Location::pair("left_knee_pitch", "left_hip_pitch"), &[]);
@@ -252,13 +251,13 @@ fn what_has_no_way_back_is_refused() {
         let description = with(&base, &[formula]);
         let tree = bipedc_compiler::tree::Tree::new(&description, &description.base).unwrap();
         let subject = (function == "constrained_dynamics").then(|| "single_support".to_owned());
-        let wish = FunctionRequest { family: function.to_owned(), subject };
-        let answer = compile(&description, &tree, &[wish]);
+        let request = FunctionRequest { family: function.to_owned(), subject };
+        let answer = compile(&description, &tree, &[request]);
         // By default it is left out and the rest is there.
         if answer.is_err()
-            && let Ok(all) = wishes(&description, &tree)
+            && let Ok(all) = requested_functions(&description, &tree)
         {
-            assert!(all.iter().all(|wish| wish.family != function) && all.len() > 20);
+            assert!(all.iter().all(|request| request.family != function) && all.len() > 20);
         }
         answer.err().map(|e| e.to_string()).unwrap_or_default()
     };

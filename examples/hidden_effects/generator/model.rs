@@ -1,7 +1,6 @@
 //! Rigid-body models of robots with changed numbers, run in process.
 use super::{Failure, failure, inertia};
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_compiler::robot::Robot;
 use bipedc_effects::effect::Effect;
@@ -29,7 +28,7 @@ impl Rigid {
     /// # Errors
     /// Unknown functions.
     pub fn new(robot: &Robot, functions: &[&str]) -> Result<Self, Failure> {
-        let wishes: Vec<FunctionRequest> = functions
+        let requests: Vec<FunctionRequest> = functions
             .iter()
             .map(|text| match text.split_once(':') {
                 Some((family, subject)) => {
@@ -38,7 +37,7 @@ impl Rigid {
                 None => FunctionRequest { family: (*text).into(), subject: None },
             })
             .collect();
-        let compiled = robot.compile_only(&wishes).map_err(|e| failure(e.to_string()))?;
+        let compiled = robot.compile_only(&requests).map_err(|e| failure(e.to_string()))?;
         let tree = &compiled.tree;
         let joints: Vec<String> = tree.joints.iter().map(|joint| joint.name.clone()).collect();
         Ok(Self { model: ProgramModel::new(compiled), joints })

@@ -7,8 +7,7 @@ mod subject;
 
 use crate::arguments::RobotArguments;
 use crate::failure::Outcome;
-use crate::interruption;
-use crate::output;
+use crate::{interruption, output};
 use bipedc_analysis::identify::excite::{Basis, Criterion, Family, Machine, Request, Scaling, design};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::Output;

@@ -9,8 +9,7 @@ use bipedc_analysis::identify::excite::postures::{
 };
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::exact::Model;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::{Batch, Ledger, Output};
@@ -114,10 +113,10 @@ impl PostureArguments {
     pub fn run(&self, postures: usize, shared: &Shared<'_>) -> Outcome {
         let request = self.request(postures, shared)?;
         let rooted = Rooted::new(shared.robot, self.stance.as_deref(), Root::Link)?;
-        let wish = FunctionRequest { family: "center_of_mass_regressor".to_owned(), subject: None };
+        let regressor = FunctionRequest::of_robot("center_of_mass_regressor");
         let rigid = rooted.robot.clone().without_effects();
         let (model, base) = output::progress("deriving", || {
-            let model = ProgramModel::new(rigid.compile_only(&[wish])?);
+            let model = ProgramModel::new(rigid.compile_only(&[regressor])?);
             Ok::<_, Diagnostic>((model, rooted.base(Model::CenterOfMass, &["x", "y"], true)?))
         })?;
         let mut assumptions = Vec::new();

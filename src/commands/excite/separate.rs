@@ -11,11 +11,9 @@ use bipedc::link_inertias;
 use bipedc_analysis::identify::excite::Request;
 use bipedc_analysis::identify::excite::separate::{Candidate, Pair, Separating, Separation, separate};
 use bipedc_analysis::identify::joint;
-use bipedc_analysis::robot::JointLayout;
-use bipedc_analysis::robot::LinkInertias;
+use bipedc_analysis::robot::{JointLayout, LinkInertias};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::suggest;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Kind, Location, Place};
@@ -71,12 +69,12 @@ impl Rigid {
             rigid = rigid.with_base("floating", None)?;
         }
         let tree = rigid.tree()?;
-        let wish = |family: &str| FunctionRequest { family: family.to_owned(), subject: None };
-        let wishes = ["inverse_dynamics", "inverse_dynamics_regressor"].map(wish);
+        let request = |family: &str| FunctionRequest::of_robot(family);
+        let requests = ["inverse_dynamics", "inverse_dynamics_regressor"].map(request);
         Ok(Self {
             subject: subject(&tree)?,
             link_inertias: link_inertias(&rigid.description, &tree),
-            model: ProgramModel::new(rigid.compile_only(&wishes)?),
+            model: ProgramModel::new(rigid.compile_only(&requests)?),
         })
     }
 }

@@ -7,8 +7,7 @@ use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Limits, 
 use bipedc_analysis::identify::joint;
 use bipedc_analysis::robot::{BaseKind, JointLayout};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::{Joint, JointKind};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::cell::RefCell;
@@ -64,8 +63,8 @@ impl Excited {
             (0..tree.joints.len()).filter(|j| tree.joints[*j].actuated || moving.contains(j)).collect();
         let rigid = robot.clone().without_effects();
         let (_, regressor) = base_regressor(&rigid.description, &rigid.tree()?, &moving)?;
-        let wish = FunctionRequest { family: "inverse_dynamics".to_owned(), subject: None };
-        let torques = ProgramTorques::new(&robot.compile_only(&[wish])?)?;
+        let request = FunctionRequest::of_robot("inverse_dynamics");
+        let torques = ProgramTorques::new(&robot.compile_only(&[request])?)?;
         let described = |name: &str| robot.description.joints.iter().find(|joint| joint.name == name);
         let mut assumptions = Vec::new();
         let joints: Vec<Option<&Joint>> = subject.joints.iter().map(|j| described(&j.name)).collect();
@@ -104,9 +103,8 @@ fn clearance(robot: &Robot, gap: f64, assumptions: &mut Vec<String>) -> Result<O
     if described.len() < 2 || described.iter().any(|foot| foot.points.is_empty()) {
         return Ok(None);
     }
-    let wishes =
-        CLEARANCE_FUNCTIONS.map(|family| FunctionRequest { family: family.to_owned(), subject: None });
-    let model = ProgramModel::new(robot.clone().without_effects().compile_only(&wishes)?);
+    let requests = CLEARANCE_FUNCTIONS.map(FunctionRequest::of_robot);
+    let model = ProgramModel::new(robot.clone().without_effects().compile_only(&requests)?);
     let clearance = Clearance::new(Box::new(model), &feet(&robot.description), gap)?;
     if clearance.is_sagittal() {
         assumptions.push("no joint moves a foot sideways: the feet are not kept apart".to_owned());

@@ -16,8 +16,7 @@ use bipedc_analysis::identify::{
     Answer, BaseSet, BatchRegressor, Feed, Identification, Judge, Options, Parts, Survey, identify,
 };
 use bipedc_analysis::log::Mapping;
-use bipedc_analysis::robot::Batch;
-use bipedc_analysis::robot::LinkInertias;
+use bipedc_analysis::robot::{Batch, LinkInertias};
 use bipedc_compiler::Robot;
 use bipedc_compiler::exact::Model;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};

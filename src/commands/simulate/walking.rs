@@ -1,8 +1,7 @@
 //! `bipedc simulate` from event to event: phases, their changes, the verdict.
 use super::{Log, Simulate, at_place};
 use crate::failure::{Failure, Outcome};
-use crate::interruption;
-use crate::output;
+use crate::{interruption, output};
 use bipedc::film::Recorder;
 use bipedc::simulation::true_walker;
 use bipedc_analysis::report::{Fact, Film};

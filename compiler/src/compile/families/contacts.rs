@@ -2,8 +2,9 @@
 use super::super::Context;
 use super::super::quantity::Quantity;
 use super::{acceleration_units, configuration_names};
-use crate::derive::constrained::constrained_dynamics as constrained;
-use crate::derive::constrained::constrained_dynamics_with_effects as constrained_with_effects;
+use crate::derive::constrained::{
+    constrained_dynamics as constrained, constrained_dynamics_with_effects as constrained_with_effects,
+};
 use crate::derive::constraint::Constraints;
 use crate::derive::contact::{ContactPoints, contact_points, is_planar};
 use crate::derive::impact::{impact_map as impact, impact_map_with_effects as impact_with_effects};

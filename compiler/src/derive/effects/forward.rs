@@ -7,9 +7,8 @@
 //! with a load near zero, where they hardly matter.
 use super::system::System;
 use super::{At, Joint, JointLaws, Seed};
-use crate::derive::RobotModel;
-use crate::derive::articulated;
 use crate::derive::sensitivity::Sensitivity;
+use crate::derive::{RobotModel, articulated};
 use crate::expression::{Call, Sym};
 
 /// Rounds in which signs of loads are found.

@@ -1,6 +1,5 @@
 //! Which predicted efforts depend on the motion of a joint.
-use crate::robot::{BaseKind, JointLayout};
-use crate::robot::{Batch, EvaluationError, InverseDynamics};
+use crate::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, JointLayout};
 
 /// States that are tried: a dependence that vanishes at all of them does not exist.
 const STATES: usize = 4;

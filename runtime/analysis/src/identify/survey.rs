@@ -1,9 +1,7 @@
 //! A first look at a log: which motion it shows, how fast joints go, what was measured.
 use super::accumulate::Log;
 use crate::experiments::Experiment;
-use crate::measure::Missing;
-use crate::measure::Motion;
-use crate::measure::Recording;
+use crate::measure::{Missing, Motion, Recording};
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 

@@ -11,8 +11,7 @@
 //! value = sign · scale · logged + offset; scale 1, sign 1 and offset 0 (in the SI unit of the result) by default.
 use super::names::{closest, is_known_form};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_effects::input;
-use bipedc_effects::magnitude;
+use bipedc_effects::{input, magnitude};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

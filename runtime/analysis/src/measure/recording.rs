@@ -1,11 +1,10 @@
 //! A log in memory: states of the robot at its samples, and what was measured there.
 use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
-use crate::measure::Source;
 use crate::measure::columns::Plan;
 use crate::measure::noise::white_noise;
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
-use crate::measure::{Missing, Options};
+use crate::measure::{Missing, Options, Source};
 use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};

@@ -1,9 +1,7 @@
 //! The page as a whole.
 use super::data::Report;
 use super::number::{percent, with_unit};
-use super::payload;
-use super::svg;
-use super::{causes, sections};
+use super::{causes, payload, sections, svg};
 use crate::experiments::plotted::Row;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 

@@ -1,7 +1,6 @@
 //! What a simulation knows of a robot besides its model.
 use super::actuator::Actuator;
-use crate::robot::Foot;
-use crate::robot::JointLayout;
+use crate::robot::{Foot, JointLayout};
 use bipedc_effects::effect::Effect;
 
 /// Names, places and limits of a robot.

@@ -1,8 +1,7 @@
 //! A log in blocks gives the result of the whole log; gaps cut it.
 use crate::logs::support::reader;
 use bipedc_analysis::log::{Blocks, Mapping, Sampling};
-use bipedc_analysis::measure::Options;
-use bipedc_analysis::measure::Recording;
+use bipedc_analysis::measure::{Options, Recording};
 use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_analysis::signal::{Butterworth, Grid, Spline, TRUNCATION, resample};
 use std::fmt::Write;

@@ -1,6 +1,5 @@
 //! The body of the fuzz target `scenario`.
-use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
-use bipedc_analysis::robot::{Corner, Foot};
+use bipedc_analysis::robot::{BaseKind, Corner, Foot, Joint, JointLayout};
 use bipedc_analysis::simulate::{Actuator, Plant, Scenario};
 use std::path::Path;
 

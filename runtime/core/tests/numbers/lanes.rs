@@ -1,8 +1,9 @@
 //! Lanes, arrays and scalars give the same bits, operation by operation.
 
 use bipedc_runtime::Real;
-use bipedc_runtime::lanes::{F32_NATIVE_LANES, F32Native, F64_NATIVE_LANES, F64Native};
-use bipedc_runtime::lanes::{F32x4, F32x8, F32x16, F64x2, F64x4, F64x8};
+use bipedc_runtime::lanes::{
+    F32_NATIVE_LANES, F32Native, F32x4, F32x8, F32x16, F64_NATIVE_LANES, F64Native, F64x2, F64x4, F64x8,
+};
 use bipedc_runtime::math::{FUSED, sin_cos};
 
 /// A reproducible stream of numbers, most of them like angles, some huge, tiny or not finite.

@@ -1,8 +1,7 @@
 //! Columns of a log with feet on the ground.
 use crate::log::{ForceFrame, Kind, Mapping, Reader, names};
 use crate::measure::columns::{BaseColumns, JointColumns, Plan};
-use crate::robot::BaseKind;
-use crate::robot::{Foot, Robot};
+use crate::robot::{BaseKind, Foot, Robot};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 /// Columns of one foot: indices into the selected columns.

@@ -2,11 +2,10 @@
 use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
 use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
-use crate::measure::HELD;
-use crate::measure::Options;
 use crate::measure::noise::white_noise;
 use crate::measure::recording::unusable;
 use crate::measure::trajectory::{Even, States, Unusable};
+use crate::measure::{HELD, Options};
 use crate::robot::Robot;
 use crate::robot::calls::Calls;
 use crate::robot::feet::{FootCalls, Sole};

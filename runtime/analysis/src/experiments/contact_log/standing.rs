@@ -4,10 +4,9 @@
 //! as a point of the sole does, normal forces and their centre tell the moments about x and y: horizontal forces have no
 //! arm. Samples at which the foot hardly carries anything do not count: it may have moved.
 use super::ContactRecording;
-use crate::robot::BaseKind;
-use crate::robot::Robot;
 use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
+use crate::robot::{BaseKind, Robot};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Part of what all feet carry on average that the standing foot must carry.

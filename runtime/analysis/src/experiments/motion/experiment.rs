@@ -2,8 +2,7 @@
 use super::laws::{Ready, Strided, advanced, torque_law};
 use super::places;
 use super::rigid::Rigid;
-use crate::experiments::data_checks;
-use crate::experiments::{Channel, Experiment, Inertial, Row};
+use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::Motion;
 use crate::measure::recording::Recording;
 use crate::robot::link_inertias::{CadError, LinkInertias};

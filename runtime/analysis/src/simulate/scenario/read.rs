@@ -1,14 +1,12 @@
 //! From the file to a checked scenario.
-use super::effects;
 use super::file::{Control, File, Joint, Number, Senses, Soil, Start};
-use super::{Initial, Scenario, Sensors, Servo};
+use super::{Initial, Scenario, Sensors, Servo, effects};
 use crate::log::{Mapping, Reader, Table, closest};
 use crate::robot::BaseKind;
 use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
-use bipedc_effects::input;
-use bipedc_effects::magnitude;
+use bipedc_effects::{input, magnitude};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
