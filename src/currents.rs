@@ -9,7 +9,7 @@ use bipedc_analysis::log::{Kind, Mapping, Reader, Source};
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Drive, DriveKind};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{self, Effect, Location, kinds};
 use std::path::Path;
 
 /// A robot and a mapping by which currents are read as efforts.
@@ -114,19 +114,19 @@ impl Prepared {
         self.mapping.columns.insert(format!("{joint}/effort"), source);
         let square = drive.gear_ratio * drive.gear_ratio;
         let motor = [
-            ("rotor_inertia", "inertia", drive.rotor_inertia * square),
-            ("viscous_friction", "damping", drive.viscous_friction * square),
-            ("coulomb_friction", "torque", drive.coulomb_friction * drive.gear_ratio.abs()),
+            (&kinds::ROTOR_INERTIA, "inertia", drive.rotor_inertia * square),
+            (&kinds::VISCOUS_FRICTION, "damping", drive.viscous_friction * square),
+            (&kinds::COULOMB_FRICTION, "torque", drive.coulomb_friction * drive.gear_ratio.abs()),
         ];
         let mut added = Vec::new();
         for (kind, parameter, value) in motor {
             let effects = &mut self.robot.description.effects;
             let described = effects
                 .iter()
-                .any(|effect| effect.location.joint.as_ref() == Some(joint) && same_role(&effect.kind, kind));
+                .any(|effect| effect.location.joint.as_ref() == Some(joint) && same_role(effect.kind, kind));
             if value != 0.0 && !described {
                 let effect = Effect::new(kind, Location::joint(joint.as_str()), &[(parameter, value)]);
-                added.push(format!("{} {value:.4} {}", kind.replace('_', " "), effect.unit(parameter)));
+                added.push(format!("{} {value:.4} {}", kind.name.replace('_', " "), effect.unit(parameter)));
                 effects.push(effect);
                 self.has_motors = true;
             }
@@ -177,7 +177,6 @@ impl Prepared {
 }
 
 /// Whether an effect of the description says what the drive's number says.
-fn same_role(kind: &str, of_drive: &str) -> bool {
-    let dry = ["coulomb_friction", "asymmetric_coulomb_friction", "stribeck_friction"];
-    kind == of_drive || (of_drive == "coulomb_friction" && dry.contains(&kind))
+fn same_role(kind: &effect::Kind, of_drive: &effect::Kind) -> bool {
+    kind == of_drive || kind.contains(of_drive)
 }

@@ -10,7 +10,7 @@ use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, Law};
 use std::path::{Path, PathBuf};
 
 /// What is to be diagnosed, and how.
@@ -81,10 +81,8 @@ fn refitting(robot: &Robot, request: &Request) -> (Robot, Request) {
     let (mut robot, mut request) = (robot.clone(), request.clone());
     if request.refit {
         // A user's formula has no columns of its own, and the assumptions have no parameters.
-        let fixed = |effect: &Effect| {
-            effect.kind == "formula"
-                || effect.definition().is_none_or(|kind| kind.estimated().next().is_none())
-        };
+        let fixed =
+            |effect: &Effect| effect.kind.law == Law::Formula || effect.kind.estimated().next().is_none();
         let (kept, standing) = robot.description.effects.drain(..).partition(fixed);
         robot.description.effects = kept;
         request.search.standing = standing;

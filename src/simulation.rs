@@ -10,7 +10,7 @@ use bipedc_compiler::description::model::{Contact, ContactPart, DriveKind, Phase
 use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_effects::effect::{Acts, Effect, Law};
 
 /// Names, places and limits of a robot.
 ///
@@ -94,7 +94,7 @@ pub fn filmed_model(robot: &Robot, hidden: &[Effect]) -> Result<ProgramModel, Di
 }
 
 fn model_with(robot: &Robot, hidden: &[Effect], more: &[&str]) -> Result<ProgramModel, Diagnostic> {
-    Ok(ProgramModel::new(as_built(robot, hidden, &[])?.compile_only(&stepping_wishes(robot, more)?)?))
+    Ok(ProgramModel::new(as_built(robot, hidden, false)?.compile_only(&stepping_requests(robot, more)?)?))
 }
 
 /// The same with the functions of the phases too: for virtual constraints in time stepping. `film`: with what a film shows.
@@ -106,8 +106,8 @@ pub fn driven_model(
     hidden: &[Effect],
     film: bool,
 ) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
-    let robot = as_built(robot, hidden, &[])?;
-    let mut requests = stepping_wishes(&robot, if film { &FILM } else { &[] })?;
+    let robot = as_built(robot, hidden, false)?;
+    let mut requests = stepping_requests(&robot, if film { &FILM } else { &[] })?;
     requests.extend(phase_wishes(&robot.description));
     let compiled = robot.compile_only(&distinct(requests))?;
     let phases = phase_specs(&robot.description, &robot.tree()?, &compiled);
@@ -117,8 +117,8 @@ pub fn driven_model(
 /// What a film shows beside poses and forces.
 const FILM: [&str; 3] = ["kinetic_energy", "potential_energy", "center_of_mass"];
 
-/// With those effects that make it another body, and those of these kinds.
-fn as_built(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Result<Robot, Diagnostic> {
+/// With those effects that make it another body, and, if `smooth`, the smooth ones in its joints.
+fn as_built(robot: &Robot, hidden: &[Effect], smooth: bool) -> Result<Robot, Diagnostic> {
     let mut robot = robot.clone();
     robot.description.effects.extend_from_slice(hidden);
     let tree = robot.tree()?;
@@ -126,16 +126,19 @@ fn as_built(robot: &Robot, hidden: &[Effect], kinds: &[&str]) -> Result<Robot, D
     let plant = plant(&robot.description, &tree)?;
     robot.description.gravity = plant.gravity_on_ground(&plant.effects);
     robot.description.effects.retain(|effect| {
-        let law = effect.definition().map(|kind| kind.law);
-        // A free robot is where it is, however the log's axes are turned.
-        matches!(law, Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError))
-            || (fixed && law == Some(Law::GravityTilt))
-            || kinds.contains(&effect.kind.as_str())
+        let kind = effect.kind;
+        match kind.law.acts() {
+            Acts::Body => true,
+            // A free robot is where it is, however the log's axes are turned.
+            Acts::Gravity => fixed,
+            Acts::Torque => smooth && kind.simulation.is_smooth() && kind.law != Law::Formula,
+            _ => false,
+        }
     });
     Ok(robot)
 }
 
-fn stepping_wishes(robot: &Robot, more: &[&str]) -> Result<Vec<FunctionRequest>, Diagnostic> {
+fn stepping_requests(robot: &Robot, more: &[&str]) -> Result<Vec<FunctionRequest>, Diagnostic> {
     let touches = !robot.description.feet.is_empty() && robot.tree()?.base != BaseKind::Fixed;
     let functions = if touches { &FUNCTIONS[..] } else { &FUNCTIONS[..2] };
     Ok(functions.iter().chain(more).map(|family| request(family, None)).collect())
@@ -203,9 +206,8 @@ fn walker_with(robot: &Robot, mut requests: Vec<FunctionRequest>) -> Result<Walk
 /// # Errors
 /// As [`walker`].
 pub fn true_walker(robot: &Robot, hidden: &[Effect], film: bool) -> Result<Walker, Diagnostic> {
-    let smooth = ["viscous_friction", "parallel_spring", "torque_ripple", "rotor_inertia"];
-    let robot = as_built(robot, hidden, &smooth)?;
-    let more = if film { stepping_wishes(&robot, &FILM)? } else { Vec::new() };
+    let robot = as_built(robot, hidden, true)?;
+    let more = if film { stepping_requests(&robot, &FILM)? } else { Vec::new() };
     walker_with(&robot, more)
 }
 

@@ -91,7 +91,7 @@ fn choose<'d>(diagnosis: &'d Diagnosis, only: &[String]) -> Result<Vec<&'d Found
     for wanted in only {
         let matches = |index: usize, found: &Found| match wanted.parse::<usize>() {
             Ok(number) => number == index + 1,
-            Err(_) => wanted == &found.effect.kind || wanted == &name(found),
+            Err(_) => wanted == found.effect.kind.name || wanted == &name(found),
         };
         let hits: Vec<usize> =
             (0..chosen.len()).filter(|&index| matches(index, &diagnosis.effects[index])).collect();

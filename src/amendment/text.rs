@@ -2,7 +2,7 @@
 //! ends of everything else stay by construction. The crate `toml_edit` says where tables and values stand.
 use super::words::{self, COMMENT};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Role};
+use bipedc_effects::effect::{Effect, Law, Role};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use toml_edit::{Document, Item, Table, Value};
@@ -52,7 +52,7 @@ pub fn replace(text: &str, written: &Written<'_>) -> Result<String, Diagnostic> 
     let place = find(text, written.effect)?;
     let end = line_end(text);
     let own = own_comment(text, place.lines.start);
-    if written.effect.kind == "formula" {
+    if written.effect.kind.law == Law::Formula {
         let start = own.map_or(place.lines.start, |own| own.start);
         return Ok(splice(text, vec![(start..place.lines.end, block(written, end))]));
     }
@@ -137,7 +137,7 @@ fn tables(text: &str) -> Result<Vec<Table>, Diagnostic> {
 
 fn is_same(table: &Table, effect: &Effect) -> bool {
     let text = |key: &str| table.get(key).and_then(Item::as_str);
-    if text("kind") != Some(effect.kind.as_str()) {
+    if text("kind") != Some(effect.kind.name) {
         return false;
     }
     // Names of formulas are unique in a description.
@@ -216,13 +216,13 @@ fn block(written: &Written<'_>, end: &str) -> String {
     let mut lines = vec![format!("# {}", written.comment), "[[effect]]".to_owned()];
     let at = &effect.location;
     let texts = [
-        ("kind", Some(&effect.kind)),
-        ("name", effect.name.as_ref()),
-        ("joint", at.joint.as_ref()),
-        ("other_joint", at.other_joint.as_ref()),
-        ("link", at.link.as_ref()),
-        ("sensor", at.sensor.as_ref()),
-        ("torque", effect.torque.as_ref()),
+        ("kind", Some(effect.kind.name)),
+        ("name", effect.name.as_deref()),
+        ("joint", at.joint.as_deref()),
+        ("other_joint", at.other_joint.as_deref()),
+        ("link", at.link.as_deref()),
+        ("sensor", at.sensor.as_deref()),
+        ("torque", effect.torque.as_deref()),
     ];
     let texts = texts.iter().filter_map(|(key, text)| Some((key, text.as_ref()?)));
     lines.extend(texts.map(|(key, text)| format!("{key} = {}", quoted(text))));
@@ -235,7 +235,7 @@ fn block(written: &Written<'_>, end: &str) -> String {
 
 /// Names of the given parameters in the order of the library, then the author's own.
 fn in_order(effect: &Effect) -> Vec<String> {
-    let library = effect.definition().map_or(&[][..], |kind| kind.parameters);
+    let library = effect.kind.parameters;
     let known = library.iter().map(|parameter| parameter.name.to_owned());
     let known = known.filter(|name| effect.parameters.contains_key(name));
     let own = effect.parameters.keys().filter(|name| library.iter().all(|p| p.name != name.as_str()));
@@ -245,12 +245,12 @@ fn in_order(effect: &Effect) -> Vec<String> {
 fn parameter_line(written: &Written<'_>, name: &str, value: f64, end: &str) -> String {
     let effect = written.effect;
     let is_setting = || {
-        let known = effect.definition().and_then(|kind| kind.parameter(name));
+        let known = effect.kind.parameter(name);
         known.is_some_and(|parameter| matches!(parameter.role, Role::Setting(_)))
     };
     let number = words::number(value);
     let comment = words::behind(effect, name, written.ci95.get(name));
-    if effect.kind != "formula" || is_setting() {
+    if effect.kind.law != Law::Formula || is_setting() {
         return format!("{} = {number}{comment}{end}", key(name));
     }
     let mut inner = vec![format!("value = {number}")];
@@ -280,7 +280,7 @@ fn key(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bipedc_effects::effect::{Location, OwnParameter};
+    use bipedc_effects::effect::{Location, OwnParameter, kinds};
 
     static NONE: BTreeMap<String, [f64; 2]> = BTreeMap::new();
 
@@ -289,7 +289,7 @@ mod tests {
     }
 
     fn friction(torque: f64) -> Effect {
-        Effect::new("coulomb_friction", Location::joint("knee"), &[("torque", torque)])
+        Effect::new(&kinds::COULOMB_FRICTION, Location::joint("knee"), &[("torque", torque)])
     }
 
     #[test]
@@ -338,7 +338,7 @@ mod tests {
 
     #[test]
     fn a_formula_is_written_and_replaced_as_a_whole() {
-        let mut effect = Effect::new("formula", Location::joint("knee"), &[("k", 0.5)]);
+        let mut effect = Effect::new(&kinds::FORMULA, Location::joint("knee"), &[("k", 0.5)]);
         effect.name = Some("cable".to_owned());
         effect.torque = Some("k * sin(3 * position) # \\ \"".to_owned());
         let own = OwnParameter { unit: "N m".to_owned(), min: Some(0.0), max: None };

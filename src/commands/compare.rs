@@ -237,9 +237,7 @@ fn compare_efforts(
     let mut comparison = output::progress("reading and comparing", || {
         compare_file(&mut torques, &subject, log, mapping, options)
     })?;
-    let outside = |effect: &Effect| {
-        matches!(effect.definition().map(|kind| kind.law), Some(Law::Delay | Law::TrueTorque(_)))
-    };
+    let outside = |effect: &Effect| matches!(effect.kind.law, Law::Delay | Law::TrueTorque(_));
     if !robot.description.effects.iter().any(outside) {
         return Ok(comparison);
     }

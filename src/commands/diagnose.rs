@@ -199,7 +199,7 @@ fn effect_rows(found: &Found) -> Vec<Vec<String>> {
         .map(|(k, (name, [low, high]))| {
             let first = |text: String| if k == 0 { text } else { String::new() };
             vec![
-                first(effect.kind.clone()),
+                first(effect.kind.name.to_owned()),
                 first(effect.location.to_string()),
                 name.clone(),
                 format!("{:.5}", effect.value(name)),

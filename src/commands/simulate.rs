@@ -289,7 +289,7 @@ fn unsolved(summary: &Summary) -> Option<String> {
 fn at_place(effect: &Effect) -> String {
     let location = &effect.location;
     let place = [&location.joint, &location.link, &location.sensor].into_iter().flatten().next();
-    let kind = effect.kind.replace('_', " ");
+    let kind = effect.kind.name.replace('_', " ");
     place.map_or_else(|| kind.clone(), |place| format!("{kind} at {place}"))
 }
 

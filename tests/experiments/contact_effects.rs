@@ -7,7 +7,7 @@ use bipedc_analysis::experiments::contact_log::ContactExperiment;
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::{Mapping, Reader};
 use bipedc_analysis::measure::Options;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{self, Effect, Location, kinds};
 use bipedc_runtime::nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use bipedc_runtime::{Argument, Model, State};
 use std::io::Cursor;
@@ -243,16 +243,20 @@ fn masses() {
     let subjects = Subjects::named("tulip");
     for effect in [
         Effect::new(
-            "payload",
+            &kinds::PAYLOAD,
             Location::link("torso"),
             &[("mass", 0.9), ("x", 0.07), ("y", -0.03), ("z", 0.3)],
         ),
         Effect::new(
-            "com_offset",
+            &kinds::COM_OFFSET,
             Location::link("left_lower_leg"),
             &[("x", 0.03), ("y", 0.02), ("z", -0.05)],
         ),
-        Effect::new("inertia_error", Location::link("torso"), &[("ixx", 0.2), ("iyy", 0.3), ("ixz", 0.1)]),
+        Effect::new(
+            &kinds::INERTIA_ERROR,
+            Location::link("torso"),
+            &[("ixx", 0.2), ("iyy", 0.3), ("ixz", 0.1)],
+        ),
     ] {
         let change = subjects.link_inertias.change(std::slice::from_ref(&effect));
         let made = Made { change, ..Made::plain(Feet::World) };
@@ -260,7 +264,7 @@ fn masses() {
         let error = with_experiment(&subjects, &made, |experiment| inertial_error(experiment, &effect));
         assert!(error < 1e-9, "{error}");
         let corners = Made { change: made.change.clone(), ..Made::plain(Feet::Corners) };
-        if effect.kind != "inertia_error" {
+        if effect.kind.name != "inertia_error" {
             check(&subjects, &corners, &[effect]);
         }
     }
@@ -271,10 +275,10 @@ fn joints_and_world() {
     let subjects = Subjects::named("tulip");
     let knee = "right_knee_pitch";
     let index = subjects.subject.joints.iter().position(|j| j.name == knee).unwrap();
-    let offset = Effect::new("encoder_offset", Location::joint(knee), &[("offset", 0.05)]);
+    let offset = Effect::new(&kinds::ENCODER_OFFSET, Location::joint(knee), &[("offset", 0.05)]);
     let made = Made { offset: (index, 0.05), ..Made::plain(Feet::Sole) };
     check(&subjects, &made, std::slice::from_ref(&offset));
-    let tilt = Effect::new("gravity_tilt", Location::default(), &[("roll", 0.05), ("pitch", -0.08)]);
+    let tilt = Effect::new(&kinds::GRAVITY_TILT, Location::default(), &[("roll", 0.05), ("pitch", -0.08)]);
     let turn = Rotation3::new(Vector3::y() * -0.08) * Rotation3::new(Vector3::x() * 0.05);
     let made = Made { tilt: turn.into_inner(), ..Made::plain(Feet::World) };
     check(&subjects, &made, std::slice::from_ref(&tilt));
@@ -285,9 +289,9 @@ fn joints_and_world() {
 #[test]
 fn force_sensors() {
     let subjects = Subjects::named("tulip");
-    let gain = |place: Location, gain: f64| Effect::new("force_sensor_gain", place, &[("gain", gain)]);
+    let gain = |place: Location, gain: f64| Effect::new(&kinds::FORCE_SENSOR_GAIN, place, &[("gain", gain)]);
     let bias = |place: Location, [x, y, z]: [f64; 3]| {
-        Effect::new("force_sensor_bias", place, &[("x", x), ("y", y), ("z", z)])
+        Effect::new(&kinds::FORCE_SENSOR_BIAS, place, &[("x", x), ("y", y), ("z", z)])
     };
     for feet in [Feet::World, Feet::Sole] {
         let all = Made { report: &|_, _, f| f * 1.1, torque_gain: [1.1; 2], ..Made::plain(feet) };
@@ -321,12 +325,12 @@ fn a_saturated_corner() {
     let made = Made { report: &clip, ..Made::plain(Feet::Corners) };
     with_experiment(&subjects, &made, |experiment| {
         let rows: Vec<usize> = (0..experiment.rows().len()).collect();
-        let guess = experiment.guess("force_sensor_saturation", &place).expect("it stays at its limit");
+        let guess = experiment.guess(&kinds::FORCE_SENSOR_SATURATION, &place).expect("it stays at its limit");
         assert!((guess.value("limit") - 29.0).abs() < 1e-6);
         let [before, after] = [rms(experiment, &rows, &[]), rms(experiment, &rows, &[guess])];
         println!("saturation: {before} to {after}");
         assert!(after < 0.1 * before);
-        let contradicted = Effect::new("force_sensor_saturation", place, &[("limit", 25.0)]);
+        let contradicted = Effect::new(&kinds::FORCE_SENSOR_SATURATION, place, &[("limit", 25.0)]);
         assert!(experiment.response(&[contradicted]).is_empty(), "readings above the limit contradict it");
     });
 }
@@ -336,16 +340,16 @@ fn neutral_parameters_change_nothing() {
     let subjects = Subjects::named("tulip");
     with_experiment(&subjects, &Made::plain(Feet::World), |experiment| {
         for (kind, place) in experiment.candidates() {
-            let value = if kind == "force_sensor_gain" { 1.0 } else { 0.0 };
+            let value = if *kind == kinds::FORCE_SENSOR_GAIN { 1.0 } else { 0.0 };
             let mut effect = Effect::new(kind, place, &[]);
-            let names: Vec<String> =
-                effect.definition().unwrap().estimated().map(|p| p.name.to_owned()).collect();
+            let names: Vec<String> = effect.kind.estimated().map(|p| p.name.to_owned()).collect();
             effect.parameters.extend(names.into_iter().map(|name| (name, value)));
             let response = experiment.response(std::slice::from_ref(&effect));
             let largest = response.iter().flat_map(|(_, v)| v).fold(0.0_f64, |m, x| m.max(x.abs()));
             assert!(largest < 1e-9, "{effect}: {largest}");
         }
-        for kind in ["foot_slip", "spin_friction", "ground_compliance", "ground_slope", "no_impact"] {
+        let nothing = ["foot_slip", "spin_friction", "ground_compliance", "ground_slope", "no_impact"];
+        for kind in nothing.map(|name| effect::kind(name).unwrap()) {
             assert!(experiment.response(&[Effect::new(kind, Location::default(), &[])]).is_empty(), "{kind}");
         }
     });

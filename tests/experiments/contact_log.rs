@@ -5,7 +5,7 @@ use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecord
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::{Options, Recording};
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 use bipedc_runtime::{Argument, Model, State};
 use tulip::Tulip;
 
@@ -25,7 +25,11 @@ fn errors(experiment: &dyn Experiment, effects: &[Effect]) -> [f64; 2] {
 }
 
 fn truth() -> Effect {
-    Effect::new("payload", Location::link("torso"), &[("mass", 0.9), ("x", 0.07), ("y", -0.03), ("z", 0.3)])
+    Effect::new(
+        &kinds::PAYLOAD,
+        Location::link("torso"),
+        &[("mass", 0.9), ("x", 0.07), ("y", -0.03), ("z", 0.3)],
+    )
 }
 
 #[test]

@@ -9,7 +9,7 @@ use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::Options;
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{self, Effect, Location, kinds};
 use std::path::{Path, PathBuf};
 
 fn data() -> Option<PathBuf> {
@@ -150,16 +150,17 @@ fn walking_icub_has_its_known_figures() {
         println!("  {}: {:.5} {} ({})", q.name, later.rms(), q.unit, q.meaning);
     }
     let mass = Effect::new(
-        "payload",
+        &kinds::PAYLOAD,
         Location::link("root_link"),
         &[("mass", 0.5), ("x", 0.0), ("y", 0.0), ("z", 0.0)],
     );
     let mass = fitted(&experiment, &forces[2..], &mass, &["mass"]);
-    let gain = Effect::new("force_sensor_gain", Location::default(), &[("gain", 1.0)]);
+    let gain = Effect::new(&kinds::FORCE_SENSOR_GAIN, Location::default(), &[("gain", 1.0)]);
     let gain = fitted(&experiment, &forces[2..], &gain, &["gain"]);
-    let tilt = Effect::new("gravity_tilt", Location::default(), &[("roll", 0.0), ("pitch", 0.0)]);
+    let tilt = Effect::new(&kinds::GRAVITY_TILT, Location::default(), &[("roll", 0.0), ("pitch", 0.0)]);
     let tilt = fitted(&experiment, &forces[..2], &tilt, &["roll", "pitch"]);
-    let bias = Effect::new("force_sensor_bias", Location::default(), &[("x", 0.0), ("y", 0.0), ("z", 0.0)]);
+    let bias =
+        Effect::new(&kinds::FORCE_SENSOR_BIAS, Location::default(), &[("x", 0.0), ("y", 0.0), ("z", 0.0)]);
     let bias = fitted(&experiment, &forces[..2], &bias, &["x", "y"]);
     for effect in [&mass, &gain, &tilt, &bias] {
         println!("{} {:?}: {:.2?} N", effect.kind, effect.parameters, rms(std::slice::from_ref(effect)));
@@ -178,7 +179,8 @@ fn walking_icub_has_its_known_figures() {
     near(biased[1], 22.1, 0.05);
     near(2.0 * bias.value("x"), -31.6, 0.03);
     near(2.0 * bias.value("y"), 11.9, 0.1);
-    for kind in ["point_feet", "no_impact", "single_mass", "decoupled_planes"] {
+    let assumptions = ["point_feet", "no_impact", "single_mass", "decoupled_planes"];
+    for kind in assumptions.map(|name| effect::kind(name).unwrap()) {
         let effect = [Effect::new(kind, Location::default(), &[])];
         let all: Vec<String> = experiment
             .rows()

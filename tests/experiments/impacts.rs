@@ -3,7 +3,7 @@ use crate::experiments::support::measured::{Subjects, example, inertial_error, r
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::log::{Mapping, Reader};
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 use bipedc_runtime::nalgebra::{DMatrix, DVector};
 use bipedc_runtime::{Argument, Model, State};
 use five_link::FiveLink;
@@ -16,15 +16,15 @@ fn read<'a>(subjects: &'a Subjects, file: &str) -> ImpactExperiment<'a> {
 }
 
 fn restitution(coefficient: f64) -> Effect {
-    Effect::new("impact_restitution", Location::default(), &[("coefficient", coefficient)])
+    Effect::new(&kinds::IMPACT_RESTITUTION, Location::default(), &[("coefficient", coefficient)])
 }
 
 fn slip(friction: f64) -> Effect {
-    Effect::new("foot_slip", Location::default(), &[("friction", friction)])
+    Effect::new(&kinds::FOOT_SLIP, Location::default(), &[("friction", friction)])
 }
 
 fn spin(radius: f64) -> Effect {
-    Effect::new("spin_friction", Location::default(), &[("radius", radius)])
+    Effect::new(&kinds::SPIN_FRICTION, Location::default(), &[("radius", radius)])
 }
 
 fn all(experiment: &dyn Experiment) -> Vec<usize> {
@@ -107,7 +107,7 @@ fn made(friction: f64, bounce: f64, rotor: f64) -> String {
 #[test]
 fn responses_are_those_of_an_independent_impact() {
     let subjects = Subjects::named("five_link");
-    let knee = Effect::new("rotor_inertia", Location::joint("right_knee_pitch"), &[("inertia", 0.3)]);
+    let knee = Effect::new(&kinds::ROTOR_INERTIA, Location::joint("right_knee_pitch"), &[("inertia", 0.3)]);
     assert_eq!(Model::<f64>::joint_name(&FiveLink, 1), Some("right_knee_pitch"));
     for (law, effects) in [
         ((f64::INFINITY, 0.0, 0.0), vec![]),
@@ -133,9 +133,13 @@ fn derivatives_by_inertial_parameters_are_those_of_the_response() {
     let subjects = Subjects::named("five_link");
     let experiment = read(&subjects, "validation.csv.gz");
     for effect in [
-        Effect::new("com_offset", Location::link("torso"), &[("x", 1e-6), ("z", 2e-6)]),
-        Effect::new("payload", Location::link("left_tibia"), &[("mass", 1e-6), ("x", 0.1), ("z", -0.2)]),
-        Effect::new("inertia_error", Location::link("right_femur"), &[("iyy", 1e-6)]),
+        Effect::new(&kinds::COM_OFFSET, Location::link("torso"), &[("x", 1e-6), ("z", 2e-6)]),
+        Effect::new(
+            &kinds::PAYLOAD,
+            Location::link("left_tibia"),
+            &[("mass", 1e-6), ("x", 0.1), ("z", -0.2)],
+        ),
+        Effect::new(&kinds::INERTIA_ERROR, Location::link("right_femur"), &[("iyy", 1e-6)]),
     ] {
         let error = inertial_error(&experiment, &effect);
         assert!(error < 1e-5, "{effect:?}: {error}");
@@ -147,7 +151,7 @@ fn no_impact_leaves_the_whole_jump() {
     let subjects = Subjects::named("five_link");
     let experiment = read(&subjects, "validation.csv.gz");
     let rows = all(&experiment);
-    let without = rms(&experiment, &rows, &[Effect::new("no_impact", Location::default(), &[])]);
+    let without = rms(&experiment, &rows, &[Effect::new(&kinds::NO_IMPACT, Location::default(), &[])]);
     println!("without impacts {without}");
     assert!(without > rms(&experiment, &rows, &[]));
 }
@@ -206,7 +210,8 @@ fn a_flat_foot_in_space_obeys_the_laws_of_contact() {
         vec![spin(0.004)],
         vec![spin(0.02), slip(0.3), restitution(0.1)],
     ] {
-        let value = |kind: &str, name: &str| effects.iter().find(|e| e.kind == kind).map(|e| e.value(name));
+        let value =
+            |kind: &str, name: &str| effects.iter().find(|e| e.kind.name == kind).map(|e| e.value(name));
         let bounce = value("impact_restitution", "coefficient").unwrap_or(0.0);
         let friction = value("foot_slip", "friction").unwrap_or(0.0);
         let radius =

@@ -3,7 +3,7 @@ use crate::experiments::support::measured::{Subjects, example, inertial_error, r
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::{Mapping, Reader};
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 use bipedc_runtime::nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 use bipedc_runtime::{Argument, Model, State};
 use std::io::Cursor;
@@ -16,7 +16,7 @@ fn read<'a>(subjects: &'a Subjects, file: &str, effects: &'a [Effect]) -> Postur
 }
 
 fn shift(x: f64, y: f64, z: f64) -> Effect {
-    Effect::new("com_offset", Location::link("torso"), &[("x", x), ("y", y), ("z", z)])
+    Effect::new(&kinds::COM_OFFSET, Location::link("torso"), &[("x", x), ("y", y), ("z", z)])
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn derivatives_by_inertial_parameters_are_those_of_the_response() {
     assert!(inertial_error(&experiment, &shift(0.01, -0.02, 0.03)) < 1e-9);
     let payload = |mass: f64| {
         Effect::new(
-            "payload",
+            &kinds::PAYLOAD,
             Location::link("left_foot"),
             &[("mass", mass), ("x", 0.1), ("y", 0.2), ("z", 0.3)],
         )
@@ -188,19 +188,20 @@ fn responses_are_those_of_plain_statics() {
     let turn = |roll: f64, pitch: f64| {
         (Rotation3::new(Vector3::y() * pitch) * Rotation3::new(Vector3::x() * roll)).into_inner()
     };
-    for kind in ["ground_slope", "gravity_tilt"] {
+    for kind in [&kinds::GROUND_SLOPE, &kinds::GRAVITY_TILT] {
         let slope = Effect::new(kind, Location::default(), &[("roll", 0.05), ("pitch", -0.08)]);
         check(Made { sole: &|_| turn(0.05, -0.08), ..plain() }, slope);
     }
     let ankle = (0..12).find(|j| Model::<f64>::joint_name(&Tulip, *j) == Some("right_ankle_pitch")).unwrap();
-    let offset = Effect::new("encoder_offset", Location::joint("right_ankle_pitch"), &[("offset", 0.02)]);
+    let offset =
+        Effect::new(&kinds::ENCODER_OFFSET, Location::joint("right_ankle_pitch"), &[("offset", 0.02)]);
     check(Made { offset: (ankle, 0.02), ..plain() }, offset);
     let corner = || Location::sensor("left_foot/front_right");
-    let gain = Effect::new("force_sensor_gain", corner(), &[("gain", 1.2)]);
+    let gain = Effect::new(&kinds::FORCE_SENSOR_GAIN, corner(), &[("gain", 1.2)]);
     check(Made { report: &|foot, k, f| if (foot, k) == (1, 1) { 1.2 * f } else { f }, ..plain() }, gain);
-    let bias = Effect::new("force_sensor_bias", corner(), &[("z", 4.0)]);
+    let bias = Effect::new(&kinds::FORCE_SENSOR_BIAS, corner(), &[("z", 4.0)]);
     check(Made { report: &|foot, k, f| if (foot, k) == (1, 1) { f + 4.0 } else { f }, ..plain() }, bias);
-    let clip = Effect::new("force_sensor_saturation", corner(), &[("limit", 22.0)]);
+    let clip = Effect::new(&kinds::FORCE_SENSOR_SATURATION, corner(), &[("limit", 22.0)]);
     check(Made { report: &|foot, k, f| if (foot, k) == (1, 1) { f.min(22.0) } else { f }, ..plain() }, clip);
 }
 
@@ -215,8 +216,11 @@ fn corners_that_sink() {
         let x = Vector3::new(1.0, 0.0, ahead).normalize();
         Matrix3::from_columns(&[x, normal.cross(&x), normal])
     };
-    let effect =
-        Effect::new("ground_compliance", Location::default(), &[("stiffness", stiffness), ("damping", 0.0)]);
+    let effect = Effect::new(
+        &kinds::GROUND_COMPLIANCE,
+        Location::default(),
+        &[("stiffness", stiffness), ("damping", 0.0)],
+    );
     let [before, after] = left_by(&Made { sole: &sunk, ..plain() }, &[effect]);
     assert!(after < 1e-9 && before > 1e-4, "{before} to {after}");
 }

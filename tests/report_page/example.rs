@@ -8,7 +8,7 @@ use bipedc_analysis::report::{Fact, HistoryStep, Report, Row, Series};
 use bipedc_analysis::signal::{Butterworth, Spline};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 use bipedc_runtime::{Argument, Model, State};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -121,10 +121,11 @@ fn found(effect: Effect, ci95: &[(&str, [f64; 2])], share: f64) -> Found {
 /// What a diagnosis of this log says, with one of everything that the page can show.
 fn diagnosis(rows: &[Row]) -> Diagnosis {
     let knee = || Location::joint("left_knee_pitch");
-    let coulomb = || Effect::new("coulomb_friction", knee(), &[("torque", 0.402), ("smoothing", 0.02)]);
-    let viscous = Effect::new("viscous_friction", Location::joint("left_hip_roll"), &[("damping", 0.0131)]);
+    let coulomb = || Effect::new(&kinds::COULOMB_FRICTION, knee(), &[("torque", 0.402), ("smoothing", 0.02)]);
+    let viscous =
+        Effect::new(&kinds::VISCOUS_FRICTION, Location::joint("left_hip_roll"), &[("damping", 0.0131)]);
     let stribeck = Effect::new(
-        "stribeck_friction",
+        &kinds::STRIBECK_FRICTION,
         knee(),
         &[("coulomb", 0.399), ("static", 0.43), ("stribeck_velocity", 0.08)],
     );
@@ -137,7 +138,7 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
     let mut doubtful = found(viscous.clone(), &[("damping", [0.0042, 0.022])], 0.004);
     doubtful.doubts.push("its share is near the noise".to_owned());
     let com = Effect::new(
-        "com_offset",
+        &kinds::COM_OFFSET,
         Location::link("left_lower_leg"),
         &[("x", 0.0011), ("y", -0.0003), ("z", 0.0006)],
     );
@@ -156,7 +157,7 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
             signals: vec!["position".to_owned(), "load".to_owned()],
         }],
         rejected: vec![Rejected {
-            kind: "rotor_inertia".to_owned(),
+            kind: &kinds::ROTOR_INERTIA,
             place: knee(),
             why: "held-out error falls by 0.1 % only".to_owned(),
         }],

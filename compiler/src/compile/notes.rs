@@ -2,7 +2,7 @@
 use super::catalogue::entry;
 use crate::derive::effects::JointLaws;
 use crate::description::model::RobotDescription;
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_effects::effect::{Acts, Effect};
 
 /// Where an effect shows in the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,11 +18,11 @@ enum Part {
 }
 
 fn part(effect: &Effect) -> Part {
-    match effect.definition().map(|kind| kind.law) {
-        Some(Law::Torque(_) | Law::Reading(_) | Law::TrueTorque(_) | Law::Formula) => Part::Joint,
-        Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError | Law::GravityTilt) => Part::Body,
-        Some(Law::EncoderOffset) => Part::Position,
-        _ => Part::Elsewhere,
+    match effect.kind.law.acts() {
+        Acts::Torque | Acts::Reading => Part::Joint,
+        Acts::Body | Acts::Gravity => Part::Body,
+        Acts::Position => Part::Position,
+        Acts::Time | Acts::Transmission | Acts::Ground | Acts::Sensor | Acts::Assumption => Part::Elsewhere,
     }
 }
 

@@ -4,30 +4,23 @@
 use super::placement::matrix_vector;
 use crate::description::model::{Inertial, Link, RobotDescription};
 use crate::tree::{Inertia, Rotation};
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_effects::effect::{Acts, Effect, Law};
 use std::borrow::Cow;
 
 /// The robot with the masses, inertias and gravity that it truly has.
 pub(super) fn truly_built(description: &RobotDescription) -> Cow<'_, RobotDescription> {
-    let law = |effect: &Effect| effect.definition().map(|kind| kind.law);
-    let changes = |effect: &Effect| {
-        use Law::{CenterOfMassOffset, GravityTilt, InertiaError, Payload};
-        matches!(law(effect), Some(Payload | CenterOfMassOffset | InertiaError | GravityTilt))
-    };
+    let changes = |effect: &Effect| matches!(effect.kind.law.acts(), Acts::Body | Acts::Gravity);
     if !description.effects.iter().any(changes) {
         return Cow::Borrowed(description);
     }
     let mut built = description.clone();
-    for effect in &description.effects {
-        let link = || effect.location.link.as_deref();
-        match law(effect) {
-            Some(Law::GravityTilt) => built.gravity = tilted(built.gravity, effect),
-            Some(law) => {
-                if let Some(link) = built.links.iter_mut().find(|other| Some(other.name.as_str()) == link()) {
-                    change(link, effect, law);
-                }
-            }
-            None => {}
+    for effect in description.effects.iter().filter(|effect| changes(effect)) {
+        if effect.kind.law.acts() == Acts::Gravity {
+            built.gravity = tilted(built.gravity, effect);
+        }
+        let of = effect.location.link.as_ref();
+        if let Some(link) = built.links.iter_mut().find(|link| Some(&link.name) == of) {
+            change(link, effect);
         }
     }
     Cow::Owned(built)
@@ -42,9 +35,9 @@ fn tilted(gravity: [f64; 3], effect: &Effect) -> [f64; 3] {
     matrix_vector(&turn.inverse().matrix(), gravity)
 }
 
-fn change(link: &mut Link, effect: &Effect, law: Law) {
+fn change(link: &mut Link, effect: &Effect) {
     let three = ["x", "y", "z"].map(|name| effect.value(name));
-    match law {
+    match effect.kind.law {
         Law::Payload => {
             let mass = effect.value("mass");
             let point = Inertial {
@@ -73,7 +66,8 @@ fn change(link: &mut Link, effect: &Effect, law: Law) {
                 }
             }
         }
-        _ => {}
+        // `truly_built` picks those that act in bodies.
+        other => debug_assert!(other.acts() != Acts::Body, "{effect} does not change the link"),
     }
 }
 

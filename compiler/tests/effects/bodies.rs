@@ -1,6 +1,6 @@
 //! Effects that make another rigid body, against that body; shifted encoders and a tilted world.
 use super::support::*;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 
 const FUNCTIONS: [&str; 3] = ["inverse_dynamics", "forward_dynamics", "mass_matrix"];
 
@@ -15,10 +15,10 @@ fn masses_and_inertias_are_those_of_the_changed_robot() {
         .unwrap_or_else(|| panic!("{:?}", base.links.iter().map(|l| &l.name).collect::<Vec<_>>()));
     let three = [("x", 0.02), ("y", -0.03), ("z", 0.05)];
     let payload =
-        Effect::new("payload", Location::link(link), &[("mass", 0.7), three[0], three[1], three[2]]);
-    let shift = Effect::new("com_offset", Location::link(link), &three);
+        Effect::new(&kinds::PAYLOAD, Location::link(link), &[("mass", 0.7), three[0], three[1], three[2]]);
+    let shift = Effect::new(&kinds::COM_OFFSET, Location::link(link), &three);
     let six = [("ixx", 1e-3), ("ixy", 2e-4), ("ixz", -1e-4), ("iyy", 2e-3), ("iyz", 3e-4), ("izz", 5e-4)];
-    let error = Effect::new("inertia_error", Location::link(link), &six);
+    let error = Effect::new(&kinds::INERTIA_ERROR, Location::link(link), &six);
 
     // A payload as a link of its own on a fixed joint.
     let mut loaded = base.clone();
@@ -76,7 +76,7 @@ fn times(a: [f64; 4], b: &[f64]) -> [f64; 4] {
 fn a_tilted_log_is_an_upright_one_of_a_turned_robot() {
     let base = description("tulip");
     let (roll, pitch) = (0.11f64, -0.07f64);
-    let tilt = Effect::new("gravity_tilt", Location::default(), &[("roll", roll), ("pitch", pitch)]);
+    let tilt = Effect::new(&kinds::GRAVITY_TILT, Location::default(), &[("roll", roll), ("pitch", pitch)]);
     let (rigid, model) = (compiled(&base, &FUNCTIONS), compiled(&with(&base, &[tilt]), &FUNCTIONS));
     let values = Values::random(&model, &mut Random(23));
     let half = |x: f64| ((x / 2.0).sin(), (x / 2.0).cos());
@@ -96,7 +96,7 @@ fn a_tilted_log_is_an_upright_one_of_a_turned_robot() {
 #[test]
 fn logged_positions_lose_their_offset_in_every_function() {
     let base = description("five_link");
-    let offset = Effect::new("encoder_offset", Location::joint("left_knee_pitch"), &[("offset", 0.2)]);
+    let offset = Effect::new(&kinds::ENCODER_OFFSET, Location::joint("left_knee_pitch"), &[("offset", 0.2)]);
     let functions = [
         "inverse_dynamics",
         "forward_dynamics",

@@ -1,7 +1,7 @@
 //! Derivatives with effects, against dual numbers through the functions themselves.
 use super::support::*;
 use bipedc_compiler::program::Dual;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 
 fn moving(values: &Values, argument: usize, k: usize) -> Values<Dual> {
     let lists = [&values.q, &values.v, &values.a, &values.tau, &values.forces];
@@ -57,11 +57,11 @@ fn derivatives_follow_the_functions() {
         let mut kinds = joint_effects(joint, other);
         kinds.retain(|e| !e.torque.as_ref().is_some_and(|t| t.contains("cos(load") || t.contains("^-2")));
         // Smooth enough for slopes at random speeds.
-        kinds.push(Effect::new("torque_saturation", Location::joint(joint), &[("limit", 8.0)]));
+        kinds.push(Effect::new(&kinds::TORQUE_SATURATION, Location::joint(joint), &[("limit", 8.0)]));
         if robot == "five_link" {
             kinds.iter().for_each(|effect| check(robot, std::slice::from_ref(effect)));
         }
-        kinds.retain(|e| e.kind != "torque_saturation");
+        kinds.retain(|e| e.kind.name != "torque_saturation");
         check(robot, &kinds);
     }
 }

@@ -3,7 +3,7 @@ use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_compiler::{Robot, compile};
 use bipedc_effects::effect::formula::Formula;
-use bipedc_effects::effect::{Effect, Law, Location, Place, VARIABLES};
+use bipedc_effects::effect::{Effect, Law, Location, Place, VARIABLES, kinds};
 use bipedc_runtime::{Argument, Model, Real, State};
 use std::path::Path;
 
@@ -119,15 +119,19 @@ pub fn joint_effects(joint: &str, other: &str) -> Vec<Effect> {
         Place::JointPair => Location::pair(joint, other),
         _ => Location::joint(joint),
     };
-    let mut all: Vec<Effect> =
-        numbers.iter().map(|(kind, numbers)| Effect::new(kind, location(kind), numbers)).collect();
+    let mut all: Vec<Effect> = numbers
+        .iter()
+        .map(|(kind, numbers)| {
+            Effect::new(bipedc_effects::effect::kind(kind).unwrap(), location(kind), numbers)
+        })
+        .collect();
     for text in [
         "k * sin(3 * position) * velocity + cos(load * 0.01)",
         "k * min(abs(position), 0.3) - max(velocity, other_velocity) + clip(position, -0.5, 0.2)",
         "exp(-position^2) * sqrt(1 + velocity^2) / (2 + tan(0.3 * other_position)) + pi * position^-2 * k",
         "k * load * sign(velocity) * sin(position) + 0.02 * acceleration * cos(sin(other_position))^2",
     ] {
-        let mut formula = Effect::new("formula", Location::pair(joint, other), &[("k", 0.4)]);
+        let mut formula = Effect::new(&kinds::FORMULA, Location::pair(joint, other), &[("k", 0.4)]);
         formula.torque = Some(text.to_owned());
         all.push(formula);
     }
@@ -145,7 +149,7 @@ pub fn by_numbers(model: &ProgramModel, effects: &[Effect], values: &Values, loa
     let shift = values.q.len() - values.v.len();
     for reading in [false, true] {
         for effect in effects {
-            let is_reading = matches!(effect.definition().unwrap().law, Law::Reading(_) | Law::TrueTorque(_));
+            let is_reading = matches!(effect.kind.law, Law::Reading(_) | Law::TrueTorque(_));
             let Some(text) = effect.law_text().filter(|_| is_reading == reading) else { continue };
             let at = row(model, effect.location.joint.as_ref().unwrap());
             let other = effect.location.other_joint.as_ref().map_or(at, |name| row(model, name));
@@ -159,7 +163,7 @@ pub fn by_numbers(model: &ProgramModel, effects: &[Effect], values: &Values, loa
                 .iter()
                 .map(String::as_str)
                 .filter(|n| {
-                    let setting = effect.definition().and_then(|kind| kind.parameter(n)).is_some();
+                    let setting = effect.kind.parameter(n).is_some();
                     effect.parameters.contains_key(*n) || setting || *n == "smoothing"
                 })
                 .collect();

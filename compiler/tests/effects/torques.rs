@@ -2,7 +2,7 @@
 use super::support::*;
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 use bipedc_runtime::lanes::F64x4;
 use bipedc_runtime::{Argument, Model};
 
@@ -56,7 +56,7 @@ fn drawn(description: &RobotDescription, random: &mut Random, couplings: bool) -
         let mut kinds = joint_effects(joint, other);
         // Formulas that are nonlinear in the load have no way back.
         kinds.retain(|e| !e.torque.as_ref().is_some_and(|t| t.contains("cos(load") || t.contains("^-2")));
-        kinds.retain(|e| couplings || (e.kind != "coupling" && e.kind != "formula"));
+        kinds.retain(|e| couplings || (e.kind.name != "coupling" && e.kind.name != "formula"));
         kinds.retain(|e| e.location.other_joint.as_deref() != Some(joint));
         for _ in 0..2 {
             effects.push(kinds.swap_remove(random.below(kinds.len())));
@@ -102,7 +102,8 @@ fn forward_dynamics_takes_inverse_dynamics_back() {
 #[test]
 fn feed_forward_with_the_effect_gives_the_wanted_acceleration() {
     let description = description("five_link");
-    let friction = Effect::new("coulomb_friction", Location::joint("left_knee_pitch"), &[("torque", 0.43)]);
+    let friction =
+        Effect::new(&kinds::COULOMB_FRICTION, Location::joint("left_knee_pitch"), &[("torque", 0.43)]);
     let functions = ["inverse_dynamics", "forward_dynamics"];
     let rigid = compiled(&description, &functions);
     let truth = compiled(&with(&description, &[friction]), &functions);
@@ -122,7 +123,7 @@ fn feed_forward_with_the_effect_gives_the_wanted_acceleration() {
 #[test]
 fn saturation_clips_both_ways() {
     let description = description("three_link");
-    let limit = Effect::new("torque_saturation", Location::joint("left_hip_pitch"), &[("limit", 2.0)]);
+    let limit = Effect::new(&kinds::TORQUE_SATURATION, Location::joint("left_hip_pitch"), &[("limit", 2.0)]);
     let functions = ["inverse_dynamics", "forward_dynamics"];
     let (rigid, model) =
         (compiled(&description, &functions), compiled(&with(&description, &[limit]), &functions));
@@ -147,7 +148,7 @@ fn mass_matrix_and_bias_make_up_the_torques() {
         // All but load-dependent friction and readings.
         let kinds = ["rotor_inertia", "coupling", "viscous_friction", "stribeck_friction"];
         let effects: Vec<Effect> =
-            joint_effects(joint, other).into_iter().filter(|e| kinds.contains(&e.kind.as_str())).collect();
+            joint_effects(joint, other).into_iter().filter(|e| kinds.contains(&e.kind.name)).collect();
         let model = compiled(&with(&description, &effects), &["inverse_dynamics", "mass_matrix", "bias"]);
         let values = Values::random(&model, &mut Random(9));
         let (d, h) = (call(&model, "mass_matrix", &values), call(&model, "bias", &values));
@@ -246,7 +247,8 @@ fn what_has_no_way_back_is_refused() {
     use bipedc_compiler::compile::{FunctionRequest, compile, requested_functions};
     let base = description("five_link");
     let refusal = |text: &str, function: &str| {
-        let mut formula = Effect::new("formula", Location::pair("left_knee_pitch", "left_hip_pitch"), &[]);
+        let mut formula =
+            Effect::new(&kinds::FORMULA, Location::pair("left_knee_pitch", "left_hip_pitch"), &[]);
         formula.torque = Some(text.to_owned());
         let description = with(&base, &[formula]);
         let tree = bipedc_compiler::tree::Tree::new(&description, &description.base).unwrap();

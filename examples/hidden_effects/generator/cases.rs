@@ -128,7 +128,7 @@ const OUTSIDE: &[Entry] = &[
     ("tulip", "position_friction", "left_knee_pitch"),
     ("tulip", "warming_friction", "right_hip_pitch"),
     ("tulip", "cubic_spring", "right_hip_roll"),
-    ("biped_3d", "quadratic_drag", "left_hip_pitch"),
+    ("biped_3d", "cubic_drag", "left_hip_pitch"),
     ("tulip", "hidden_oscillator", "right_knee_pitch"),
     ("tulip", "velocity_product", "left_hip_pitch<left_knee_pitch"),
 ];

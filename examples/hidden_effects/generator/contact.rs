@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 /// A parameter of the first effect of this kind.
 pub fn value(effects: &[Effect], kind: &str, parameter: &str) -> Option<f64> {
-    effects.iter().find(|effect| effect.kind == kind).map(|effect| effect.value(parameter))
+    effects.iter().find(|effect| effect.kind.name == kind).map(|effect| effect.value(parameter))
 }
 
 /// One corner of a sole.
@@ -61,7 +61,7 @@ pub fn reading(effects: &[Effect], foot: &str, corner: &str, force: Vector3<f64>
         if !(whole.is_none() || whole == Some(foot) || whole == Some(corner)) {
             continue;
         }
-        match effect.kind.as_str() {
+        match effect.kind.name {
             "force_sensor_gain" => force *= effect.value("gain"),
             "force_sensor_bias" => {
                 force += Vector3::new(effect.value("x"), effect.value("y"), effect.value("z"))

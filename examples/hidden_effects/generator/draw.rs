@@ -5,7 +5,7 @@ use super::outside;
 use super::random::Random;
 use super::truth::{Alternative, Part, Plan, Scales, Truth};
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{self, Effect, Location, kinds};
 
 /// Draws all effects of a plan into its truth.
 pub fn effects(plan: &Plan, description: &RobotDescription, truth: &mut Truth, random: &mut Random) {
@@ -17,17 +17,16 @@ pub fn effects(plan: &Plan, description: &RobotDescription, truth: &mut Truth, r
         } else {
             joint_or_sensor(part, &scales, truth, random)
         };
-        let effect = Effect::new(part.kind, part.place.clone(), &parameters);
-        if outside::NAMES.contains(&part.kind) {
-            truth.outsiders.push(effect);
-        } else {
-            truth.effects.push(effect);
-        }
+        let outside = outside::kind(part.kind);
+        // A test sees to it that all others are in the library.
+        let Some(kind) = outside.or_else(|| effect::kind(part.kind)) else { continue };
+        let effect = Effect::new(kind, part.place.clone(), &parameters);
+        if outside.is_some() { &mut truth.outsiders } else { &mut truth.effects }.push(effect);
     }
     for effect in truth.effects.clone() {
-        if matches!(effect.kind.as_str(), "series_elasticity" | "backlash") {
+        if matches!(effect.kind.name, "series_elasticity" | "backlash") {
             let motor = [("inertia", MOTOR_INERTIA)];
-            truth.also_present.push(Effect::new("rotor_inertia", effect.location, &motor));
+            truth.also_present.push(Effect::new(&kinds::ROTOR_INERTIA, effect.location, &motor));
         }
     }
     truth.alternatives = alternatives(&truth.effects);
@@ -133,7 +132,7 @@ fn contact(part: &Part, own: &Scales, size: f64, r: &mut Random) -> Vec<(&'stati
         "cubic_spring" => {
             vec![("stiffness", size / own.position.powi(3)), ("rest_angle", own.mean_position)]
         }
-        "quadratic_drag" => vec![("drag", 0.7 * size / own.velocity.powi(2))],
+        "cubic_drag" => vec![("drag", 0.7 * size / own.velocity.powi(3))],
         "hidden_oscillator" => {
             let stiffness = 1.5 * size / own.position;
             let omega = r.range(7.0, 12.0);
@@ -183,13 +182,13 @@ fn inertial(part: &Part, description: &RobotDescription, r: &mut Random) -> Vec<
 /// Explanations that are the same by algebra.
 fn alternatives(effects: &[Effect]) -> Vec<Alternative> {
     let mut out = Vec::new();
-    let find = |kind: &str| effects.iter().find(|effect| effect.kind == kind);
+    let find = |kind: &str| effects.iter().find(|effect| effect.kind.name == kind);
     if let (Some(dry), Some(bias)) = (find("coulomb_friction"), find("torque_bias"))
         && dry.location == bias.location
     {
         let (torque, bias) = (dry.value("torque"), bias.value("bias"));
         let parameters = [("positive", torque + bias), ("negative", torque - bias)];
-        let same = Effect::new("asymmetric_coulomb_friction", dry.location.clone(), &parameters);
+        let same = Effect::new(&kinds::ASYMMETRIC_COULOMB_FRICTION, dry.location.clone(), &parameters);
         out.push(alternative(same, "T sign(v) + b is T + b at positive and −(T − b) at negative velocity"));
     }
     out
@@ -201,9 +200,9 @@ fn alternative(effect: Effect, reason: &str) -> Alternative {
 
 /// In postures nothing but the soles tells where up is.
 pub fn tilt_is_slope(truth: &mut Truth) {
-    let Some(slope) = truth.effects.iter().find(|effect| effect.kind == "ground_slope") else { return };
+    let Some(slope) = truth.effects.iter().find(|effect| effect.kind.name == "ground_slope") else { return };
     let mut tilt = slope.clone();
-    tilt.kind = "gravity_tilt".to_owned();
+    tilt.kind = &kinds::GRAVITY_TILT;
     tilt.location = Location::default();
     truth.alternatives.push(alternative(tilt, "in postures the base follows from the sole"));
 }

@@ -137,7 +137,7 @@ pub fn mechanism(joints: &[String], effects: &[Effect]) -> Result<Mechanism, Fai
 
 fn install(drive: &mut Drive, effect: &Effect, other: Option<usize>) -> Result<(), Failure> {
     let value = |name: &str| effect.value(name);
-    match effect.kind.as_str() {
+    match effect.kind.name {
         "viscous_friction" => drive.viscous += value("damping"),
         "coulomb_friction" => {
             let torque = value("torque");

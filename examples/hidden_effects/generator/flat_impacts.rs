@@ -187,7 +187,7 @@ fn strike(
     let Some(factor) = mass.cholesky() else { return Ok(None) };
     let spread = factor.solve(&jacobian.transpose());
     let Some(inertia) = (&jacobian * &spread).try_inverse() else { return Ok(None) };
-    let turned = effects.iter().find(|effect| effect.kind == "spin_friction");
+    let turned = effects.iter().find(|effect| effect.kind.name == "spin_friction");
     let reach = turned.map_or(f64::INFINITY, |effect| effect.value("radius") * effect.value("friction"));
     let impulse = spinning(&inertia, &(&jacobian * &v), reach);
     let normal = impulse[2];

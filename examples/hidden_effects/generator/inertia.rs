@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 /// The link does not exist or has no inertia.
 pub fn apply(description: &mut RobotDescription, effect: &Effect) -> Result<bool, Failure> {
     let xyz = || Vector3::new(effect.value("x"), effect.value("y"), effect.value("z"));
-    match effect.kind.as_str() {
+    match effect.kind.name {
         "payload" => add_point_mass(link(description, effect)?, effect.value("mass"), xyz()),
         "com_offset" => {
             let shift = xyz();

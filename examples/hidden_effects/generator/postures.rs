@@ -163,7 +163,7 @@ fn corrected(effects: &[Effect], corner: &Corner, force: Vector3<f64>) -> Option
         if !(place.is_none() || place == Some(&corner.foot) || place == Some(&corner.name)) {
             continue;
         }
-        match effect.kind.as_str() {
+        match effect.kind.name {
             "force_sensor_gain" => force /= effect.value("gain"),
             "force_sensor_bias" => force.z -= effect.value("z"),
             "force_sensor_saturation" if force.z >= effect.value("limit") => return None,

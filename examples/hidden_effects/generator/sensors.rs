@@ -77,7 +77,7 @@ fn noise(joints: &[String], sizes: &[f64], truth: &Truth, random: &mut Random) -
         let at = own.unwrap_or(most);
         let part = random.log_range(NOISE.0, NOISE.1);
         // A spring or play between motor and link does not show in the torque.
-        if !matches!(effect.kind.as_str(), "series_elasticity" | "backlash") {
+        if !matches!(effect.kind.name, "series_elasticity" | "backlash") {
             noise[at] = (part * sizes[at]).max(1e-4);
         }
     }

@@ -122,7 +122,7 @@ fn turn(q: &[f64]) -> UnitQuaternion<f64> {
 fn corrected(reading: Vector3<f64>, name: &str, effects: &[Effect]) -> Vector3<f64> {
     effects.iter().filter(|e| e.location.sensor.as_deref().is_none_or(|s| s == name)).fold(
         reading,
-        |f, effect| match effect.kind.as_str() {
+        |f, effect| match effect.kind.name {
             "force_sensor_gain" => f / effect.value("gain"),
             "force_sensor_bias" => f - Vector3::new(effect.value("x"), effect.value("y"), effect.value("z")),
             _ => f,

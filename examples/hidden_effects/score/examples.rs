@@ -114,7 +114,7 @@ fn translated(value: &Value) -> Option<Effect> {
         .collect();
     let place = |key: &str| value[key].as_str().map(str::to_owned);
     let location = Location { joint: place("joint"), link: place("link"), ..Location::default() };
-    Some(Effect::new(kind, location, &parameters))
+    Some(Effect::new(bipedc_effects::effect::kind(kind)?, location, &parameters))
 }
 
 /// Which error the truth states, of the URDF and of the true model.

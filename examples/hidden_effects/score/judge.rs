@@ -2,7 +2,7 @@
 use super::answer::Answer;
 use super::parameters::{TOLERANCE, error};
 use crate::generator::{Group, Truth};
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, Kind};
 use serde::Serialize;
 
 /// The score of one case.
@@ -115,8 +115,8 @@ pub fn judge(truth: &Truth, answer: &Answer) -> Scored {
 fn against(truth: &Truth, expected: &[Effect], answer: &Answer) -> Scored {
     let found = &answer.effects;
     let pairs = matches(expected, found);
-    let count = |list: &[Effect], kind: &str| list.iter().filter(|effect| effect.kind == kind).count();
-    let kinds = expected.iter().all(|effect| count(found, &effect.kind) >= count(expected, &effect.kind));
+    let count = |list: &[Effect], kind: &Kind| list.iter().filter(|effect| effect.kind == kind).count();
+    let kinds = expected.iter().all(|effect| count(found, effect.kind) >= count(expected, effect.kind));
     let places = pairs.iter().all(Option::is_some);
     let errors =
         expected.iter().zip(&pairs).filter_map(|(e, i)| i.map(|i| error(e, &found[i], &truth.scales)));

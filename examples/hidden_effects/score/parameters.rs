@@ -1,6 +1,6 @@
 //! How far found numbers are from the true ones.
 use crate::generator::Scales;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
@@ -14,7 +14,7 @@ pub fn error(truth: &Effect, found: &Effect, scales: &BTreeMap<String, Scales>) 
     let part = |name: &str| relative(truth.value(name), found.value(name));
     let vector = |names: &[&str]| vector(truth, found, names, &vec![1.0; names.len()]);
     let joint = truth.location.joint.as_ref().and_then(|name| scales.get(name)).copied().unwrap_or_default();
-    match truth.kind.as_str() {
+    match truth.kind.name {
         "payload" => {
             let [size, off] = norms(truth, found, &["x", "y", "z"], &[1.0; 3]);
             part("mass").max(off / size.max(NEAR / TOLERANCE))
@@ -51,9 +51,7 @@ pub fn error(truth: &Effect, found: &Effect, scales: &BTreeMap<String, Scales>) 
         }
         // At the speeds of these logs the damping makes less than a hundredth of the force.
         "ground_compliance" => part("stiffness"),
-        _ => truth
-            .definition()
-            .map_or(f64::INFINITY, |kind| kind.estimated().map(|p| part(p.name)).fold(0.0, f64::max)),
+        _ => truth.kind.estimated().map(|p| part(p.name)).fold(0.0, f64::max),
     }
 }
 
@@ -77,21 +75,22 @@ fn vector(truth: &Effect, found: &Effect, names: &[&str], weights: &[f64]) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bipedc_effects::effect::Location;
+    use bipedc_effects::effect::{Location, kinds};
 
     #[test]
     fn rules_are_as_the_help_says() {
         let none = BTreeMap::new();
-        let payload = |mass, x| Effect::new("payload", Location::link("a"), &[("mass", mass), ("x", x)]);
+        let payload =
+            |mass, x| Effect::new(&kinds::PAYLOAD, Location::link("a"), &[("mass", mass), ("x", x)]);
         assert!((error(&payload(1.0, 0.02), &payload(1.1, 0.02), &none) - 0.1).abs() < 1e-12);
         // 9 mm are right although they are nearly half of the distance.
         assert!(error(&payload(1.0, 0.02), &payload(1.0, 0.029), &none) < TOLERANCE);
         assert!(error(&payload(1.0, 0.02), &payload(1.0, 0.031), &none) > TOLERANCE);
-        let gain = |gain| Effect::new("torque_gain", Location::joint("a"), &[("gain", gain)]);
+        let gain = |gain| Effect::new(&kinds::TORQUE_GAIN, Location::joint("a"), &[("gain", gain)]);
         assert!((error(&gain(0.8), &gain(1.0), &none) - 1.0).abs() < 1e-12);
         let ripple = |phase| {
             let numbers = [("amplitude", 1.0), ("periods_per_turn", 10.0), ("phase", phase)];
-            Effect::new("torque_ripple", Location::joint("a"), &numbers)
+            Effect::new(&kinds::TORQUE_RIPPLE, Location::joint("a"), &numbers)
         };
         assert!(error(&ripple(3.1), &ripple(-3.1), &none) < 0.05);
     }

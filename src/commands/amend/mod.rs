@@ -11,7 +11,7 @@ use crate::failure::{Failure, Outcome};
 use crate::output;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 use clap::{ArgGroup, Args};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -166,7 +166,7 @@ impl Amend {
 
     /// The effect as the arguments state it, with the parameters that they give.
     fn stated(&self) -> Result<Effect, Diagnostic> {
-        let kind = self.effect.as_deref().unwrap_or("formula");
+        let kind = self.effect.as_deref().map(parse::demand_kind).transpose()?.unwrap_or(&kinds::FORMULA);
         let location = Location {
             joint: self.joint.clone(),
             other_joint: self.other_joint.clone(),
@@ -176,7 +176,6 @@ impl Amend {
         let mut effect = Effect::new(kind, location, &[]);
         effect.name.clone_from(&self.name);
         effect.torque.clone_from(&self.formula);
-        parse::demand_kind(kind)?;
         for text in &self.set {
             let (name, value) = parse::assignment(text, "--set torque=0.43")?;
             effect.parameters.insert(name, value);

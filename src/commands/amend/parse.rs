@@ -20,7 +20,10 @@ pub fn demand_kind(name: &str) -> Result<&'static effect::Kind, Diagnostic> {
 /// # Errors
 /// Says which, with units.
 pub fn demand_parameters(effect: &Effect) -> Result<(), Diagnostic> {
-    let Some(kind) = effect.definition().filter(|kind| kind.law != Law::Formula) else { return Ok(()) };
+    let kind = effect.kind;
+    if kind.law == Law::Formula {
+        return Ok(());
+    }
     let names: Vec<String> =
         kind.estimated().map(|p| format!("{}=… ({}, {})", p.name, p.unit, p.meaning)).collect();
     if names.is_empty() {

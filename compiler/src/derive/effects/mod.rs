@@ -116,7 +116,7 @@ impl JointLaws {
     }
 
     fn add(&mut self, tree: &Tree, effect: &Effect) -> Result<(), Diagnostic> {
-        let Some(kind) = effect.definition() else { return Ok(()) };
+        let kind = effect.kind;
         let (Some(text), Some(name)) = (effect.law_text(), &effect.location.joint) else { return Ok(()) };
         let problem = |what: String| Diagnostic::error(format!("effect `{effect}`: {what}"));
         let row = |name: &String| {
@@ -225,7 +225,7 @@ fn offsets(tree: &Tree, description: &RobotDescription) -> Vec<f64> {
     let mut offsets = vec![0.0; tree.nq];
     let base = tree.nq - tree.joints.len();
     for effect in &description.effects {
-        let encoder = effect.definition().is_some_and(|kind| kind.law == Law::EncoderOffset);
+        let encoder = effect.kind.law == Law::EncoderOffset;
         let joint = tree.joints.iter().position(|joint| effect.location.joint.as_ref() == Some(&joint.name));
         if let (true, Some(joint)) = (encoder, joint) {
             offsets[base + joint] += effect.value("offset");

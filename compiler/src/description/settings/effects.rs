@@ -34,7 +34,7 @@ fn read_effect(
     check_keys(section, kind, messages);
     let errors = messages.errors();
     let location = read_location(section, kind, known, feet, messages);
-    let mut effect = Effect::new(kind.name, location, &[]);
+    let mut effect = Effect::new(kind, location, &[]);
     for parameter in kind.parameters {
         if let Some(value) = read_parameter(section, kind, parameter, messages) {
             effect.parameters.insert(parameter.name.to_owned(), value);
@@ -222,12 +222,10 @@ fn check_twins(section: &Section<'_, '_>, effect: &Effect, before: &[Effect], me
         messages.error(at("name"), message, "rename one of the two effects");
         return;
     }
-    let may_repeat =
-        matches!(effect.kind.as_str(), "payload" | "torque_ripple" | "formula" | "stribeck_friction");
     let twin = |other: &&Effect| {
         let same_place = other.kind == effect.kind && other.location == effect.location;
         let same_numbers = other.parameters == effect.parameters && other.torque == effect.torque;
-        same_place && (!may_repeat || same_numbers)
+        same_place && (!effect.kind.relations.repeats || same_numbers)
     };
     if before.iter().any(|other| twin(&other)) {
         let message = format!("[[effect]]: {} stands there twice", describe(effect));

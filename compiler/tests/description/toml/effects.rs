@@ -309,7 +309,7 @@ parameters.k = { value = 0.1, unit = \"N m s/rad\", min = 0.0, max = 2.0 }\npara
     );
     let (robot, warnings) = read(URDF, &toml).unwrap();
     assert_eq!(warnings, "");
-    let kinds: Vec<&str> = robot.effects.iter().map(|effect| effect.kind.as_str()).collect();
+    let kinds: Vec<&str> = robot.effects.iter().map(|effect| effect.kind.name).collect();
     assert_eq!(kinds, ["coulomb_friction", "formula", "payload", "force_sensor_gain", "no_impact"]);
     assert_eq!(robot.effects[0].value("torque"), 0.43);
     assert_eq!(robot.effects[0].value("smoothing"), 0.02);

@@ -1,6 +1,6 @@
 //! The answer, for people and for programs. Its JSON keys are its field names and stay.
 use crate::measure::Source;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Kind, Location};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 
@@ -77,7 +77,7 @@ pub struct Found {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rejected {
     /// Of the effect.
-    pub kind: String,
+    pub kind: &'static Kind,
     /// Where it was tried.
     pub place: Location,
     /// Why it does not stand.
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn what_is_not_determined_is_written_and_read() {
-        let effect = Effect::new("payload", Location::link("shin"), &[]);
+        let effect = Effect::new(&bipedc_effects::effect::kinds::PAYLOAD, Location::link("shin"), &[]);
         let mut found = Found { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
         found.ci95.insert("mass".to_owned(), [0.25, 0.75]);
         found.ci95.insert("y".to_owned(), [f64::NEG_INFINITY, f64::INFINITY]);

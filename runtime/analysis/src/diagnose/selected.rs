@@ -4,7 +4,7 @@ use crate::log::names;
 use crate::measure::Motion;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Kind, Location};
 
 /// The rows of some channels of another experiment.
 pub struct Selected<'a> {
@@ -52,10 +52,10 @@ impl Experiment for Selected<'_> {
         let here = |(row, values)| Some((self.places.iter().position(|p| *p == row)?, values));
         self.inner.response(effects).into_iter().filter_map(here).collect()
     }
-    fn candidates(&self) -> Vec<(&'static str, Location)> {
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         self.inner.candidates()
     }
-    fn guess(&self, kind: &str, place: &Location) -> Option<Effect> {
+    fn guess(&self, kind: &'static Kind, place: &Location) -> Option<Effect> {
         self.inner.guess(kind, place)
     }
     fn inertial_count(&self) -> usize {
@@ -73,7 +73,7 @@ impl Experiment for Selected<'_> {
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.inner.phases()
     }
-    fn seeds(&self, kind: &str, location: &Location) -> Option<Vec<f64>> {
+    fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.inner.seeds(kind, location)
     }
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {

@@ -188,7 +188,7 @@ impl Fading {
 mod tests {
     use super::*;
     use crate::experiments::Row;
-    use bipedc_effects::effect::{Effect, Location};
+    use bipedc_effects::effect::{Effect, Kind, Location};
 
     /// One joint: torque and load as given.
     struct Pendulum {
@@ -238,7 +238,7 @@ mod tests {
         fn response(&self, _effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
             Vec::new()
         }
-        fn candidates(&self) -> Vec<(&'static str, Location)> {
+        fn candidates(&self) -> Vec<(&'static Kind, Location)> {
             Vec::new()
         }
         fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {

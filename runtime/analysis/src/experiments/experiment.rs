@@ -2,7 +2,7 @@
 use crate::measure::Motion;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Kind, Location};
 use serde::Serialize;
 
 /// What kind of quantity a row is.
@@ -99,11 +99,11 @@ pub trait Experiment: Sync {
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)>;
 
     /// Kinds and places that make sense here and that the measurements could show.
-    fn candidates(&self) -> Vec<(&'static str, Location)>;
+    fn candidates(&self) -> Vec<(&'static Kind, Location)>;
 
     /// Values from which the search for an effect's parameters should start, where the measurements tell them at sight:
     /// the value at which a sensor stays. `None`: the usual starts.
-    fn guess(&self, _kind: &str, _place: &Location) -> Option<Effect> {
+    fn guess(&self, _kind: &'static Kind, _place: &Location) -> Option<Effect> {
         None
     }
 
@@ -135,7 +135,7 @@ pub trait Experiment: Sync {
     }
 
     /// Where to start looking for the parameter of a kind that does not enter linearly; `None`: the kind's own seeds.
-    fn seeds(&self, _kind: &str, _location: &Location) -> Option<Vec<f64>> {
+    fn seeds(&self, _kind: &'static Kind, _location: &Location) -> Option<Vec<f64>> {
         None
     }
 

@@ -2,7 +2,7 @@
 use super::number::{joined, percent, significant, with_interval, with_unit};
 use super::svg;
 use crate::diagnose::{Diagnosis, Found, Rejected, Step};
-use bipedc_effects::effect::{Effect, Location, kind};
+use bipedc_effects::effect::{Effect, Location};
 use maud::{Markup, html};
 
 /// Everything that the diagnosis says about causes.
@@ -45,11 +45,10 @@ fn entered<'a>(diagnosis: &'a Diagnosis, effect: &Effect) -> Option<&'a Step> {
 /// One effect with its numbers.
 fn card(found: &Found, step: Option<&Step>, unit: &str) -> Markup {
     let effect = &found.effect;
-    let definition = effect.definition();
     html! {
         article.cause {
             h3 { (title(effect)) " " span.place { (place(&effect.location)) } }
-            @if let Some(kind) = definition { p.hint { (kind.meaning) } }
+            p.hint { (effect.kind.meaning) }
             @if let Some(torque) = &effect.torque { p { "torque = " code { (torque) } } }
             div.table { table.parameters {
                 caption.hidden { "Parameters with 95 % confidence intervals" }
@@ -69,14 +68,13 @@ fn card(found: &Found, step: Option<&Step>, unit: &str) -> Markup {
 pub(super) fn ordered(effect: &Effect) -> Vec<(&str, f64)> {
     let mut list: Vec<(&str, f64)> =
         effect.parameters.iter().map(|(name, value)| (name.as_str(), *value)).collect();
-    let known = effect.definition().map_or(&[][..], |kind| kind.parameters);
+    let known = effect.kind.parameters;
     list.sort_by_key(|(name, _)| known.iter().position(|p| p.name == *name).unwrap_or(known.len()));
     list
 }
 
 fn title(effect: &Effect) -> String {
-    let known = effect.definition().map_or(effect.kind.as_str(), |kind| kind.title);
-    effect.name.as_deref().unwrap_or(known).to_owned()
+    effect.name.as_deref().unwrap_or(effect.kind.title).to_owned()
 }
 
 fn place(location: &Location) -> String {
@@ -84,7 +82,7 @@ fn place(location: &Location) -> String {
 }
 
 fn parameter(found: &Found, name: &str, value: f64) -> Markup {
-    let definition = found.effect.definition().and_then(|kind| kind.parameter(name));
+    let definition = found.effect.kind.parameter(name);
     let unit = found.effect.unit(name);
     let ci = found.ci95.get(name).copied();
     let (text, interval) = with_interval(value, ci);
@@ -132,9 +130,7 @@ fn described(effect: &Effect) -> String {
 
 /// What to measure next: from the confounders of either kind, else the experiment of the first kind.
 fn experiments(group: &[Vec<Found>]) -> Vec<&'static str> {
-    let kinds = |alternative: &Vec<Found>| {
-        alternative.iter().filter_map(|f| kind(&f.effect.kind)).collect::<Vec<_>>()
-    };
+    let kinds = |alternative: &Vec<Found>| alternative.iter().map(|f| f.effect.kind).collect::<Vec<_>>();
     let (Some(first), others) = (group.first().map(kinds), group.iter().skip(1).map(kinds)) else {
         return Vec::new();
     };
@@ -184,7 +180,7 @@ fn rejected(list: &[Rejected]) -> Markup {
             div.table { table {
                 thead { tr { th scope="col" { "effect" } th scope="col" { "place" } th scope="col" { "why" } } }
                 tbody { @for entry in list { tr {
-                    th scope="row" { (kind(&entry.kind).map_or(entry.kind.as_str(), |k| k.title)) }
+                    th scope="row" { (entry.kind.title) }
                     td { (place(&entry.place)) }
                     td { (entry.why) }
                 } } }

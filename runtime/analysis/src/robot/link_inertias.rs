@@ -1,5 +1,5 @@
 //! The links behind the inertial parameters: how payloads, shifted centres of mass and CAD errors change them.
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_effects::effect::{Acts, Effect, Law};
 use serde::{Deserialize, Serialize};
 
 type Matrix = [[f64; 3]; 3];
@@ -112,14 +112,13 @@ impl LinkInertias {
     pub fn change(&self, effects: &[Effect]) -> Vec<f64> {
         let mut all = vec![0.0; 10 * self.bodies.len()];
         for effect in effects {
-            let Some(law) = effect.definition().map(|kind| kind.law) else { continue };
             let Some(link) = effect.location.link.as_deref().and_then(|name| self.link(name)) else {
                 continue;
             };
             let vector = ["x", "y", "z"].map(|axis| effect.value(axis));
             let nothing = [[0.0; 3]; 3];
             let unchanged = link.changed(0.0, [0.0; 3], &nothing);
-            match law {
+            match effect.kind.law {
                 Law::Payload => {
                     add(
                         &mut all,
@@ -139,7 +138,7 @@ impl LinkInertias {
                     add(&mut all, link.body, &link.changed(0.0, [0.0; 3], &more), 1.0);
                     add(&mut all, link.body, &unchanged, -1.0);
                 }
-                _ => {}
+                law => debug_assert!(law.acts() != Acts::Body, "{effect} does not change the link"),
             }
         }
         all

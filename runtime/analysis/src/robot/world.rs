@@ -1,7 +1,7 @@
 //! Effects that turn the world or shift joint zeros, gathered from a list.
 use crate::robot::JointLayout;
 use crate::robot::calls::joint;
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_effects::effect::{Acts, Effect, Law};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// What a list of effects does to the kinematics.
@@ -26,16 +26,16 @@ impl World {
     pub fn of(effects: &[Effect], subject: &JointLayout) -> Self {
         let mut world = Self { offsets: Vec::new(), tilt: Matrix3::identity(), slope: Matrix3::identity() };
         for effect in effects {
-            match effect.definition().map(|kind| kind.law) {
-                Some(Law::EncoderOffset) => {
+            match effect.kind.law {
+                Law::EncoderOffset => {
                     if let Some(index) = joint(subject, effect.location.joint.as_deref()) {
                         world.offsets.resize(subject.joints.len(), 0.0);
                         world.offsets[index] += effect.value("offset");
                     }
                 }
-                Some(Law::GravityTilt) => world.tilt = turn(effect) * world.tilt,
-                Some(Law::GroundSlope) => world.slope = turn(effect) * world.slope,
-                _ => {}
+                Law::GravityTilt => world.tilt = turn(effect) * world.tilt,
+                Law::GroundSlope => world.slope = turn(effect) * world.slope,
+                law => debug_assert!(!matches!(law.acts(), Acts::Position | Acts::Gravity)),
             }
         }
         world

@@ -9,7 +9,7 @@ use super::motors::MotorLaw;
 use super::plant::Plant;
 use super::resistance::{Resistance, Smooth, Variables};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{self, Effect, Law, Location, Simulation};
 use std::collections::VecDeque;
 
 /// Dry friction of a joint.
@@ -49,21 +49,23 @@ impl Reading {
     /// Then through a further effect.
     fn then(self, effect: &Effect) -> Self {
         let value = |name: &str| effect.value(name);
-        match effect.kind.as_str() {
-            "torque_gain" => {
-                let gain = value("gain");
+        match effect.kind.simulation {
+            Simulation::Gain(name) => {
+                let gain = value(name);
                 let limits = self.limits.map(|limit| limit * gain);
                 Self { gain: self.gain * gain, offset: self.offset * gain, limits }
             }
-            "torque_bias" => {
-                let bias = value("bias");
+            Simulation::Bias(name) => {
+                let bias = value(name);
                 let limits = self.limits.map(|limit| limit - bias);
                 Self { offset: self.offset - bias, limits, ..self }
             }
-            _ => {
-                let most = value("limit");
+            Simulation::Limit(name) => {
+                let most = value(name);
                 Self { limits: self.limits.map(|limit| limit.clamp(-most, most)), ..self }
             }
+            // `Drive::add` keeps no others as readings.
+            _ => self,
         }
     }
 }
@@ -125,10 +127,10 @@ impl Drives {
                 plant.joint(name).ok_or_else(|| Diagnostic::error(format!("the robot has no joint `{name}`")))
             };
             let (joint, other) = (find(name)?, effect.location.other_joint.as_deref().map(find).transpose()?);
-            if let (Some(other), "coupling") = (other, effect.kind.as_str())
-                && effect.value("inertia") != 0.0
+            if let (Some(other), Simulation::Coupling { inertia }) = (other, effect.kind.simulation)
+                && effect.value(inertia) != 0.0
             {
-                pairs.push((Coupled { joints: [joint, other], inertia: effect.value("inertia") }, *effect));
+                pairs.push((Coupled { joints: [joint, other], inertia: effect.value(inertia) }, *effect));
             }
             joints[joint].add(effect, other, step)?;
         }
@@ -322,23 +324,29 @@ impl Drive {
 
     fn add(&mut self, effect: &Effect, other: Option<usize>, step: f64) -> Result<(), Diagnostic> {
         let value = |name: &str| effect.value(name);
-        match effect.kind.as_str() {
-            "viscous_friction" => self.damping += value("damping"),
-            "coulomb_friction" => self.dry.push(Dry::Constant([value("torque"); 2])),
-            "asymmetric_coulomb_friction" => {
-                self.dry.push(Dry::Constant([value("positive"), value("negative")]));
+        match effect.kind.simulation {
+            Simulation::Damping(name) => self.damping += value(name),
+            Simulation::Inertia(name) => self.rotor_inertia += value(name),
+            Simulation::Dry(law) => self.dry.push(dry(law, effect)),
+            Simulation::Gain(_) | Simulation::Bias(_) | Simulation::Limit(_) => {
+                self.readings.push(effect.clone());
             }
-            "stribeck_friction" => self.dry.push(Dry::Stribeck {
-                coulomb: value("coulomb"),
-                at_rest: value("static"),
-                speed: value("stribeck_velocity"),
-            }),
-            "load_dependent_friction" => self.dry.push(Dry::Load(value("coefficient"))),
-            "rotor_inertia" => self.rotor_inertia += value("inertia"),
-            "series_elasticity" => self.yielding += value("stiffness").recip(),
-            "backlash" => self.gap += value("gap"),
-            "torque_gain" | "torque_bias" | "torque_saturation" => self.readings.push(effect.clone()),
-            "actuator_delay" => {
+            Simulation::Formula | Simulation::MotorFormula | Simulation::Coupling { .. } => {
+                self.smooth.push(Smooth::new(effect, other)?);
+            }
+            Simulation::Law => self.add_by_law(effect, step)?,
+        }
+        Ok(())
+    }
+
+    /// What is neither a torque nor its reading.
+    fn add_by_law(&mut self, effect: &Effect, step: f64) -> Result<(), Diagnostic> {
+        let value = |name: &str| effect.value(name);
+        match effect.kind.law {
+            Law::SeriesElasticity => self.yielding += value("stiffness").recip(),
+            Law::Backlash => self.gap += value("gap"),
+            Law::EncoderOffset => self.encoder_offset += value("offset"),
+            Law::Delay => {
                 let steps = self.delay.0 as f64 + self.delay.1 + value("delay") / step;
                 if !(0.0..1e7).contains(&steps) {
                     return Err(Diagnostic::error(format!(
@@ -349,15 +357,18 @@ impl Drive {
                 }
                 self.delay = (steps.floor() as usize, steps.fract());
             }
-            "encoder_offset" => self.encoder_offset += value("offset"),
-            _ => self.smooth.push(Smooth::new(effect, other)?),
+            _ => {
+                return Err(Diagnostic::error(format!("`{effect}` cannot be simulated at a joint"))
+                    .help("take it out of the description or the scenario"));
+            }
         }
         Ok(())
     }
 
     /// Limits of the motor's torque alone.
     fn limits(&self) -> [f64; 2] {
-        let most = self.readings.iter().filter(|effect| effect.kind == "torque_saturation");
+        let most =
+            self.readings.iter().filter(|effect| matches!(effect.kind.simulation, Simulation::Limit(_)));
         let most = most.map(|effect| effect.value("limit")).fold(f64::INFINITY, f64::min);
         [-most, most]
     }
@@ -373,6 +384,21 @@ impl Drive {
         .help(format!(
             "add an [[effect]] `rotor_inertia` at `{joint}` (kg m² at the joint: rotor times gear ratio squared, 0.01 to 0.1 for a leg), or [motor.{joint}] with `rotor_inertia` and `gear_ratio`"
         )))
+    }
+}
+
+/// The set-valued law of an effect.
+fn dry(law: effect::Dry, effect: &Effect) -> Dry {
+    match law {
+        effect::Dry::Constant { positive, negative } => {
+            Dry::Constant([effect.value(positive), effect.value(negative)])
+        }
+        effect::Dry::Stribeck { coulomb, at_rest, speed } => Dry::Stribeck {
+            coulomb: effect.value(coulomb),
+            at_rest: effect.value(at_rest),
+            speed: effect.value(speed),
+        },
+        effect::Dry::Load(coefficient) => Dry::Load(effect.value(coefficient)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Smooth laws of effects at joints, with their slopes: what a step needs to take them at its middle.
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::formula::{Bound, Formula, SMOOTHING};
-use bipedc_effects::effect::{Effect, Law, VARIABLES};
+use bipedc_effects::effect::{Acts, Effect, Simulation, VARIABLES};
 
 /// Default of `smoothing` in users' formulas, rad/s.
 const DEFAULT_SMOOTHING: f64 = 0.02;
@@ -47,9 +47,9 @@ impl Smooth {
             Err(Diagnostic::error(format!("`{effect}` cannot be simulated: {why}"))
                 .help("take it out of the description or the scenario"))
         };
-        let Some(Law::Torque(_) | Law::Formula) = effect.definition().map(|kind| kind.law) else {
+        if effect.kind.law.acts() != Acts::Torque {
             return refuse("nothing is known of its law");
-        };
+        }
         let Some(text) = effect.law_text() else { return refuse("it has no formula") };
         let Ok(formula) = Formula::parse(text) else { return refuse("its formula does not read") };
         let user = effect.torque.is_some();
@@ -61,8 +61,7 @@ impl Smooth {
         let mut names = VARIABLES.to_vec();
         let mut values = vec![0.0; VARIABLES.len()];
         for name in formula.names().iter().filter(|name| !VARIABLES.contains(&name.as_str())) {
-            let known = effect.parameters.contains_key(name)
-                || effect.definition().is_some_and(|kind| kind.parameter(name).is_some());
+            let known = effect.parameters.contains_key(name) || effect.kind.parameter(name).is_some();
             if !known && name != SMOOTHING {
                 return refuse(&format!("its formula has the unknown name `{name}`"));
             }
@@ -71,7 +70,13 @@ impl Smooth {
         }
         let Ok(law) = formula.bind(&names) else { return refuse("its formula has unknown names") };
         let gradient = vec![0.0; values.len()];
-        Ok(Self { law, values, gradient, other, on_motor: effect.kind == "torque_ripple" })
+        Ok(Self {
+            law,
+            values,
+            gradient,
+            other,
+            on_motor: effect.kind.simulation == Simulation::MotorFormula,
+        })
     }
 
     /// Around a state.

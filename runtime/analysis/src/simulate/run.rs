@@ -15,7 +15,7 @@ use super::stepper::{Motion, Stepper};
 use super::turned::Turned;
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Acts, Effect, Law};
 use serde::Serialize;
 use std::fmt::Write;
 use std::ops::Range;
@@ -370,9 +370,9 @@ fn begin(
 
 /// Largest moment about the vertical of a flat sole per normal force, m.
 fn turning(effects: &[&Effect]) -> Option<f64> {
-    let of = |kind: &str| effects.iter().rev().find(|effect| effect.kind == kind).copied();
-    let spin = of("spin_friction")?;
-    Some(spin.value("radius") * of("foot_slip").unwrap_or(spin).value("friction"))
+    let of = |law: Law| effects.iter().rev().find(|effect| effect.kind.law == law).copied();
+    let spin = of(Law::SpinFriction)?;
+    Some(spin.value("radius") * of(Law::Slip).unwrap_or(spin).value("friction"))
 }
 
 /// Contact points of the feet that can stand flat.
@@ -392,16 +392,19 @@ fn soles(plant: &Plant) -> Vec<Range<usize>> {
 /// The ground as the effects make it.
 fn with_effects(mut ground: Ground, effects: &[&Effect]) -> Ground {
     for effect in effects {
-        match effect.kind.as_str() {
-            "ground_compliance" => {
+        match effect.kind.law {
+            Law::GroundCompliance => {
                 ground.compliance = Some(Compliance {
                     stiffness: effect.value("stiffness"),
                     damping: effect.value("damping"),
                 });
             }
-            "impact_restitution" => ground.normal_restitution = effect.value("coefficient"),
-            "foot_slip" => ground.friction = effect.value("friction"),
-            _ => {}
+            Law::Restitution => ground.normal_restitution = effect.value("coefficient"),
+            Law::Slip => ground.friction = effect.value("friction"),
+            // Slopes turn gravity, and turning soles have a law of their own.
+            law => debug_assert!(
+                law.acts() != Acts::Ground || matches!(law, Law::GroundSlope | Law::SpinFriction)
+            ),
         }
     }
     ground

@@ -7,7 +7,7 @@ use super::random::Random;
 use super::scenario::{Scenario, Sensors};
 use super::turned::Turned;
 use crate::robot::BaseKind;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Acts, Effect, Law};
 use std::f64::consts::TAU;
 
 /// Load below which a foot has no centre of pressure, N.
@@ -96,7 +96,7 @@ impl<'a> Sensing<'a> {
         effects: &[&'a Effect],
         turned: Turned,
     ) -> Self {
-        let effects = effects.iter().filter(|e| e.kind.starts_with("force_sensor")).copied().collect();
+        let effects = effects.iter().filter(|e| e.kind.law.acts() == Acts::Sensor).copied().collect();
         let stands = plant.subject.base != BaseKind::Fixed;
         let sensors = scenario.sensors;
         let channels = (0..plant.subject.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
@@ -259,9 +259,9 @@ impl<'a> Sensing<'a> {
             if sensor.is_some_and(|sensor| sensor != foot && sensor != place) {
                 continue;
             }
-            match effect.kind.as_str() {
-                "force_sensor_gain" => force = force.map(|f| f * effect.value("gain")),
-                "force_sensor_bias" => {
+            match effect.kind.law {
+                Law::ForceSensorGain => force = force.map(|f| f * effect.value("gain")),
+                Law::ForceSensorBias => {
                     force = std::array::from_fn(|i| force[i] + effect.value(["x", "y", "z"][i]));
                 }
                 _ => force[2] = force[2].min(effect.value("limit")),

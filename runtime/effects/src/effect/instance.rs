@@ -1,6 +1,5 @@
 //! An effect of a certain robot: a kind at a place with numbers.
 use super::kind::{Kind, Law, Role};
-use super::library::kind;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -68,8 +67,8 @@ pub struct OwnParameter {
 /// An effect with numbers. As JSON: `{"kind": …, "joint": …, "parameters": {name: value}}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
-    /// Name of the [`Kind`].
-    pub kind: String,
+    /// What it is; by its name in files.
+    pub kind: &'static Kind,
     /// The user's name for an effect of kind `formula`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -88,20 +87,15 @@ pub struct Effect {
 
 impl Effect {
     /// An effect of the library.
-    pub fn new(kind: &str, location: Location, parameters: &[(&str, f64)]) -> Self {
+    pub fn new(kind: &'static Kind, location: Location, parameters: &[(&str, f64)]) -> Self {
         let parameters = parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        Self { kind: kind.to_owned(), name: None, location, parameters, torque: None, own: BTreeMap::new() }
-    }
-
-    /// Its kind; `None` for a name that the library does not know.
-    pub fn definition(&self) -> Option<&'static Kind> {
-        kind(&self.kind)
+        Self { kind, name: None, location, parameters, torque: None, own: BTreeMap::new() }
     }
 
     /// A parameter: the stated value, else the default of a setting, else 0.
     pub fn value(&self, name: &str) -> f64 {
         self.parameters.get(name).copied().unwrap_or_else(|| {
-            match self.definition().and_then(|kind| kind.parameter(name)).map(|p| p.role) {
+            match self.kind.parameter(name).map(|p| p.role) {
                 Some(Role::Setting(default)) => default,
                 _ => 0.0,
             }
@@ -111,13 +105,13 @@ impl Effect {
     /// Unit of a parameter: of the library, or as the author of the formula says; `1` if nobody says.
     pub fn unit(&self, name: &str) -> &str {
         let own = || self.own.get(name).map(|own| own.unit.as_str());
-        let library = self.definition().and_then(|kind| kind.parameter(name)).map(|p| p.unit);
+        let library = self.kind.parameter(name).map(|p| p.unit);
         library.or_else(own).unwrap_or("1")
     }
 
     /// Possible values of a parameter; infinite where nobody bounds it.
     pub fn bounds(&self, name: &str) -> (f64, f64) {
-        if let Some(parameter) = self.definition().and_then(|kind| kind.parameter(name)) {
+        if let Some(parameter) = self.kind.parameter(name) {
             return parameter.bounds;
         }
         let own = self.own.get(name);
@@ -130,10 +124,9 @@ impl Effect {
     /// The text of its law: that of the library for [`Law::Torque`], [`Law::Reading`] and [`Law::TrueTorque`],
     /// the author's for a formula, none for effects that no formula describes.
     pub fn law_text(&self) -> Option<&str> {
-        match self.definition()?.law {
-            Law::Torque(text) | Law::Reading(text) | Law::TrueTorque(text) => Some(text),
+        match self.kind.law {
             Law::Formula => self.torque.as_deref(),
-            _ => None,
+            _ => self.kind.formula(),
         }
     }
 }
@@ -141,8 +134,7 @@ impl Effect {
 impl fmt::Display for Effect {
     /// Such as `Coulomb friction at left_knee_pitch`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let title = self.definition().map_or(self.kind.as_str(), |kind| kind.title);
-        let title = self.name.as_deref().unwrap_or(title);
+        let title = self.name.as_deref().unwrap_or(self.kind.title);
         write!(f, "{title} at {}", self.location)
     }
 }

@@ -1,7 +1,11 @@
 //! What defines a kind of effect.
+use super::relations::Relations;
+use super::search::Search;
+use super::simulation::Simulation;
+use std::fmt;
+use std::hash::{Hash, Hasher};
 
-/// A kind of physical effect.
-#[derive(Debug)]
+/// A kind of physical effect: everything that the tools know of it. Kinds are equal if their names are.
 pub struct Kind {
     /// As in `biped.toml` and on the command line: `coulomb_friction`.
     pub name: &'static str,
@@ -13,6 +17,14 @@ pub struct Kind {
     pub parameters: &'static [Parameter],
     /// What it does.
     pub law: Law,
+    /// How a simulation takes it.
+    pub simulation: Simulation,
+    /// How a search for causes tries it.
+    pub search: Search,
+    /// What it has to do with other kinds.
+    pub relations: Relations,
+    /// How an identification by least squares offers it; `None` if it does not.
+    pub identified: Option<Identified>,
     /// What it is, one sentence.
     pub meaning: &'static str,
     /// What it looks like in a residual, a clause that can follow "the residual".
@@ -47,6 +59,32 @@ pub enum Place {
     Robot,
 }
 
+/// A torque at a joint, linear in one parameter, that an identification estimates beside the bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Identified {
+    /// On the command line: `viscous`.
+    pub option: &'static str,
+    /// As an unknown: `viscous_friction`.
+    pub unknown: &'static str,
+    /// Whether it is estimated unless told otherwise.
+    pub by_default: bool,
+    /// Whether a negative value has no physical meaning.
+    pub positive: bool,
+    /// Unit of its parameter at a sliding joint.
+    pub sliding_unit: &'static str,
+}
+
+/// What a parameter's value says of whether the effect is there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Size {
+    /// At this value there is no effect.
+    NothingAt(f64),
+    /// No value means that there is none, or only an infinite one.
+    NeverNothing,
+    /// It says where or how, not how much.
+    Place,
+}
+
 /// One number of an effect.
 #[derive(Debug)]
 pub struct Parameter {
@@ -62,6 +100,10 @@ pub struct Parameter {
     pub plausible: (f64, f64),
     /// What it is, a noun phrase.
     pub meaning: &'static str,
+    /// Whether it tells how large the effect is.
+    pub size: Size,
+    /// Refinement stays within these multiples of the value that a search found, where it may not go all over the bounds.
+    pub reach: Option<(f64, f64)>,
 }
 
 /// Where a parameter's value comes from.
@@ -129,6 +171,53 @@ pub enum Law {
     Formula,
 }
 
+/// Where an effect acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Acts {
+    /// In the torque at a joint.
+    Torque,
+    /// In what the log says of that torque.
+    Reading,
+    /// In the time at which that torque acts.
+    Time,
+    /// In what the log says of a joint's position.
+    Position,
+    /// Between motor and link.
+    Transmission,
+    /// In a link's mass, centre of mass or inertia.
+    Body,
+    /// In the direction of gravity.
+    Gravity,
+    /// Where feet touch the ground.
+    Ground,
+    /// In what force sensors say.
+    Sensor,
+    /// In what a model leaves out (thesis 4.2).
+    Assumption,
+}
+
+impl Law {
+    /// Where it acts.
+    pub const fn acts(self) -> Acts {
+        match self {
+            Self::Torque(_) | Self::Formula => Acts::Torque,
+            Self::Reading(_) | Self::TrueTorque(_) => Acts::Reading,
+            Self::Delay => Acts::Time,
+            Self::EncoderOffset => Acts::Position,
+            Self::SeriesElasticity | Self::Backlash => Acts::Transmission,
+            Self::Payload | Self::CenterOfMassOffset | Self::InertiaError => Acts::Body,
+            Self::GravityTilt => Acts::Gravity,
+            Self::GroundSlope
+            | Self::GroundCompliance
+            | Self::Restitution
+            | Self::Slip
+            | Self::SpinFriction => Acts::Ground,
+            Self::ForceSensorGain | Self::ForceSensorBias | Self::ForceSensorSaturation => Acts::Sensor,
+            Self::PointFeet | Self::NoImpact | Self::SingleMass | Self::DecoupledPlanes => Acts::Assumption,
+        }
+    }
+}
+
 impl Kind {
     /// The parameter of this name.
     pub fn parameter(&self, name: &str) -> Option<&'static Parameter> {
@@ -138,6 +227,75 @@ impl Kind {
     /// Those that data decide.
     pub fn estimated(&self) -> impl Iterator<Item = &'static Parameter> + use<> {
         self.parameters.iter().filter(|parameter| parameter.role == Role::Estimated)
+    }
+
+    /// Whether its torque depends on the speed of a joint.
+    pub fn follows_velocity(&self) -> bool {
+        matches!(self.law, Law::Torque(text) if text.contains("velocity"))
+    }
+
+    /// The formula of its law, where it has one that the user does not write.
+    pub fn formula(&self) -> Option<&'static str> {
+        match self.law {
+            Law::Torque(text) | Law::Reading(text) | Law::TrueTorque(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Debug for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Kind").field(&self.name).finish()
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl PartialEq for Kind {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other) || self.name == other.name
+    }
+}
+
+impl Eq for Kind {}
+
+impl PartialOrd for Kind {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Kind {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.name.cmp(other.name)
+    }
+}
+
+impl Hash for Kind {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.name.hash(state);
+    }
+}
+
+/// By its name.
+impl serde::Serialize for Kind {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name)
+    }
+}
+
+/// By its name; names that no kind has are errors.
+impl<'de> serde::Deserialize<'de> for &'static Kind {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let correction = [&super::kinds::INERTIAL_CORRECTION].into_iter().find(|kind| kind.name == name);
+        super::kind(&name)
+            .or(correction)
+            .ok_or_else(|| serde::de::Error::custom(format!("there is no effect `{name}`")))
     }
 }
 

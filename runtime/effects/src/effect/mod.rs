@@ -2,7 +2,8 @@
 //!
 //! From the one definition ([`Kind`]) come the torque in inverse dynamics (the compiler turns the law into
 //! expressions), the part in simulation, the columns of the estimator, and the words of reports. An [`Effect`] is a
-//! kind at a place with numbers, as `biped.toml` states it under `[[effect]]`.
+//! kind at a place with numbers, as `biped.toml` states it under `[[effect]]`. No tool knows a kind by its name: a new
+//! one is a statement in the library and a line in its list.
 //!
 //! # Signs
 //! With `u` the torque that a log reports and `ID` the rigid-body model's inverse dynamics, a law of
@@ -11,7 +12,13 @@ pub mod formula;
 mod instance;
 mod kind;
 mod library;
+mod relations;
+mod search;
+mod simulation;
 
 pub use instance::{Effect, Location, OwnParameter};
-pub use kind::{Confounder, Kind, Law, Parameter, Place, Role};
-pub use library::{KINDS, VARIABLES, kind};
+pub use kind::{Acts, Confounder, Identified, Kind, Law, Parameter, Place, Role, Size};
+pub use library::{KINDS, VARIABLES, kind, kinds, sought};
+pub use relations::Relations;
+pub use search::{Columns, Evidence, Parameters, Probe, Search, Starts};
+pub use simulation::{Dry, Simulation};

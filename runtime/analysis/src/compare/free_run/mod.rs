@@ -11,7 +11,7 @@ mod window;
 use crate::measure::Recording;
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_effects::effect::{Acts, Effect, Law};
 use bipedc_runtime::model::Model;
 use input::Input;
 use report::Sums;
@@ -103,7 +103,7 @@ fn check(model: &dyn Model<f64>, subject: &JointLayout, recording: &Recording) -
 fn delays(subject: &JointLayout, effects: &[Effect]) -> Vec<f64> {
     let of = |name: &String| {
         let own = effects.iter().filter(|effect| effect.location.joint.as_ref() == Some(name));
-        let late = own.filter(|effect| effect.definition().is_some_and(|kind| kind.law == Law::Delay));
+        let late = own.filter(|effect| effect.kind.law == Law::Delay);
         late.map(|effect| effect.value("delay")).sum()
     };
     subject.joints.iter().map(|joint| of(&joint.name)).collect()
@@ -115,10 +115,7 @@ fn assumed(effects: &[Effect]) -> Vec<String> {
         "free run: nothing but the logged efforts acts on the joints; between samples they are a quintic spline"
             .to_owned(),
     ];
-    let left_out = |effect: &&Effect| {
-        let law = effect.definition().map(|kind| kind.law);
-        matches!(law, Some(Law::SeriesElasticity | Law::Backlash))
-    };
+    let left_out = |effect: &&Effect| effect.kind.law.acts() == Acts::Transmission;
     for effect in effects.iter().filter(left_out) {
         list.push(format!("free run: without {effect}: motor and link are taken as one"));
     }

@@ -5,7 +5,7 @@ use super::setting::Trial;
 use super::simplest::ALIKE;
 use crate::diagnose::Found;
 use crate::experiments::form::Form;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, Kind};
 use std::collections::BTreeMap;
 
 /// They are as well if blocks of the judging data disagree about which is better, up to this part.
@@ -64,7 +64,7 @@ impl Answer<'_> {
             });
             let mut alike: Vec<(f64, usize)> = tried.into_iter().flatten().collect();
             alike.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut kinds: Vec<&str> = Vec::new();
+            let mut kinds: Vec<&Kind> = Vec::new();
             for (_, d) in alike {
                 if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 {
                     kinds.push(self.form(d).kind);
@@ -121,11 +121,7 @@ impl Answer<'_> {
             let other = self.form(c);
             let same = (other.kind, &other.location) == (mine.kind, &mine.location);
             let elsewhere = !setting.meet(c, active[k]);
-            if same
-                || elsewhere
-                || active.contains(&c)
-                || setting.stands(c)
-                || generalises(other.kind, mine.kind)
+            if same || elsewhere || active.contains(&c) || setting.stands(c) || other.kind.contains(mine.kind)
             {
                 return None;
             }
@@ -148,14 +144,4 @@ impl Answer<'_> {
         let alike = kept.iter().filter(|(_, alike)| *alike).map(|(c, _)| *c).collect();
         (alike, kept.into_iter().map(|(c, _)| c).collect())
     }
-}
-
-/// A kind that contains the other as a special case explains whatever that explains.
-fn generalises(kind: &str, special: &str) -> bool {
-    matches!(
-        (kind, special),
-        ("asymmetric_coulomb_friction" | "stribeck_friction", "coulomb_friction")
-            | ("payload", "com_offset")
-            | ("parallel_spring" | "asymmetric_coulomb_friction", "torque_bias")
-    )
 }

@@ -9,7 +9,7 @@ use super::words;
 use crate::diagnose::{Diagnosis, Fall, Found, Rejected, Step};
 use crate::experiments::{Channel, Experiment};
 use crate::robot::link_inertias::CadError;
-use bipedc_effects::effect::{Effect, Location, Role};
+use bipedc_effects::effect::{Effect, Kind, Location, Role};
 use std::collections::BTreeMap;
 
 /// Most searches with a lower floor.
@@ -116,9 +116,8 @@ pub fn estimate(
     answer
 }
 
-fn places_of(effects: &[Effect]) -> Vec<(&'static str, Location)> {
-    let place = |effect: &Effect| Some((effect.definition()?.name, effect.location.clone()));
-    effects.iter().filter_map(place).collect()
+fn places_of(effects: &[Effect]) -> Vec<(&'static Kind, Location)> {
+    effects.iter().map(|effect| (effect.kind, effect.location.clone())).collect()
 }
 
 /// Root mean square errors by kind of channel, without and with effects.
@@ -148,12 +147,10 @@ fn start(setting: &Setting<'_>, effect: &Effect) -> Effect {
         start.parameters.entry(name.clone()).or_insert(*value);
     }
     // A kind that no column finds starts from what is stated, or from the middle of what is usual.
-    if let Some(kind) = effect.definition() {
-        for parameter in kind.estimated() {
-            let middle = 0.1 * (parameter.plausible.0 + parameter.plausible.1);
-            let value = stated(parameter.name).unwrap_or(middle);
-            start.parameters.entry(parameter.name.to_owned()).or_insert(value);
-        }
+    for parameter in effect.kind.estimated() {
+        let middle = 0.1 * (parameter.plausible.0 + parameter.plausible.1);
+        let value = stated(parameter.name).unwrap_or(middle);
+        start.parameters.entry(parameter.name.to_owned()).or_insert(value);
     }
     start
 }
@@ -322,7 +319,7 @@ impl Answer<'_> {
                 continue;
             }
             let why = self.outcome.reasons.get(&c).cloned().unwrap_or_else(|| "it was not needed".to_owned());
-            list.push(Rejected { kind: form.kind.to_owned(), place: form.location.clone(), why });
+            list.push(Rejected { kind: form.kind, place: form.location.clone(), why });
         }
         list
     }
@@ -359,9 +356,8 @@ fn grouped(
 }
 
 fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
-    let Some(kind) = effect.definition() else { return Vec::new() };
     let mut doubts = Vec::new();
-    for parameter in kind.parameters.iter().filter(|p| p.role == Role::Estimated) {
+    for parameter in effect.kind.parameters.iter().filter(|p| p.role == Role::Estimated) {
         let value = effect.value(parameter.name);
         let (low, high) = parameter.plausible;
         if value < low || value > high {

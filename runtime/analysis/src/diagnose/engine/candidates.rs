@@ -3,12 +3,12 @@ use super::bank::Spread;
 use super::fit::Candidate;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
-use bipedc_effects::effect::Location;
+use bipedc_effects::effect::{Kind, Law, Location};
 
 /// All forms of all kinds and places, those that are named as alternatives only last.
-pub(super) fn all_forms(experiment: &dyn Experiment, places: &[(&'static str, Location)]) -> Vec<Form> {
+pub(super) fn all_forms(experiment: &dyn Experiment, places: &[(&'static Kind, Location)]) -> Vec<Form> {
     let searched = places.iter().flat_map(|(kind, location)| forms_of(experiment, kind, location));
-    let payloads = places.iter().filter(|(kind, _)| *kind == "payload");
+    let payloads = places.iter().filter(|(kind, _)| kind.law == Law::Payload);
     searched.chain(payloads.filter_map(|(_, at)| Form::mass_only(experiment, at))).collect()
 }
 
@@ -33,7 +33,7 @@ pub(super) fn candidates_of(
     candidates
 }
 
-fn forms_of(experiment: &dyn Experiment, kind: &'static str, location: &Location) -> Vec<Form> {
+fn forms_of(experiment: &dyn Experiment, kind: &'static Kind, location: &Location) -> Vec<Form> {
     let guess = experiment.guess(kind, location).and_then(|e| e.parameters.get("limit").copied());
     match experiment.seeds(kind, location).or(guess.map(|limit| vec![limit])) {
         Some(seeds) => {

@@ -4,7 +4,7 @@ use super::search::{LEAST, least};
 use super::setting::{MOST, Setting};
 use crate::experiments::form::within_reach;
 use crate::experiments::{Channel, Experiment};
-use bipedc_effects::effect::{Effect, Role};
+use bipedc_effects::effect::{Effect, Law, Role, Size};
 
 /// The effect that removes least from the judging data once everything is estimated exactly, if that is next to
 /// nothing.
@@ -39,9 +39,10 @@ pub(super) fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize,
     });
     let reachable = |k: usize| {
         let effect = &polished.effects[k];
-        let kind = effect.definition();
         effect.parameters.iter().all(|(name, value)| {
-            kind.and_then(|kind| kind.parameter(name))
+            effect
+                .kind
+                .parameter(name)
                 .is_none_or(|p| matches!(p.role, Role::Setting(_)) || within_reach(p.plausible, *value))
         })
     };
@@ -59,20 +60,15 @@ pub(super) fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize,
 /// Whether all that an effect might be includes that it is nothing.
 fn uncertain(polished: &Polished, k: usize) -> bool {
     let effect = &polished.effects[k];
-    // Where nothing is there: these are never nothing at zero.
-    let limited =
-        effect.kind.ends_with("_saturation") || matches!(effect.kind.as_str(), "foot_slip" | "spin_friction");
-    let place = |name: &str| {
-        matches!(name, "rest_angle" | "phase" | "periods_per_turn" | "stribeck_velocity")
-            || effect.kind == "payload" && name != "mass"
-    };
-    let sizes = || polished.half_width[k].iter().filter(|(name, _)| !place(name));
-    !limited
-        && sizes().next().is_some()
-        && sizes().all(|(name, half)| {
-            let nothing = if name == "gain" { 1.0 } else { 0.0 };
-            // Compliance and elasticity are nothing where the stiffness is infinite: their error bars tell no zero.
-            name != "stiffness" && (effect.value(name) - nothing).abs() < *half
+    let size = |name: &str| effect.kind.parameter(name).map_or(Size::NothingAt(0.0), |p| p.size);
+    let mut sizes = polished.half_width[k]
+        .iter()
+        .map(|(name, half)| (name, half, size(name)))
+        .filter(|(.., size)| *size != Size::Place)
+        .peekable();
+    sizes.peek().is_some()
+        && sizes.all(|(name, half, size)| {
+            matches!(size, Size::NothingAt(nothing) if (effect.value(name) - nothing).abs() < *half)
         })
 }
 
@@ -91,7 +87,7 @@ fn is_cancelled(setting: &Setting<'_>, effect: &Effect) -> bool {
 /// the limit only hides that the model is wrong where torques are large. True for all other kinds.
 fn saturates(setting: &Setting<'_>, polished: &Polished, k: usize) -> bool {
     let effect = &polished.effects[k];
-    if effect.kind != "torque_saturation" {
+    if !matches!(effect.kind.law, Law::TrueTorque(_)) {
         return true;
     }
     let experiment = setting.train;

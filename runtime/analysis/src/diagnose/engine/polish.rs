@@ -5,7 +5,7 @@ use super::parallel::parallel;
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::robot::link_inertias::CadError;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Kind, Location, Role};
 use nalgebra::{DMatrix, DVector};
 
 /// Blocks of time whose scores make the error bars.
@@ -63,7 +63,7 @@ impl Experiment for Amended<'_> {
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         self.inner.response(effects)
     }
-    fn candidates(&self) -> Vec<(&'static str, Location)> {
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         self.inner.candidates()
     }
     fn inertial_count(&self) -> usize {
@@ -152,18 +152,14 @@ pub(super) fn polish(
     Polished { effects: current, half_width, corrections, corrections_sigma }
 }
 
-/// The effects and what is estimated beside them without being reported: stops give way a little, which would
-/// widen the play between them.
+/// The effects and what is estimated beside them without being reported.
 fn with_nuisances(experiment: &dyn Experiment, mut effects: Vec<Effect>) -> Vec<Effect> {
-    let at = |kind: &str, location: &Location, list: &[Effect]| {
-        list.iter().any(|e| e.kind == kind && e.location == *location)
-    };
-    for play in effects.clone().iter().filter(|e| e.kind == "backlash") {
-        let name = "series_elasticity";
-        let possible =
-            experiment.candidates().iter().any(|(kind, place)| *kind == name && *place == play.location);
-        if possible && !at(name, &play.location, &effects) {
-            effects.push(Effect::new(name, play.location.clone(), &[("stiffness", 3e3)]));
+    for effect in effects.clone() {
+        let Some((beside, start)) = effect.kind.nuisance() else { continue };
+        let place = effect.location;
+        let possible = experiment.candidates().iter().any(|(kind, at)| *kind == beside && *at == place);
+        if possible && !effects.iter().any(|other| other.kind == beside && other.location == place) {
+            effects.push(Effect::new(beside, place, start));
         }
     }
     effects
@@ -172,17 +168,15 @@ fn with_nuisances(experiment: &dyn Experiment, mut effects: Vec<Effect>) -> Vec<
 fn unknowns(effects: &[Effect]) -> Vec<Unknown> {
     let mut list = Vec::new();
     for (index, effect) in effects.iter().enumerate() {
-        let Some(kind) = effect.definition() else { continue };
         for (name, value) in &effect.parameters {
-            let bounds = match kind.parameter(name) {
-                Some(parameter) if matches!(parameter.role, bipedc_effects::effect::Role::Setting(_)) => {
-                    continue;
-                }
-                Some(parameter) => parameter.bounds,
+            let parameter = effect.kind.parameter(name);
+            if parameter.is_some_and(|p| matches!(p.role, Role::Setting(_))) {
+                continue;
+            }
+            let bounds = match parameter.and_then(|p| p.reach) {
+                Some((low, high)) => (low * value, high * value),
                 None => effect.bounds(name),
             };
-            // A limit is where readings pile up: it does not wander off.
-            let bounds = if name == "limit" { (0.7 * value, 1.4 * value) } else { bounds };
             let step = 1e-4 * value.abs().max(1e-2);
             list.push(Unknown { effect: index, name: name.clone(), bounds, step });
         }

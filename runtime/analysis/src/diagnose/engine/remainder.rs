@@ -66,7 +66,7 @@ pub(super) fn unexplained(
             return None;
         }
         // Where the joint reverses, friction is smeared by the filter: no reason to doubt the effects.
-        let smeared = effects.iter().any(|e| e.kind.contains("friction") || e.kind == "coupling");
+        let smeared = effects.iter().any(|e| e.kind.follows_velocity());
         let speed = |signals: &smoother::Signals| {
             let v = &signals[1].1;
             0.15 * (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt()

@@ -3,6 +3,7 @@ use super::parallel::parallel;
 use super::refine::{exchange, refine};
 use super::setting::{Setting, Trial};
 use crate::experiments::Channel;
+use bipedc_effects::effect::Law;
 use std::collections::BTreeMap;
 
 /// Part of a row's held-out squared error that an effect must remove.
@@ -115,7 +116,7 @@ fn relinearised(
     while active.len() > 1 && k < active.len() {
         let mut fewer = active.clone();
         let gone = fewer.remove(k);
-        if fewer.iter().all(|&c| setting.candidates[c].form.kind != "payload") {
+        if fewer.iter().all(|&c| setting.candidates[c].form.kind.law != Law::Payload) {
             k += 1;
             continue;
         }
@@ -221,16 +222,8 @@ pub(super) fn consider(
 
 /// Whether two effects at one place differ only in what neither is about: the moment of reversal, a constant.
 pub(super) fn shares(setting: &Setting<'_>, a: usize, b: usize) -> bool {
-    const GROUPS: [[&str; 2]; 5] = [
-        ["asymmetric_coulomb_friction", "torque_bias"],
-        ["asymmetric_coulomb_friction", "coulomb_friction"],
-        ["asymmetric_coulomb_friction", "stribeck_friction"],
-        ["stribeck_friction", "coulomb_friction"],
-        ["parallel_spring", "torque_bias"],
-    ];
     let (a, b) = (&setting.candidates[a].form, &setting.candidates[b].form);
-    let pair = |x: &str, y: &str| GROUPS.iter().any(|[p, q]| (*p, *q) == (x, y) || (*q, *p) == (x, y));
-    a.location == b.location && pair(a.kind, b.kind)
+    a.location == b.location && a.kind.resembles(b.kind)
 }
 
 /// Whether an effect's size is much the same with and without inertial corrections. Effects on links compete with

@@ -6,7 +6,7 @@ use super::floor::floor;
 use super::parallel::parallel;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Kind, Law, Location};
 
 /// Blocks of time that a log is cut into.
 pub(super) const BLOCKS: usize = 9;
@@ -76,7 +76,7 @@ impl<'a> Setting<'a> {
     pub fn new(
         train: &'a dyn Experiment,
         validation: Option<&'a dyn Experiment>,
-        places: &[(&'static str, Location)],
+        places: &[(&'static Kind, Location)],
         options: &super::Options,
         progress: &dyn Fn(f64),
     ) -> Self {
@@ -203,7 +203,7 @@ impl<'a> Setting<'a> {
     /// Takes nonlinear forms at their estimates beside the active candidates.
     pub fn linearise(&mut self, active: &[usize], corrected: bool) {
         for c in 0..self.candidates.len() {
-            if self.candidates[c].form.kind != "payload" {
+            if self.candidates[c].form.kind.law != Law::Payload {
                 continue;
             }
             let mut with = active.to_vec();

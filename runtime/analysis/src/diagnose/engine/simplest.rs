@@ -50,19 +50,21 @@ fn with_fewer_parameters(setting: &Setting<'_>, outcome: &mut Outcome) {
     }
 }
 
-/// Friction that differs by direction is, but for the moment of reversal, friction and a bias: one effect for two.
+/// One effect for two at its place that are nearly it together: friction that differs by direction is, but for the moment
+/// of reversal, friction and a bias.
 fn merge(setting: &Setting<'_>, outcome: &mut Outcome) {
     let form = |c: usize| &setting.candidates[c].form;
     let first = setting.standing.len();
     let judged: Vec<usize> = outcome.active[first..].to_vec();
-    for &friction in judged.iter().filter(|&&c| form(c).kind == "coulomb_friction") {
-        let place = &form(friction).location;
-        let at = |kind: &str, c: usize| form(c).kind == kind && form(c).location == *place;
-        let Some(&bias) = judged.iter().find(|&&c| at("torque_bias", c)) else { continue };
-        let all = 0..setting.candidates.len();
-        let Some(both) = all.into_iter().find(|&c| at("asymmetric_coulomb_friction", c)) else { continue };
+    let here = |a: usize, b: usize| form(a).location == form(b).location;
+    let pairs = judged.iter().flat_map(|&a| judged.iter().map(move |&b| (a, b)));
+    for (first, second) in pairs.filter(|&(a, b)| a != b && here(a, b)) {
+        let mut all = 0..setting.candidates.len();
+        let is_both =
+            |&c: &usize| here(c, first) && form(c).kind.is_sum_of(form(first).kind, form(second).kind);
+        let Some(both) = all.find(is_both) else { continue };
         let bare: Vec<usize> =
-            outcome.active.iter().copied().filter(|&c| c != friction && c != bias).collect();
+            outcome.active.iter().copied().filter(|&c| c != first && c != second).collect();
         let set: Vec<usize> = bare.iter().copied().chain([both]).collect();
         let (Some(without), Some(trial)) =
             (setting.trial(&bare, outcome.corrected), setting.trial(&set, outcome.corrected))
@@ -70,9 +72,9 @@ fn merge(setting: &Setting<'_>, outcome: &mut Outcome) {
             continue;
         };
         let deviance = |t: &Trial, set: &[usize]| t.cost - setting.price(set);
-        let (here, merged) = (deviance(&outcome.trial, &outcome.active), deviance(&trial, &set));
-        let removed = deviance(&without, &bare) - here;
-        if merged <= here + (ALIKE * removed).max(4.0) && setting.impossible(&set, &trial).is_none() {
+        let (apart, merged) = (deviance(&outcome.trial, &outcome.active), deviance(&trial, &set));
+        let removed = deviance(&without, &bare) - apart;
+        if merged <= apart + (ALIKE * removed).max(4.0) && setting.impossible(&set, &trial).is_none() {
             (outcome.active, outcome.trial) = (set, trial);
         }
     }

@@ -1,6 +1,6 @@
 //! The answer in plain words.
 use crate::diagnose::{Diagnosis, Found};
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Location, kinds};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -77,12 +77,12 @@ fn sentence(found: &Found) -> String {
             }
         })
         .collect();
-    let symptom = effect.definition().map_or("", |kind| kind.symptom);
+    let symptom = effect.kind.symptom;
     let mut text = format!(
         "{}: {:.0} % of the squared error is {}, {}; the residual {symptom}.",
         effect.location,
         100.0 * found.share,
-        effect.definition().map_or(effect.kind.as_str(), |kind| kind.title),
+        effect.kind.title,
         values.join(", ")
     );
     for doubt in &found.doubts {
@@ -102,19 +102,15 @@ fn alike(group: &[Vec<Found>]) -> String {
     let mut text = format!("This data cannot tell apart: {}.", names.join("; or "));
     if let (Some(first), Some(second)) =
         (group.first().and_then(|a| a.first()), group.get(1).and_then(|a| a.first()))
-        && let Some(experiment) = experiment(&first.effect, &second.effect)
     {
-        let _ = write!(text, " To tell them apart: {experiment}");
+        let _ = write!(text, " To tell them apart: {}", experiment(&first.effect, &second.effect));
     }
     text
 }
 
 /// The motion that separates two effects, from either's words.
-pub(crate) fn experiment(a: &Effect, b: &Effect) -> Option<&'static str> {
-    let of = |a: &Effect, b: &Effect| {
-        a.definition()?.confounders.iter().find(|c| c.kind == b.kind).map(|c| c.experiment)
-    };
-    of(a, b).or_else(|| of(b, a)).or_else(|| a.definition().map(|kind| kind.experiment))
+pub(crate) fn experiment(a: &Effect, b: &Effect) -> &'static str {
+    a.kind.told_from(b.kind).or_else(|| b.kind.told_from(a.kind)).unwrap_or(a.kind.experiment)
 }
 
 /// A correction of one body: mass and centre of mass, from nominal parameters and their change.
@@ -125,7 +121,7 @@ pub(super) fn correction(link: &str, nominal: &[f64], change: &[f64]) -> Found {
         let shift = (nominal[1 + k] + change[1 + k]) / mass - nominal[1 + k] / nominal[0];
         parameters.insert(axis.to_owned(), shift);
     }
-    let mut effect = Effect::new("inertial_correction", Location::link(link), &[]);
+    let mut effect = Effect::new(&kinds::INERTIAL_CORRECTION, Location::link(link), &[]);
     effect.parameters = parameters;
     Found { effect, ci95: BTreeMap::new(), share: 0.0, doubts: Vec::new() }
 }

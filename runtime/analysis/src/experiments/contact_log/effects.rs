@@ -59,25 +59,40 @@ impl Change {
         };
         for effect in effects {
             let place = || effect.location.sensor.clone();
-            match effect.definition().map(|kind| kind.law) {
-                Some(Law::ForceSensorGain) => {
-                    change.faults.push((place(), Fault::Gain(effect.value("gain"))))
-                }
-                Some(Law::ForceSensorBias) => {
+            match effect.kind.law {
+                Law::ForceSensorGain => change.faults.push((place(), Fault::Gain(effect.value("gain")))),
+                Law::ForceSensorBias => {
                     let bias = ["x", "y", "z"].map(|axis| effect.value(axis));
                     change.faults.push((place(), Fault::Bias(Vector3::from(bias))));
                 }
-                Some(Law::ForceSensorSaturation) => change.limits.push((place(), effect.value("limit"))),
-                Some(Law::GroundCompliance) => {
+                Law::ForceSensorSaturation => change.limits.push((place(), effect.value("limit"))),
+                Law::GroundCompliance => {
                     let [stiffness, damping] = ["stiffness", "damping"].map(|name| effect.value(name));
                     // No stiffness would be no ground.
                     change.soil = (stiffness > 0.0).then_some(Soil { stiffness, damping });
                 }
-                Some(Law::PointFeet) => change.level.point_feet = true,
-                Some(Law::NoImpact) => change.level.no_impact = true,
-                Some(Law::SingleMass) => change.level.single_mass = true,
-                Some(Law::DecoupledPlanes) => change.level.decoupled_planes = true,
-                _ => {}
+                Law::PointFeet => change.level.point_feet = true,
+                Law::NoImpact => change.level.no_impact = true,
+                Law::SingleMass => change.level.single_mass = true,
+                Law::DecoupledPlanes => change.level.decoupled_planes = true,
+                // In the world and in the bodies, above.
+                Law::EncoderOffset
+                | Law::GravityTilt
+                | Law::GroundSlope
+                | Law::Payload
+                | Law::CenterOfMassOffset
+                | Law::InertiaError => {}
+                // Neither standing feet nor wrenches show these: torques, and what happens at impacts.
+                Law::Torque(_)
+                | Law::Formula
+                | Law::Reading(_)
+                | Law::TrueTorque(_)
+                | Law::Delay
+                | Law::SeriesElasticity
+                | Law::Backlash
+                | Law::Restitution
+                | Law::Slip
+                | Law::SpinFriction => {}
             }
         }
         change

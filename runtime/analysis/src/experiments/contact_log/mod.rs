@@ -54,10 +54,10 @@ use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place, sought};
 use effects::Change;
 use nalgebra::Vector3;
-use rows::Kind;
+use rows::Component;
 
 /// A log of a free robot against a model; built by [`ContactExperiment::read`].
 pub struct ContactExperiment<'a> {
@@ -71,7 +71,7 @@ pub struct ContactExperiment<'a> {
     gravity: Vector3<f64>,
     parameters: Vec<f64>,
     rows: Vec<Row>,
-    kinds: Vec<Kind>,
+    kinds: Vec<Component>,
     time: Vec<f64>,
     residual: Vec<Vec<f64>>,
     inertial: Vec<Inertial>,
@@ -126,16 +126,15 @@ impl Experiment for ContactExperiment<'_> {
         self.support()
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
-        let inertial_only =
-            effects.iter().all(|e| matches!(e.kind.as_str(), "payload" | "com_offset" | "inertia_error"));
-        let linear = self.kinds.iter().all(|kind| !matches!(kind, Kind::Pressure(_)));
+        let inertial_only = effects.iter().all(|e| e.kind.law.acts() == Acts::Body);
+        let linear = self.kinds.iter().all(|kind| !matches!(kind, Component::Pressure(_)));
         // A simpler model of the description may not be linear in what is added.
         if inertial_only && linear && !self.change(&[]).level.is_simpler() {
             return self.linear_response(&self.robot.link_inertias.change(effects));
         }
         let change = self.change(effects);
         // What acts at the soles only leaves the wrenches alone, and the other way round.
-        let of_ground = effects.iter().all(|e| e.kind == "ground_compliance");
+        let of_ground = effects.iter().all(|e| e.kind.law == Law::GroundCompliance);
         let mut changed =
             if of_ground { self.residual[..self.kinds.len()].to_vec() } else { self.residual_under(&change) };
         changed.extend(self.sole_residuals(&change));
@@ -146,28 +145,32 @@ impl Experiment for ContactExperiment<'_> {
         .filter(|(_, values)| values.iter().any(|v| *v != 0.0))
         .collect()
     }
-    fn candidates(&self) -> Vec<(&'static str, Location)> {
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         let links = self.robot.link_places(|body| self.shows(body));
         let mut out = Vec::new();
-        for kind in ["payload", "com_offset", "inertia_error"] {
-            out.extend(links.iter().map(|place| (kind, place.clone())));
+        let sensors = |kind: &Kind| {
+            let shows = |(foot, sensor): (usize, usize)| {
+                kind.law != Law::ForceSensorSaturation || self.clipped(foot, sensor).is_some()
+            };
+            let shown = self.sensors().into_iter().filter(move |(foot, sensor, _)| shows((*foot, *sensor)));
+            shown.map(|(_, _, name)| Location::sensor(name)).collect::<Vec<_>>()
+        };
+        for kind in sought(Evidence::Contact) {
+            let places = match kind.place {
+                Place::Link => links.clone(),
+                Place::Joint => self.robot.joint_places().collect(),
+                Place::Robot if kind.law == Law::GroundCompliance && self.soles.is_empty() => Vec::new(),
+                Place::Robot => vec![Location::default()],
+                Place::Sensor if kind.law == Law::ForceSensorSaturation => sensors(kind),
+                Place::Sensor => std::iter::once(Location::default()).chain(sensors(kind)).collect(),
+                Place::JointPair => Vec::new(),
+            };
+            out.extend(places.into_iter().map(|place| (kind, place)));
         }
-        out.extend(self.robot.joint_places().map(|place| ("encoder_offset", place)));
-        out.push(("gravity_tilt", Location::default()));
-        if !self.soles.is_empty() {
-            out.push(("ground_compliance", Location::default()));
-        }
-        for kind in ["force_sensor_gain", "force_sensor_bias"] {
-            out.push((kind, Location::default()));
-            out.extend(self.sensors().into_iter().map(|(_, _, name)| (kind, Location::sensor(name))));
-        }
-        let clipped =
-            self.sensors().into_iter().filter(|(foot, sensor, _)| self.clipped(*foot, *sensor).is_some());
-        out.extend(clipped.map(|(_, _, name)| ("force_sensor_saturation", Location::sensor(name))));
         out
     }
-    fn guess(&self, kind: &str, place: &Location) -> Option<Effect> {
-        if kind != "force_sensor_saturation" {
+    fn guess(&self, kind: &'static Kind, place: &Location) -> Option<Effect> {
+        if kind.law != Law::ForceSensorSaturation {
             return None;
         }
         let meant = |name: &str| place.sensor.as_deref().is_none_or(|sensor| sensor == name);

@@ -22,7 +22,7 @@ const SMALLEST: [f64; 2] = [1e-4, 1e-6];
 
 /// What a row is, with its axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum Component {
     Force(usize),
     Moment(usize),
     Pressure(usize),
@@ -56,7 +56,7 @@ impl Ground {
     }
 }
 
-impl Kind {
+impl Component {
     fn of(self, wrench: &BaseWrench, ground: &Ground) -> f64 {
         match self {
             Self::Force(axis) => wrench.force[axis],
@@ -289,7 +289,7 @@ impl<'a> ContactExperiment<'a> {
         }
         let rows = sums.iter().zip(&self.kinds);
         rows.map(|(sum, kind)| {
-            let smallest = SMALLEST[usize::from(matches!(kind, Kind::Pressure(_)))];
+            let smallest = SMALLEST[usize::from(matches!(kind, Component::Pressure(_)))];
             (sum / at.len() as f64).sqrt().max(smallest)
         })
         .collect()
@@ -344,33 +344,39 @@ impl<'a> ContactExperiment<'a> {
 }
 
 /// Which rows the log allows.
-fn kinds(robot: &Robot<'_>, recording: &ContactRecording) -> Vec<Kind> {
+fn kinds(robot: &Robot<'_>, recording: &ContactRecording) -> Vec<Component> {
     let planar = robot.planar();
     let logged = || recording.feet.iter().filter(|foot| foot.is_logged);
     if recording.standing.is_some() {
         let force = !logged().any(|foot| foot.from_corners) && logged().all(|foot| foot.columns.has_force());
         let torque = force && logged().all(|foot| foot.columns.has_torque(false));
-        let mut rows = vec![Kind::Force(2), Kind::Moment(0), Kind::Moment(1)];
-        rows.extend(force.then_some([Kind::Force(0), Kind::Force(1)]).into_iter().flatten());
-        rows.extend(torque.then_some(Kind::Moment(2)));
+        let mut rows = vec![Component::Force(2), Component::Moment(0), Component::Moment(1)];
+        rows.extend(force.then_some([Component::Force(0), Component::Force(1)]).into_iter().flatten());
+        rows.extend(torque.then_some(Component::Moment(2)));
         return rows;
     }
     if logged().any(|foot| foot.from_corners) {
-        let rows = [Kind::Force(2), Kind::Pressure(0), Kind::Pressure(1)];
+        let rows = [Component::Force(2), Component::Pressure(0), Component::Pressure(1)];
         return rows[..if planar { 2 } else { 3 }].to_vec();
     }
     let torques = logged().all(|foot| foot.columns.has_torque(planar));
-    let rows: &[Kind] = match (planar, torques) {
-        (true, _) => &[Kind::Force(0), Kind::Force(2), Kind::Moment(1)],
+    let rows: &[Component] = match (planar, torques) {
+        (true, _) => &[Component::Force(0), Component::Force(2), Component::Moment(1)],
         (false, true) => &[
-            Kind::Force(0),
-            Kind::Force(1),
-            Kind::Force(2),
-            Kind::Moment(0),
-            Kind::Moment(1),
-            Kind::Moment(2),
+            Component::Force(0),
+            Component::Force(1),
+            Component::Force(2),
+            Component::Moment(0),
+            Component::Moment(1),
+            Component::Moment(2),
         ],
-        (false, false) => &[Kind::Force(0), Kind::Force(1), Kind::Force(2), Kind::Moment(0), Kind::Moment(1)],
+        (false, false) => &[
+            Component::Force(0),
+            Component::Force(1),
+            Component::Force(2),
+            Component::Moment(0),
+            Component::Moment(1),
+        ],
     };
     rows.to_vec()
 }

@@ -15,7 +15,7 @@ use crate::robot::Robot;
 use crate::robot::feet::Sole;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostics;
-use bipedc_effects::effect::{Effect, Law, Location};
+use bipedc_effects::effect::{Effect, Kind, Law, Location};
 use nalgebra::Vector3;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -110,9 +110,7 @@ impl<'a> WalkingExperiment<'a> {
     fn joint_response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let all = self.base.robot.with(effects);
         let at_feet = |effect: &Effect| {
-            use Law::{EncoderOffset, ForceSensorBias, ForceSensorGain};
-            let law = effect.definition().map(|kind| kind.law);
-            matches!(law, Some(EncoderOffset | ForceSensorBias | ForceSensorGain))
+            matches!(effect.kind.law, Law::EncoderOffset | Law::ForceSensorBias | Law::ForceSensorGain)
         };
         let changes = effects.iter().any(at_feet);
         let ground = changes.then(|| self.base.ground_forces(&self.base.change(effects)));
@@ -271,7 +269,7 @@ impl Experiment for WalkingExperiment<'_> {
         out.extend(self.joint_response(effects).into_iter().filter(|(_, v)| v.iter().any(|x| *x != 0.0)));
         out
     }
-    fn candidates(&self) -> Vec<(&'static str, Location)> {
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         let mut out = self.base.candidates();
         for candidate in self.joints.candidates() {
             if !out.contains(&candidate) {
@@ -280,7 +278,7 @@ impl Experiment for WalkingExperiment<'_> {
         }
         out
     }
-    fn guess(&self, kind: &str, place: &Location) -> Option<Effect> {
+    fn guess(&self, kind: &'static Kind, place: &Location) -> Option<Effect> {
         self.base.guess(kind, place)
     }
     fn inertial_count(&self) -> usize {
@@ -303,7 +301,7 @@ impl Experiment for WalkingExperiment<'_> {
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.base.phases()
     }
-    fn seeds(&self, kind: &str, location: &Location) -> Option<Vec<f64>> {
+    fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.joints.seeds(kind, location)
     }
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {

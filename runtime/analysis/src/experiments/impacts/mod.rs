@@ -24,7 +24,7 @@ use crate::robot::calls::{Calls, joint};
 use crate::robot::feet::FootCalls;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
-use bipedc_effects::effect::{Effect, Law, Location};
+use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place, Simulation, sought};
 use map::Contact;
 
 /// Ratio of neighbouring values from which the search of a limit starts,
@@ -78,21 +78,25 @@ impl ImpactExperiment<'_> {
         };
         let first = self.calls.nv - self.robot.subject.joints.len();
         for effect in effects {
-            match effect.definition().map(|kind| kind.law) {
-                Some(Law::Restitution) => changed.contact.restitution = effect.value("coefficient"),
-                Some(Law::Slip) => changed.contact.friction = effect.value("friction"),
-                Some(Law::SpinFriction) => {
-                    let slip = effects.iter().find(|other| other.kind == "foot_slip");
+            match effect.kind.law {
+                Law::Restitution => changed.contact.restitution = effect.value("coefficient"),
+                Law::Slip => changed.contact.friction = effect.value("friction"),
+                Law::SpinFriction => {
+                    let slip = effects.iter().find(|other| other.kind.law == Law::Slip);
                     let friction = slip.unwrap_or(effect).value("friction");
                     changed.contact.spin = effect.value("radius") * friction;
                 }
-                Some(Law::NoImpact) => changed.contact.none = true,
-                _ if effect.kind == "rotor_inertia" => {
-                    if let Some(index) = joint(self.robot.subject, effect.location.joint.as_deref()) {
-                        changed.rotors[first + index] += effect.value("inertia");
+                Law::NoImpact => changed.contact.none = true,
+                law => {
+                    let index = joint(self.robot.subject, effect.location.joint.as_deref());
+                    if let (Simulation::Inertia(of), Some(index)) = (effect.kind.simulation, index) {
+                        changed.rotors[first + index] += effect.value(of);
                     }
+                    // World and bodies have it already; finite torques and sensors of force do nothing in an instant.
+                    debug_assert!(
+                        law.acts() != Acts::Ground || matches!(law, Law::GroundSlope | Law::GroundCompliance)
+                    );
                 }
-                _ => {}
             }
         }
         changed
@@ -131,25 +135,27 @@ impl Experiment for ImpactExperiment<'_> {
         .filter(|(_, values)| values.iter().any(|v| *v != 0.0))
         .collect()
     }
-    fn candidates(&self) -> Vec<(&'static str, Location)> {
-        let mut out = vec![("impact_restitution", Location::default()), ("foot_slip", Location::default())];
-        if self.flat && !self.robot.planar() {
-            out.push(("spin_friction", Location::default()));
-        }
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
+        let mut out = Vec::new();
         let links = self
             .robot
             .link_places(|body| self.inertial.iter().any(|i| i.columns.iter().any(|c| c / 10 == body)));
-        for kind in ["payload", "com_offset", "inertia_error"] {
-            out.extend(links.iter().map(|place| (kind, place.clone())));
-        }
-        for kind in ["rotor_inertia", "encoder_offset"] {
-            out.extend(self.robot.joint_places().map(|place| (kind, place)));
+        for kind in sought(Evidence::Impacts) {
+            let turns = self.flat && !self.robot.planar();
+            let places = match kind.place {
+                Place::Link => links.clone(),
+                Place::Joint => self.robot.joint_places().collect(),
+                Place::Robot if kind.law == Law::SpinFriction && !turns => Vec::new(),
+                Place::Robot => vec![Location::default()],
+                Place::JointPair | Place::Sensor => Vec::new(),
+            };
+            out.extend(places.into_iter().map(|place| (kind, place)));
         }
         out
     }
     /// A turning foot: what would hold it tells in which range its limit shows.
-    fn seeds(&self, kind: &str, _location: &Location) -> Option<Vec<f64>> {
-        if kind != "spin_friction" {
+    fn seeds(&self, kind: &'static Kind, _location: &Location) -> Option<Vec<f64>> {
+        if kind.law != Law::SpinFriction {
             return None;
         }
         let nominal = self.nominal();

@@ -8,7 +8,7 @@ use crate::measure::recording::Recording;
 use crate::robot::link_inertias::{CadError, LinkInertias};
 use crate::robot::{BaseKind, JointLayout};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Law, Location};
+use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location, Starts};
 use bipedc_runtime::model::Model;
 use std::sync::OnceLock;
 
@@ -170,20 +170,21 @@ impl<'a> MotionExperiment<'a> {
         let width = self.rigid.nq;
         let mut q = None;
         for effect in effects {
-            match effect.definition().map(|kind| kind.law) {
-                Some(Law::EncoderOffset) => {
+            match effect.kind.law {
+                Law::EncoderOffset => {
                     let Some(joint) = self.joint(effect) else { continue };
                     let q = q.get_or_insert_with(|| self.recording.q.clone());
                     let offset = effect.value("offset");
                     q.iter_mut().skip(bq + joint).step_by(width).for_each(|x| *x -= offset);
                 }
-                Some(Law::GravityTilt) => {
+                Law::GravityTilt => {
                     let q = q.get_or_insert_with(|| self.recording.q.clone());
                     for q in q.chunks_exact_mut(width) {
                         tilt(self.subject.base, q, effect.value("roll"), effect.value("pitch"));
                     }
                 }
-                _ => {}
+                // No other turns what the joints carry.
+                law => debug_assert!(!matches!(law.acts(), Acts::Position | Acts::Gravity)),
             }
         }
         if q.is_none() && ground.is_none() {
@@ -242,13 +243,13 @@ impl<'a> MotionExperiment<'a> {
     fn transmission_residual(&self, joint: usize, rigid: &[f64], effects: &[Effect]) -> Vec<f64> {
         let mut residual = self.recording.transmission[joint].clone().unwrap_or_default();
         for effect in effects.iter().filter(|e| self.joint(e) == Some(joint)) {
-            let angle: &dyn Fn(f64) -> f64 = match effect.definition().map(|kind| kind.law) {
+            let angle: &dyn Fn(f64) -> f64 = match effect.kind.law {
                 // The play rests on the side to which the torque pushes; a small torque has not moved it yet.
-                Some(Law::Backlash) => {
+                Law::Backlash => {
                     let (half, smoothing) = (0.5 * effect.value("gap"), effect.value("smoothing"));
                     &move |torque: f64| half * (torque / smoothing).tanh()
                 }
-                Some(Law::SeriesElasticity) => &|torque| torque / effect.value("stiffness"),
+                Law::SeriesElasticity => &|torque| torque / effect.value("stiffness"),
                 _ => continue,
             };
             residual.iter_mut().zip(rigid).for_each(|(r, torque)| *r -= angle(*torque));
@@ -267,22 +268,23 @@ impl<'a> MotionExperiment<'a> {
         let mut measured = self.recording.effort[joint].clone().unwrap_or_default();
         let mut work = Vec::new();
         for effect in &here {
-            match effect.definition().map(|kind| kind.law) {
-                Some(Law::Reading(text)) => {
+            match effect.kind.law {
+                Law::Reading(text) => {
                     if let Some(mut law) = Ready::new(text, &["torque"], effect) {
                         torque.iter_mut().for_each(|t| *t = law.at(&[*t], &mut work));
                     }
                 }
-                Some(Law::TrueTorque(text)) => {
+                Law::TrueTorque(text) => {
                     if let Some(mut law) = Ready::new(text, &["reading"], effect) {
                         measured.iter_mut().for_each(|u| *u = law.at(&[*u], &mut work));
                     }
                 }
-                Some(Law::Delay) => {
+                Law::Delay => {
                     let steps = effect.value("delay") / self.recording.step;
                     torque = advanced(&torque, &self.recording.segments, steps);
                 }
-                _ => {}
+                // Torques are added above; nothing else is in the signal.
+                law => debug_assert!(!matches!(law.acts(), Acts::Reading | Acts::Time)),
             }
         }
         measured.iter().zip(&torque).map(|(u, t)| u - t).collect()
@@ -341,7 +343,7 @@ impl<'a> MotionExperiment<'a> {
     /// Rows that an effect can change.
     pub(crate) fn touched(&self, effects: &[Effect]) -> Vec<usize> {
         let everywhere = effects.iter().any(|effect| effect.location.joint.is_none())
-            || effects.iter().any(|e| e.definition().is_some_and(|kind| kind.law == Law::EncoderOffset));
+            || effects.iter().any(|e| e.kind.law == Law::EncoderOffset);
         (0..self.rows.len())
             .filter(|&row| everywhere || effects.iter().any(|e| self.joint(e) == Some(self.joint_of[row])))
             .collect()
@@ -404,7 +406,7 @@ impl Experiment for MotionExperiment<'_> {
         }
         responses
     }
-    fn candidates(&self) -> Vec<(&'static str, Location)> {
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         let mut moved = vec![false; self.link_inertias.bodies.len()];
         for inertial in self.all_inertial().iter().flatten() {
             inertial.columns.iter().for_each(|column| moved[column / 10] = true);
@@ -446,17 +448,16 @@ impl Experiment for MotionExperiment<'_> {
         }
         list
     }
-    fn seeds(&self, kind: &str, location: &Location) -> Option<Vec<f64>> {
+    fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         let joint = self.index(location.joint.as_deref());
-        match kind {
-            "torque_saturation" => Some(joint.map_or(Vec::new(), |j| self.limits(j))),
-            "torque_ripple" => Some(joint.map_or(Vec::new(), |j| self.lines(j))),
-            // Neighbours may share a bearing that turns with the sum or the difference of both.
-            "coupling" => joint
+        match kind.search.starts {
+            Starts::Limits => Some(joint.map_or(Vec::new(), |j| self.limits(j))),
+            Starts::Periods => Some(joint.map_or(Vec::new(), |j| self.lines(j))),
+            Starts::Neighbours(values) => joint
                 .zip(self.index(location.other_joint.as_deref()))
                 .filter(|(j, other)| j.abs_diff(*other) == 1)
-                .map(|_| vec![0.0, 1.0, -1.0]),
-            _ => None,
+                .map(|_| values.to_vec()),
+            Starts::None | Starts::At(_) => None,
         }
     }
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {

@@ -23,7 +23,7 @@ impl Ready {
             if names.contains(&name.as_str()) {
                 continue;
             }
-            let value = match effect.definition().and_then(|kind| kind.parameter(name)) {
+            let value = match effect.kind.parameter(name) {
                 Some(_) => effect.value(name),
                 None if name == SMOOTHING => {
                     effect.parameters.get(SMOOTHING).copied().unwrap_or(DEFAULT_SMOOTHING)
@@ -45,7 +45,7 @@ impl Ready {
 
 /// A torque law of an effect, from the library or the user's own.
 pub(super) fn torque_law(effect: &Effect) -> Option<Ready> {
-    match effect.definition()?.law {
+    match effect.kind.law {
         Law::Torque(text) => Ready::new(text, &VARIABLES, effect),
         Law::Formula => Ready::new(effect.torque.as_deref()?, &VARIABLES, effect),
         _ => None,
@@ -94,7 +94,7 @@ pub(super) fn advanced(signal: &[f64], segments: &[Range<usize>], steps: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bipedc_effects::effect::Location;
+    use bipedc_effects::effect::{Location, kinds};
 
     #[test]
     fn a_cubic_is_advanced_exactly() {
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn a_users_formula_takes_its_own_parameters() {
-        let mut effect = Effect::new("formula", Location::joint("a"), &[("k", 2.0)]);
+        let mut effect = Effect::new(&kinds::FORMULA, Location::joint("a"), &[("k", 2.0)]);
         effect.torque = Some("k * sin(3 * position) * velocity".to_owned());
         let mut law = torque_law(&effect).unwrap();
         let value = law.at(&[0.2, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0], &mut Vec::new());

@@ -21,7 +21,7 @@ use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Evidence, Kind, Law, Location, Place, sought};
 pub(crate) use load::normalise;
 pub use moments::{Moments, SolePose};
 use nalgebra::Vector3;
@@ -90,6 +90,18 @@ impl PostureExperiment<'_> {
         let foot = &self.robot.feet[reading.place.0];
         format!("{}/{}", foot.name, foot.corners[reading.place.1].name)
     }
+
+    /// Whether these postures can show an effect on the robot as a whole.
+    fn can_show(&self, law: Law) -> bool {
+        match law {
+            Law::GroundSlope => !self.oriented,
+            Law::GroundCompliance => {
+                let flat = self.robot.feet[self.stance].is_flat(self.robot.planar());
+                !self.corners.is_empty() && !self.oriented && flat
+            }
+            _ => true,
+        }
+    }
 }
 
 impl Experiment for PostureExperiment<'_> {
@@ -111,37 +123,37 @@ impl Experiment for PostureExperiment<'_> {
         .filter(|(_, values)| values.iter().any(|v| *v != 0.0))
         .collect()
     }
-    fn candidates(&self) -> Vec<(&'static str, Location)> {
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         let mut out = Vec::new();
         let links = self.robot.link_places(|body| self.shows(body));
-        out.extend(links.iter().map(|place| ("com_offset", place.clone())));
-        out.extend(links.into_iter().map(|place| ("payload", place)));
-        out.extend(self.robot.joint_places().map(|place| ("encoder_offset", place)));
-        out.push(("gravity_tilt", Location::default()));
-        if !self.oriented {
-            out.push(("ground_slope", Location::default()));
-        }
-        if !self.corners.is_empty() {
-            out.push(("force_sensor_gain", Location::default()));
-            if !self.oriented && self.robot.feet[self.stance].is_flat(self.robot.planar()) {
-                out.push(("ground_compliance", Location::default()));
-            }
-        }
-        for reading in &self.corners {
-            let place = Location::sensor(self.sensor(reading));
-            out.push(("force_sensor_gain", place.clone()));
-            out.push(("force_sensor_bias", place.clone()));
-            if noise::is_clipped(&reading.force).is_some() {
-                out.push(("force_sensor_saturation", place));
-            }
+        let sensors = |kind: &Kind| {
+            let shows = |reading: &&Reading| {
+                kind.law != Law::ForceSensorSaturation || noise::is_clipped(&reading.force).is_some()
+            };
+            let shown = self.corners.iter().filter(shows);
+            shown.map(|reading| Location::sensor(self.sensor(reading))).collect::<Vec<_>>()
+        };
+        for kind in sought(Evidence::Postures) {
+            let places = match kind.place {
+                Place::Link => links.clone(),
+                Place::Joint => self.robot.joint_places().collect(),
+                Place::Robot if !self.can_show(kind.law) => Vec::new(),
+                Place::Robot => vec![Location::default()],
+                Place::Sensor if kind.law == Law::ForceSensorGain && !self.corners.is_empty() => {
+                    std::iter::once(Location::default()).chain(sensors(kind)).collect()
+                }
+                Place::Sensor => sensors(kind),
+                Place::JointPair => Vec::new(),
+            };
+            out.extend(places.into_iter().map(|place| (kind, place)));
         }
         out
     }
-    fn guess(&self, kind: &str, place: &Location) -> Option<Effect> {
+    fn guess(&self, kind: &'static Kind, place: &Location) -> Option<Effect> {
         let meant = |r: &&Reading| place.sensor.as_deref().is_none_or(|name| name == self.sensor(r));
         let limits = self.corners.iter().filter(meant).filter_map(|r| noise::is_clipped(&r.force));
         let limit = limits.fold(f64::NEG_INFINITY, f64::max);
-        let known = kind == "force_sensor_saturation" && limit.is_finite();
+        let known = kind.law == Law::ForceSensorSaturation && limit.is_finite();
         known.then(|| Effect::new(kind, place.clone(), &[("limit", limit)]))
     }
     fn inertial_count(&self) -> usize {

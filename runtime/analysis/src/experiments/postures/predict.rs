@@ -20,7 +20,7 @@ impl Sensors {
     pub fn of(effects: &[Effect]) -> Self {
         let mut sensors = Self::default();
         for effect in effects {
-            let Some(law) = effect.definition().map(|kind| kind.law) else { continue };
+            let law = effect.kind.law;
             let parameter = match law {
                 Law::ForceSensorGain => "gain",
                 Law::ForceSensorBias => "z",

@@ -1,6 +1,6 @@
 //! Which physical causes the forces of the ground cannot tell apart.
 use crate::experiments::{Channel, Experiment};
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Kind, Location, kinds};
 use serde::Serialize;
 
 /// Causes whose marks are more alike than this cannot be told apart.
@@ -12,7 +12,7 @@ const WORTH: f64 = 0.05;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
     /// Kind of effect (robots/README.md).
-    pub kind: &'static str,
+    pub kind: &'static Kind,
     /// Its parameter.
     pub parameter: &'static str,
     /// Link or joint that it is at.
@@ -48,7 +48,7 @@ pub struct Confounded {
 }
 
 struct Trial {
-    kind: &'static str,
+    kind: &'static Kind,
     parameter: &'static str,
     unit: &'static str,
     step: f64,
@@ -58,22 +58,57 @@ struct Trial {
 
 /// Parameters that ground forces might show, with a step that is small against what is usual.
 const TRIALS: [Trial; 9] = [
-    Trial { kind: "payload", parameter: "mass", unit: "kg", step: 0.01, neutral: 0.0, at_root: true },
-    Trial { kind: "com_offset", parameter: "x", unit: "m", step: 1e-3, neutral: 0.0, at_root: true },
-    Trial { kind: "com_offset", parameter: "y", unit: "m", step: 1e-3, neutral: 0.0, at_root: true },
-    Trial { kind: "gravity_tilt", parameter: "roll", unit: "rad", step: 1e-3, neutral: 0.0, at_root: false },
-    Trial { kind: "gravity_tilt", parameter: "pitch", unit: "rad", step: 1e-3, neutral: 0.0, at_root: false },
+    Trial { kind: &kinds::PAYLOAD, parameter: "mass", unit: "kg", step: 0.01, neutral: 0.0, at_root: true },
+    Trial { kind: &kinds::COM_OFFSET, parameter: "x", unit: "m", step: 1e-3, neutral: 0.0, at_root: true },
+    Trial { kind: &kinds::COM_OFFSET, parameter: "y", unit: "m", step: 1e-3, neutral: 0.0, at_root: true },
     Trial {
-        kind: "force_sensor_gain",
+        kind: &kinds::GRAVITY_TILT,
+        parameter: "roll",
+        unit: "rad",
+        step: 1e-3,
+        neutral: 0.0,
+        at_root: false,
+    },
+    Trial {
+        kind: &kinds::GRAVITY_TILT,
+        parameter: "pitch",
+        unit: "rad",
+        step: 1e-3,
+        neutral: 0.0,
+        at_root: false,
+    },
+    Trial {
+        kind: &kinds::FORCE_SENSOR_GAIN,
         parameter: "gain",
         unit: "1",
         step: 1e-3,
         neutral: 1.0,
         at_root: false,
     },
-    Trial { kind: "force_sensor_bias", parameter: "x", unit: "N", step: 0.1, neutral: 0.0, at_root: false },
-    Trial { kind: "force_sensor_bias", parameter: "y", unit: "N", step: 0.1, neutral: 0.0, at_root: false },
-    Trial { kind: "force_sensor_bias", parameter: "z", unit: "N", step: 0.1, neutral: 0.0, at_root: false },
+    Trial {
+        kind: &kinds::FORCE_SENSOR_BIAS,
+        parameter: "x",
+        unit: "N",
+        step: 0.1,
+        neutral: 0.0,
+        at_root: false,
+    },
+    Trial {
+        kind: &kinds::FORCE_SENSOR_BIAS,
+        parameter: "y",
+        unit: "N",
+        step: 0.1,
+        neutral: 0.0,
+        at_root: false,
+    },
+    Trial {
+        kind: &kinds::FORCE_SENSOR_BIAS,
+        parameter: "z",
+        unit: "N",
+        step: 0.1,
+        neutral: 0.0,
+        at_root: false,
+    },
 ];
 
 /// Tries every cause on the rows of these kinds; `root` is the link that carries the base.

@@ -3,7 +3,7 @@ use crate::experiments::postures::{Moments, PostureExperiment};
 use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::identify::BaseSet;
 use crate::measure::Motion;
-use bipedc_effects::effect::{Effect, Location};
+use bipedc_effects::effect::{Effect, Kind, Location};
 use nalgebra::{DMatrix, DVector};
 
 /// Parts of a regressor below this are nothing, N m per kg, kg m.
@@ -120,7 +120,7 @@ impl Experiment for PostureTable {
     fn response(&self, _effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         Vec::new()
     }
-    fn candidates(&self) -> Vec<(&'static str, Location)> {
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         Vec::new()
     }
     fn inertial_count(&self) -> usize {

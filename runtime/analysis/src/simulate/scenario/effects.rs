@@ -29,7 +29,7 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
     if let Some(why) = refused(kind, plant) {
         return reading.wrong(at, format!("`{name}` cannot be simulated: {why}"), "leave it out");
     }
-    let mut effect = Effect::new(kind.name, Location::default(), &[]);
+    let mut effect = Effect::new(kind, Location::default(), &[]);
     for (key, value) in entries.iter().filter(|(key, _)| *key != "kind") {
         if let Err(problem) = set(&mut effect, kind, plant, key, value.get_ref()) {
             let help = problem.help.unwrap_or_default();
@@ -186,11 +186,9 @@ fn set(effect: &mut Effect, kind: &Kind, plant: &Plant, key: &str, value: &Value
 
 /// Settings that were left out, so that the truth says everything.
 pub(super) fn with_settings(mut effect: Effect) -> Effect {
-    if let Some(kind) = effect.definition() {
-        for parameter in kind.parameters {
-            if let Role::Setting(default) = parameter.role {
-                effect.parameters.entry(parameter.name.to_owned()).or_insert(default);
-            }
+    for parameter in effect.kind.parameters {
+        if let Role::Setting(default) = parameter.role {
+            effect.parameters.entry(parameter.name.to_owned()).or_insert(default);
         }
     }
     effect

@@ -6,7 +6,7 @@ use crate::log::closest;
 use crate::robot::BaseKind;
 use crate::simulate::Plant;
 use crate::simulate::phases::Assumptions;
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_effects::effect::{Acts, Effect, Law, Simulation};
 use toml::{Spanned, Value};
 
 const METHODS: [&str; 2] = ["time_stepping", "event_driven"];
@@ -17,12 +17,11 @@ const RELATIVE: f64 = 1e-10;
 
 /// Why an effect has no place in event-driven walking.
 fn refused(effect: &Effect) -> Option<&'static str> {
-    let law = effect.definition().map(|kind| kind.law);
-    let smooth = ["viscous_friction", "parallel_spring", "torque_ripple", "rotor_inertia"];
-    match law {
-        Some(Law::Payload | Law::CenterOfMassOffset | Law::InertiaError) => None,
-        _ if smooth.contains(&effect.kind.as_str()) || effect.kind.starts_with("force_sensor") => None,
-        _ if effect.kind.contains("friction") => Some("a joint that sticks is an event of its own"),
+    match (effect.kind.law.acts(), effect.kind.simulation) {
+        (Acts::Body | Acts::Sensor, _) => None,
+        (Acts::Torque, simulation) if simulation.is_smooth() && effect.kind.law != Law::Formula => None,
+        (_, Simulation::Dry(_)) => Some("a joint that sticks is an event of its own"),
+        _ if effect.kind.law == Law::SpinFriction => Some("a joint that sticks is an event of its own"),
         _ => Some("contacts and drives are ideal there"),
     }
 }

@@ -14,6 +14,10 @@ const fn assumption(
         place: Place::Robot,
         parameters: &[],
         law,
+        simulation: Simulation::Law,
+        search: Search::none(),
+        relations: Relations::NONE,
+        identified: None,
         meaning,
         symptom,
         confounders: &[],
@@ -22,7 +26,7 @@ const fn assumption(
 }
 
 /// Soles without extent.
-pub const POINT_FEET: Kind = assumption(
+pub static POINT_FEET: Kind = assumption(
     "point_feet",
     "Point feet",
     Law::PointFeet,
@@ -30,7 +34,7 @@ pub const POINT_FEET: Kind = assumption(
     "is the moment that the sole transmits",
 );
 /// Velocities that do not jump.
-pub const NO_IMPACT: Kind = assumption(
+pub static NO_IMPACT: Kind = assumption(
     "no_impact",
     "No impact",
     Law::NoImpact,
@@ -38,7 +42,7 @@ pub const NO_IMPACT: Kind = assumption(
     "is concentrated just after touch-down",
 );
 /// One point mass.
-pub const SINGLE_MASS: Kind = assumption(
+pub static SINGLE_MASS: Kind = assumption(
     "single_mass",
     "Single mass",
     Law::SingleMass,
@@ -46,7 +50,7 @@ pub const SINGLE_MASS: Kind = assumption(
     "is the rate of angular momentum about the centre of mass",
 );
 /// Independent planes.
-pub const DECOUPLED_PLANES: Kind = assumption(
+pub static DECOUPLED_PLANES: Kind = assumption(
     "decoupled_planes",
     "Decoupled planes",
     Law::DecoupledPlanes,

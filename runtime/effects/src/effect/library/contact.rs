@@ -2,7 +2,7 @@
 use super::*;
 
 /// The ground is not level.
-pub const GROUND_SLOPE: Kind = Kind {
+pub static GROUND_SLOPE: Kind = Kind {
     name: "ground_slope",
     title: "Slope of the ground",
     place: Place::Robot,
@@ -11,6 +11,10 @@ pub const GROUND_SLOPE: Kind = Kind {
         estimated("pitch", "rad", (-0.8, 0.8), (-0.3, 0.3), "pitch of the ground"),
     ],
     law: Law::GroundSlope,
+    simulation: Simulation::Law,
+    search: Search::slopes(&[Evidence::Postures], 1e-4),
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The ground is not level.",
     symptom: "shifts the centre of pressure in proportion to the height of the centre of mass",
     confounders: &[
@@ -25,15 +29,35 @@ pub const GROUND_SLOPE: Kind = Kind {
 };
 
 /// Sole or ground give way.
-pub const GROUND_COMPLIANCE: Kind = Kind {
+pub static GROUND_COMPLIANCE: Kind = Kind {
     name: "ground_compliance",
     title: "Compliance of the ground",
     place: Place::Robot,
     parameters: &[
-        estimated("stiffness", "N/m", (1.0, f64::INFINITY), (1e3, 1e7), "stiffness below each corner"),
+        estimated("stiffness", "N/m", (1.0, f64::INFINITY), (1e3, 1e7), "stiffness below each corner")
+            .of_size(Size::NeverNothing),
         estimated("damping", "N s/m", POSITIVE, (0.0, 1e5), "damping below each corner"),
     ],
     law: Law::GroundCompliance,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: ON_THE_GROUND,
+        starts: Starts::None,
+        // What enters linearly is 1/k and d/k².
+        columns: Columns::Combined {
+            probes: |_| {
+                let soil = |damping: f64| vec![("stiffness", 1.0), ("damping", damping)];
+                vec![vec![(1.0, soil(0.0))], vec![(1.0, soil(1.0)), (-1.0, soil(0.0))]]
+            },
+            parameters: |_, c| match c {
+                [c, d] => vec![("stiffness", 1.0 / c), ("damping", d / (c * c))],
+                _ => Vec::new(),
+            },
+        },
+        refused: |_, _| None,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "Sole and ground give way below each corner of the feet.",
     symptom: "tilts the soles with the load",
     confounders: &[confounder("encoder_offset", "Shift the weight while the joints hold still.")],
@@ -41,7 +65,7 @@ pub const GROUND_COMPLIANCE: Kind = Kind {
 };
 
 /// Feet bounce.
-pub const IMPACT_RESTITUTION: Kind = Kind {
+pub static IMPACT_RESTITUTION: Kind = Kind {
     name: "impact_restitution",
     title: "Restitution of impacts",
     place: Place::Robot,
@@ -53,6 +77,10 @@ pub const IMPACT_RESTITUTION: Kind = Kind {
         "normal speed after per normal speed before",
     )],
     law: Law::Restitution,
+    simulation: Simulation::Law,
+    search: Search::slopes(&[Evidence::Impacts], 1e-3),
+    relations: Relations::NONE,
+    identified: None,
     meaning: "A foot bounces: it leaves the ground with a part of the speed at which it struck.",
     symptom: "is in proportion to the speed at which the foot strikes",
     confounders: &[
@@ -63,12 +91,22 @@ pub const IMPACT_RESTITUTION: Kind = Kind {
 };
 
 /// Feet slip.
-pub const FOOT_SLIP: Kind = Kind {
+pub static FOOT_SLIP: Kind = Kind {
     name: "foot_slip",
     title: "Slip of the foot",
     place: Place::Robot,
-    parameters: &[estimated("friction", "1", (0.0, 10.0), (0.05, 1.5), "tangential per normal force")],
+    parameters: &[estimated("friction", "1", (0.0, 10.0), (0.05, 1.5), "tangential per normal force")
+        .of_size(Size::NeverNothing)],
     law: Law::Slip,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: &[Evidence::Impacts],
+        starts: Starts::At(&[0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8]),
+        columns: only_start!("friction"),
+        refused: beyond_the_limit,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The foot slides where the tangential force exceeds what friction can hold.",
     symptom: "lets the standing foot move while it is loaded",
     confounders: &[confounder("impact_restitution", "Strike straight down.")],
@@ -76,12 +114,13 @@ pub const FOOT_SLIP: Kind = Kind {
 };
 
 /// Feet turn.
-pub const SPIN_FRICTION: Kind = Kind {
+pub static SPIN_FRICTION: Kind = Kind {
     name: "spin_friction",
     title: "Spin of the foot",
     place: Place::Robot,
     parameters: &[
-        estimated("radius", "m", POSITIVE, (0.0, 0.2), "torsional moment per tangential limit force"),
+        estimated("radius", "m", POSITIVE, (0.0, 0.2), "torsional moment per tangential limit force")
+            .of_size(Size::NeverNothing),
         Parameter {
             name: "friction",
             unit: "1",
@@ -89,9 +128,20 @@ pub const SPIN_FRICTION: Kind = Kind {
             bounds: (1e-6, 10.0),
             plausible: (0.05, 1.5),
             meaning: "tangential limit force per normal force, unless `foot_slip` states it",
+            size: Size::Place,
+            reach: None,
         },
     ],
     law: Law::SpinFriction,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: &[Evidence::Impacts],
+        starts: Starts::At(&[0.005, 0.01, 0.02, 0.05]),
+        columns: only_start!("radius"),
+        refused: beyond_the_limit,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The standing foot turns about the vertical where the swing leg's reaction exceeds what friction can hold.",
     symptom: "turns the standing foot about the vertical while the other leg swings",
     confounders: &[confounder("foot_slip", "Swing the leg about the vertical axis only.")],

@@ -2,15 +2,34 @@
 use super::*;
 
 /// A spring beside the drive.
-pub const PARALLEL_SPRING: Kind = Kind {
+pub static PARALLEL_SPRING: Kind = Kind {
     name: "parallel_spring",
     title: "Parallel spring",
     place: Place::Joint,
     parameters: &[
-        estimated("stiffness", "N m/rad", POSITIVE, (0.0, 500.0), "stiffness"),
-        estimated("rest_angle", "rad", INFINITE, (-6.3, 6.3), "angle without torque"),
+        estimated("stiffness", "N m/rad", POSITIVE, (0.0, 500.0), "stiffness").of_size(Size::NeverNothing),
+        estimated("rest_angle", "rad", INFINITE, (-6.3, 6.3), "angle without torque").of_size(Size::Place),
     ],
     law: Law::Torque("stiffness * (position - rest_angle)"),
+    simulation: Simulation::Formula,
+    search: Search {
+        sought: MOTION,
+        starts: Starts::None,
+        columns: Columns::Combined {
+            probes: |_| {
+                let spring = |rest: f64| vec![("stiffness", 1.0), ("rest_angle", rest)];
+                vec![vec![(1.0, spring(0.0))], vec![(1.0, spring(0.0)), (-1.0, spring(1.0))]]
+            },
+            // The second column is the torque of stiffness 1 per rad of rest angle, with its sign turned.
+            parameters: |_, c| match c {
+                [k, m] => vec![("stiffness", *k), ("rest_angle", -m / k)],
+                _ => Vec::new(),
+            },
+        },
+        refused: |_, _| None,
+    },
+    relations: Relations { contains: &["torque_bias"], resembles: &["torque_bias"], ..Relations::NONE },
+    identified: None,
     meaning: "An elastic element beside the drive: a spring, a cable loop, a tight cover.",
     symptom: "grows in proportion to the joint's angle, whatever the direction of motion",
     confounders: &[
@@ -22,7 +41,7 @@ pub const PARALLEL_SPRING: Kind = Kind {
 };
 
 /// A spring between motor and link.
-pub const SERIES_ELASTICITY: Kind = Kind {
+pub static SERIES_ELASTICITY: Kind = Kind {
     name: "series_elasticity",
     title: "Series elasticity",
     place: Place::Joint,
@@ -32,8 +51,21 @@ pub const SERIES_ELASTICITY: Kind = Kind {
         (1e-3, f64::INFINITY),
         (5.0, 1e6),
         "stiffness between motor and link",
-    )],
+    )
+    .of_size(Size::NeverNothing)],
     law: Law::SeriesElasticity,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: MOTION,
+        starts: Starts::None,
+        columns: Columns::Combined {
+            probes: |_| vec![unit("stiffness")],
+            parameters: |_, c| c.iter().map(|c| ("stiffness", 1.0 / c)).collect(),
+        },
+        refused: |_, _| None,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The transmission gives way: belt, cable, harmonic drive, or a spring by design.",
     symptom: "grows with the second derivative of the load; the motor angle leads in proportion to the torque",
     confounders: &[
@@ -44,7 +76,7 @@ pub const SERIES_ELASTICITY: Kind = Kind {
 };
 
 /// Play between motor and link.
-pub const BACKLASH: Kind = Kind {
+pub static BACKLASH: Kind = Kind {
     name: "backlash",
     title: "Backlash",
     place: Place::Joint,
@@ -57,9 +89,19 @@ pub const BACKLASH: Kind = Kind {
             bounds: (1e-9, f64::INFINITY),
             plausible: (1e-6, 10.0),
             meaning: "torque below which the play may be anywhere between its stops",
+            size: Size::Place,
+            reach: None,
         },
     ],
     law: Law::Backlash,
+    simulation: Simulation::Law,
+    search: Search::linear(MOTION),
+    relations: Relations {
+        // Stops give way a little, which would widen the play between them.
+        nuisance: Some(("series_elasticity", &[("stiffness", 3e3)])),
+        ..Relations::NONE
+    },
+    identified: None,
     meaning: "Play in the gear: the motor turns a little before the link follows.",
     symptom: "jumps where the load changes its sign; the motor angle differs by the play, one way or the other",
     confounders: &[
@@ -70,12 +112,26 @@ pub const BACKLASH: Kind = Kind {
 };
 
 /// A wrong torque constant.
-pub const TORQUE_GAIN: Kind = Kind {
+pub static TORQUE_GAIN: Kind = Kind {
     name: "torque_gain",
     title: "Gain of the torque signal",
     place: Place::Joint,
-    parameters: &[estimated("gain", "1", (0.05, 20.0), (0.5, 2.0), "true torque per reported torque")],
+    parameters: &[estimated("gain", "1", (0.05, 20.0), (0.5, 2.0), "true torque per reported torque")
+        .of_size(Size::NothingAt(1.0))],
     law: Law::Reading("torque / gain"),
+    simulation: Simulation::Gain("gain"),
+    search: Search {
+        sought: MOTION,
+        starts: Starts::None,
+        // 1/gain − 1 enters linearly.
+        columns: Columns::Combined {
+            probes: |_| vec![vec![(1.0, vec![("gain", 0.5)])]],
+            parameters: |_, c| c.iter().map(|c| ("gain", 1.0 / (1.0 + c))).collect(),
+        },
+        refused: same_gain,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The torque constant, the gear efficiency or the sensor's calibration is off by a factor.",
     symptom: "is a fixed fraction of the torque, with the same sign driving and braking",
     confounders: &[
@@ -86,12 +142,16 @@ pub const TORQUE_GAIN: Kind = Kind {
 };
 
 /// A constant offset.
-pub const TORQUE_BIAS: Kind = Kind {
+pub static TORQUE_BIAS: Kind = Kind {
     name: "torque_bias",
     title: "Bias of the torque signal",
     place: Place::Joint,
     parameters: &[estimated("bias", "N m", INFINITE, (-10.0, 10.0), "reported minus true torque")],
     law: Law::Reading("torque + bias"),
+    simulation: Simulation::Bias("bias"),
+    search: Search::linear(MOTION),
+    relations: Relations::NONE,
+    identified: identified("offset", "torque_offset", true, false, "N"),
     meaning: "The reported torque is off by a constant: sensor or current offset.",
     symptom: "is constant",
     confounders: &[
@@ -103,12 +163,23 @@ pub const TORQUE_BIAS: Kind = Kind {
 };
 
 /// The drive gives at most so much.
-pub const TORQUE_SATURATION: Kind = Kind {
+pub static TORQUE_SATURATION: Kind = Kind {
     name: "torque_saturation",
     title: "Saturation of the torque",
     place: Place::Joint,
-    parameters: &[estimated("limit", "N m", POSITIVE, (0.1, 1000.0), "largest true torque")],
+    parameters: &[estimated("limit", "N m", POSITIVE, (0.1, 1000.0), "largest true torque")
+        .of_size(Size::NeverNothing)
+        .within(NEAR)],
     law: Law::TrueTorque("clip(reading, -limit, limit)"),
+    simulation: Simulation::Limit("limit"),
+    search: Search {
+        sought: MOTION,
+        starts: Starts::Limits,
+        columns: only_start!("limit"),
+        refused: beyond_the_limit,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The drive cannot give the torque that is reported: current limit or voltage limit.",
     symptom: "is one-sided and shows only where the reported torque is largest",
     confounders: &[confounder("torque_gain", "Repeat the motion more slowly, away from the limit.")],
@@ -116,16 +187,39 @@ pub const TORQUE_SATURATION: Kind = Kind {
 };
 
 /// Cogging and gear errors.
-pub const TORQUE_RIPPLE: Kind = Kind {
+pub static TORQUE_RIPPLE: Kind = Kind {
     name: "torque_ripple",
     title: "Torque ripple",
     place: Place::Joint,
     parameters: &[
         estimated("amplitude", "N m", POSITIVE, (0.0, 10.0), "amplitude"),
-        estimated("periods_per_turn", "1", (0.5, 2000.0), (1.0, 500.0), "periods in one turn of the joint"),
-        estimated("phase", "rad", INFINITE, (-6.3, 6.3), "phase at position 0"),
+        estimated("periods_per_turn", "1", (0.5, 2000.0), (1.0, 500.0), "periods in one turn of the joint")
+            .of_size(Size::Place),
+        estimated("phase", "rad", INFINITE, (-6.3, 6.3), "phase at position 0").of_size(Size::Place),
     ],
     law: Law::Torque("amplitude * sin(periods_per_turn * position + phase)"),
+    simulation: Simulation::MotorFormula,
+    search: Search {
+        sought: MOTION,
+        starts: Starts::Periods,
+        columns: Columns::Combined {
+            probes: |periods| {
+                let wave = |phase: f64| {
+                    vec![(1.0, vec![("amplitude", 1.0), ("periods_per_turn", periods), ("phase", phase)])]
+                };
+                vec![wave(0.0), wave(std::f64::consts::FRAC_PI_2)]
+            },
+            parameters: |periods, c| match c {
+                [s, c] => {
+                    vec![("amplitude", s.hypot(*c)), ("periods_per_turn", periods), ("phase", c.atan2(*s))]
+                }
+                _ => Vec::new(),
+            },
+        },
+        refused: |_, _| None,
+    },
+    relations: Relations { repeats: true, ..Relations::NONE },
+    identified: None,
     meaning: "A torque that repeats with the angle: cogging, gear errors, an eccentric sensor.",
     symptom: "repeats with the joint's angle, not with time",
     confounders: &[confounder("parallel_spring", "Move over a whole period of the ripple.")],
@@ -133,7 +227,7 @@ pub const TORQUE_RIPPLE: Kind = Kind {
 };
 
 /// Torque comes later than reported.
-pub const ACTUATOR_DELAY: Kind = Kind {
+pub static ACTUATOR_DELAY: Kind = Kind {
     name: "actuator_delay",
     title: "Delay of the torque",
     place: Place::Joint,
@@ -145,6 +239,23 @@ pub const ACTUATOR_DELAY: Kind = Kind {
         "time from the reported to the true torque",
     )],
     law: Law::Delay,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: MOTION,
+        starts: Starts::At(&[0.001, 0.004, 0.015]),
+        columns: Columns::Combined {
+            probes: |delay| vec![slope("delay", delay)],
+            parameters: |_, c| c.iter().map(|c| ("delay", *c)).collect(),
+        },
+        // A slope over so much delay says nothing of a much smaller or larger one.
+        refused: |delay, c| {
+            let found = c.first().copied()?;
+            (!(0.3..3.0).contains(&(found / delay)))
+                .then(|| format!("its delay would be {found:.3e} s, another than was tried"))
+        },
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The torque acts later than the log says: communication, drive filter, unsynchronised clocks.",
     symptom: "is the rate of change of the torque times a constant",
     confounders: &[
@@ -156,7 +267,7 @@ pub const ACTUATOR_DELAY: Kind = Kind {
 };
 
 /// What another joint does to this one.
-pub const COUPLING: Kind = Kind {
+pub static COUPLING: Kind = Kind {
     name: "coupling",
     title: "Coupling of two joints",
     place: Place::JointPair,
@@ -170,7 +281,8 @@ pub const COUPLING: Kind = Kind {
             (-20.0, 20.0),
             "torque by the sign of the other joint's velocity (see differential)",
         ),
-        estimated("stiffness", "N m/rad", INFINITE, (-500.0, 500.0), "torque per angle of the other joint"),
+        estimated("stiffness", "N m/rad", INFINITE, (-500.0, 500.0), "torque per angle of the other joint")
+            .of_size(Size::NeverNothing),
         Parameter {
             name: "differential",
             unit: "1",
@@ -178,12 +290,42 @@ pub const COUPLING: Kind = Kind {
             bounds: (-100.0, 100.0),
             plausible: (-1.0, 1.0),
             meaning: "part of the joint's own velocity in the sign: 1 or -1 where a bearing turns with the sum or the difference of both joints, as in differential wrists",
+            size: Size::Place,
+            reach: None,
         },
         SMOOTHING,
     ],
     law: Law::Torque(
         "inertia * other_acceleration + damping * other_velocity + coulomb * sign(other_velocity + differential * velocity) + stiffness * other_position",
     ),
+    simulation: Simulation::Coupling { inertia: "inertia" },
+    search: Search {
+        sought: MOTION,
+        starts: Starts::Neighbours(&[0.0, 1.0, -1.0]),
+        columns: Columns::Combined {
+            probes: |differential| {
+                vec![
+                    unit("inertia"),
+                    unit("damping"),
+                    vec![(1.0, vec![("coulomb", 1.0), ("differential", differential)])],
+                    unit("stiffness"),
+                ]
+            },
+            parameters: |differential, c| match c {
+                [i, d, c, k] => {
+                    let mut all = vec![("inertia", *i), ("damping", *d), ("coulomb", *c), ("stiffness", *k)];
+                    if differential != 0.0 {
+                        all.push(("differential", differential));
+                    }
+                    all
+                }
+                _ => Vec::new(),
+            },
+        },
+        refused: |_, _| None,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The motion of one joint acts on another through cables, belts or a differential gear.",
     symptom: "follows the motion of another joint",
     confounders: &[confounder("inertia_error", "Move one of the two joints while the other holds still.")],
@@ -191,12 +333,16 @@ pub const COUPLING: Kind = Kind {
 };
 
 /// The user's own.
-pub const FORMULA: Kind = Kind {
+pub static FORMULA: Kind = Kind {
     name: "formula",
     title: "Formula",
     place: Place::Joint,
     parameters: &[SMOOTHING],
     law: Law::Formula,
+    simulation: Simulation::Formula,
+    search: Search::none(),
+    relations: Relations { repeats: true, ..Relations::NONE },
+    identified: None,
     meaning: "A torque that the description states as a formula.",
     symptom: "follows the formula",
     confounders: &[],

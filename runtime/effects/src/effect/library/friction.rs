@@ -4,12 +4,16 @@ use super::*;
 const SAME_SPEEDS: &str = "Move the joint at speeds that differ by a factor of five or more: only viscous friction grows with speed.";
 
 /// Proportional to velocity.
-pub const VISCOUS_FRICTION: Kind = Kind {
+pub static VISCOUS_FRICTION: Kind = Kind {
     name: "viscous_friction",
     title: "Viscous friction",
     place: Place::Joint,
     parameters: &[estimated("damping", "N m s/rad", POSITIVE, (0.0, 20.0), "damping coefficient")],
     law: Law::Torque("damping * velocity"),
+    simulation: Simulation::Damping("damping"),
+    search: Search::linear(MOTION),
+    relations: Relations::NONE,
+    identified: identified("viscous", "viscous_friction", true, true, "N s/m"),
     meaning: "A torque against the motion that grows in proportion to speed: grease, seals, eddy currents.",
     symptom: "grows in proportion to velocity",
     confounders: &[
@@ -23,12 +27,16 @@ pub const VISCOUS_FRICTION: Kind = Kind {
 };
 
 /// Depends on the sign of velocity.
-pub const COULOMB_FRICTION: Kind = Kind {
+pub static COULOMB_FRICTION: Kind = Kind {
     name: "coulomb_friction",
     title: "Coulomb friction",
     place: Place::Joint,
     parameters: &[estimated("torque", "N m", POSITIVE, (0.0, 30.0), "friction torque"), SMOOTHING],
     law: Law::Torque("torque * sign(velocity)"),
+    simulation: Simulation::Dry(Dry::Constant { positive: "torque", negative: "torque" }),
+    search: Search::linear(MOTION),
+    relations: Relations::NONE,
+    identified: identified("coulomb", "coulomb_friction", true, true, "N"),
     meaning: "A torque of constant size against the motion: dry friction in bearings, gears and seals.",
     symptom: "follows the sign of velocity and jumps where the joint reverses",
     confounders: &[
@@ -50,7 +58,7 @@ pub const COULOMB_FRICTION: Kind = Kind {
 };
 
 /// Different in the two directions.
-pub const ASYMMETRIC_COULOMB_FRICTION: Kind = Kind {
+pub static ASYMMETRIC_COULOMB_FRICTION: Kind = Kind {
     name: "asymmetric_coulomb_friction",
     title: "Asymmetric Coulomb friction",
     place: Place::Joint,
@@ -62,6 +70,15 @@ pub const ASYMMETRIC_COULOMB_FRICTION: Kind = Kind {
     law: Law::Torque(
         "(positive + negative) / 2 * sign(velocity) + (positive - negative) / 2 * abs(sign(velocity))",
     ),
+    simulation: Simulation::Dry(Dry::Constant { positive: "positive", negative: "negative" }),
+    search: Search::linear(MOTION),
+    relations: Relations {
+        contains: &["coulomb_friction", "torque_bias"],
+        resembles: &["torque_bias", "coulomb_friction", "stribeck_friction"],
+        sum_of: Some(["coulomb_friction", "torque_bias"]),
+        ..Relations::NONE
+    },
+    identified: None,
     meaning: "Dry friction that is larger in one direction than in the other.",
     symptom: "follows the sign of velocity, with different sizes in the two directions",
     confounders: &[
@@ -76,7 +93,7 @@ pub const ASYMMETRIC_COULOMB_FRICTION: Kind = Kind {
 };
 
 /// Larger at low speed.
-pub const STRIBECK_FRICTION: Kind = Kind {
+pub static STRIBECK_FRICTION: Kind = Kind {
     name: "stribeck_friction",
     title: "Stribeck friction",
     place: Place::Joint,
@@ -89,12 +106,49 @@ pub const STRIBECK_FRICTION: Kind = Kind {
             (1e-3, 100.0),
             (0.03, 5.0),
             "speed at which the excess has faded",
-        ),
+        )
+        .of_size(Size::Place),
         SMOOTHING,
     ],
     law: Law::Torque(
         "(coulomb + (static - coulomb) * exp(-(velocity / stribeck_velocity)^2)) * sign(velocity)",
     ),
+    simulation: Simulation::Dry(Dry::Stribeck {
+        coulomb: "coulomb",
+        at_rest: "static",
+        speed: "stribeck_velocity",
+    }),
+    search: Search {
+        sought: MOTION,
+        starts: Starts::At(&[0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0]),
+        columns: Columns::Combined {
+            probes: |speed| {
+                let torques = |coulomb: f64, at_rest: f64| {
+                    vec![(1.0, vec![("coulomb", coulomb), ("static", at_rest), ("stribeck_velocity", speed)])]
+                };
+                vec![torques(1.0, 0.0), torques(0.0, 1.0)]
+            },
+            parameters: |speed, c| match c {
+                [coulomb, rest] => {
+                    vec![("coulomb", *coulomb), ("static", *rest), ("stribeck_velocity", speed)]
+                }
+                _ => Vec::new(),
+            },
+        },
+        refused: |_, c| match c {
+            [coulomb, rest] if rest < coulomb => {
+                Some("friction would be smaller at rest than at speed".to_owned())
+            }
+            _ => None,
+        },
+    },
+    relations: Relations {
+        contains: &["coulomb_friction"],
+        resembles: &["coulomb_friction"],
+        repeats: true,
+        ..Relations::NONE
+    },
+    identified: None,
     meaning: "Dry friction that is larger near rest than at speed: boundary lubrication.",
     symptom: "follows the sign of velocity and is largest at low speed",
     confounders: &[
@@ -109,7 +163,7 @@ pub const STRIBECK_FRICTION: Kind = Kind {
 };
 
 /// Grows with the load on the gear.
-pub const LOAD_DEPENDENT_FRICTION: Kind = Kind {
+pub static LOAD_DEPENDENT_FRICTION: Kind = Kind {
     name: "load_dependent_friction",
     title: "Load-dependent friction",
     place: Place::Joint,
@@ -118,6 +172,10 @@ pub const LOAD_DEPENDENT_FRICTION: Kind = Kind {
         SMOOTHING,
     ],
     law: Law::Torque("coefficient * abs(load) * sign(velocity)"),
+    simulation: Simulation::Dry(Dry::Load("coefficient")),
+    search: Search::linear(MOTION),
+    relations: Relations::NONE,
+    identified: None,
     meaning: "Dry friction in proportion to the torque that the gear transmits: its efficiency.",
     symptom: "follows the sign of velocity, the more the larger the load torque",
     confounders: &[

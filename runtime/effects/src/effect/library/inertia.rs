@@ -4,7 +4,7 @@ use super::*;
 const WEIGH: &str = "Weigh the robot, or record a second run with a known extra mass.";
 
 /// Rotor and gear as seen from the joint.
-pub const ROTOR_INERTIA: Kind = Kind {
+pub static ROTOR_INERTIA: Kind = Kind {
     name: "rotor_inertia",
     title: "Rotor inertia",
     place: Place::Joint,
@@ -16,6 +16,10 @@ pub const ROTOR_INERTIA: Kind = Kind {
         "inertia at the joint, gear ratio squared times the rotor's",
     )],
     law: Law::Torque("inertia * acceleration"),
+    simulation: Simulation::Inertia("inertia"),
+    search: Search::linear(&[Evidence::Motion, Evidence::Impacts]),
+    relations: Relations::NONE,
+    identified: identified("rotor_inertia", "rotor_inertia", false, true, "kg"),
     meaning: "The inertia of motor and gear behind the gear ratio, which a URDF cannot state.",
     symptom: "grows in proportion to the joint's own acceleration, in any posture",
     confounders: &[
@@ -29,17 +33,45 @@ pub const ROTOR_INERTIA: Kind = Kind {
 };
 
 /// A point mass.
-pub const PAYLOAD: Kind = Kind {
+pub static PAYLOAD: Kind = Kind {
     name: "payload",
     title: "Payload",
     place: Place::Link,
     parameters: &[
         estimated("mass", "kg", POSITIVE, (0.0, 20.0), "point mass"),
-        estimated("x", "m", INFINITE, (-0.5, 0.5), "its position in the link frame"),
-        estimated("y", "m", INFINITE, (-0.5, 0.5), "its position in the link frame"),
-        estimated("z", "m", INFINITE, (-0.5, 0.5), "its position in the link frame"),
+        estimated("x", "m", INFINITE, (-0.5, 0.5), "its position in the link frame").of_size(Size::Place),
+        estimated("y", "m", INFINITE, (-0.5, 0.5), "its position in the link frame").of_size(Size::Place),
+        estimated("z", "m", INFINITE, (-0.5, 0.5), "its position in the link frame").of_size(Size::Place),
     ],
     law: Law::Payload,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: EVERYWHERE,
+        starts: Starts::None,
+        columns: Columns::Combined {
+            probes: |_| {
+                let mass = 1e-3;
+                let at = |x: f64, y: f64, z: f64| vec![("mass", mass), ("x", x), ("y", y), ("z", z)];
+                let none = at(0.0, 0.0, 0.0);
+                let shifted = |p: Parameters| vec![(1e6, p), (-1e6, none.clone())];
+                vec![
+                    vec![(1.0 / mass, none.clone())],
+                    // Shifts of a millimetre: what enters linearly is mass times position.
+                    shifted(at(1e-3, 0.0, 0.0)),
+                    shifted(at(0.0, 1e-3, 0.0)),
+                    shifted(at(0.0, 0.0, 1e-3)),
+                ]
+            },
+            parameters: |_, c| match c {
+                [m] => vec![("mass", *m)],
+                [m, x, y, z] => vec![("mass", *m), ("x", x / m), ("y", y / m), ("z", z / m)],
+                _ => Vec::new(),
+            },
+        },
+        refused: |_, _| None,
+    },
+    relations: Relations { contains: &["com_offset"], repeats: true, ..Relations::NONE },
+    identified: None,
     meaning: "A mass on a link that the URDF does not know: cables, covers, batteries, a tool.",
     symptom: "turns with gravity in the link's frame and shows at all joints before it",
     confounders: &[
@@ -52,7 +84,7 @@ pub const PAYLOAD: Kind = Kind {
 };
 
 /// A displaced centre of mass.
-pub const COM_OFFSET: Kind = Kind {
+pub static COM_OFFSET: Kind = Kind {
     name: "com_offset",
     title: "Offset of the centre of mass",
     place: Place::Link,
@@ -62,6 +94,10 @@ pub const COM_OFFSET: Kind = Kind {
         estimated("z", "m", INFINITE, (-0.08, 0.08), "shift of the centre of mass in the link frame"),
     ],
     law: Law::CenterOfMassOffset,
+    simulation: Simulation::Law,
+    search: Search::slopes(EVERYWHERE, 1e-4),
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The centre of mass of a link lies elsewhere than the URDF says.",
     symptom: "turns with gravity in the link's frame, without a change of weight",
     confounders: &[
@@ -76,8 +112,36 @@ pub const COM_OFFSET: Kind = Kind {
     experiment: "Take postures that turn the link about two horizontal axes.",
 };
 
+const fn change(name: &'static str, unit: &'static str, meaning: &'static str) -> Parameter {
+    let (role, size) = (Role::Setting(0.0), Size::NothingAt(0.0));
+    Parameter { name, unit, role, bounds: INFINITE, plausible: INFINITE, meaning, size, reach: None }
+}
+
+/// What a diagnosis corrects in a link beside the effects; no kind of a description, and not among the
+/// [`KINDS`](super::KINDS).
+pub static INERTIAL_CORRECTION: Kind = Kind {
+    name: "inertial_correction",
+    title: "Inertial correction",
+    place: Place::Link,
+    parameters: &[
+        change("mass", "kg", "change of the mass"),
+        change("x", "m", "shift of the centre of mass in the link frame"),
+        change("y", "m", "shift of the centre of mass in the link frame"),
+        change("z", "m", "shift of the centre of mass in the link frame"),
+    ],
+    law: Law::CenterOfMassOffset,
+    simulation: Simulation::Law,
+    search: Search::none(),
+    relations: Relations::NONE,
+    identified: None,
+    meaning: "Mass and centre of mass of a link are off by as much as CAD errors explain.",
+    symptom: "turns with gravity in the link's frame",
+    confounders: &[],
+    experiment: "Weigh the robot and its parts.",
+};
+
 /// Another inertia about the centre of mass.
-pub const INERTIA_ERROR: Kind = Kind {
+pub static INERTIA_ERROR: Kind = Kind {
     name: "inertia_error",
     title: "Error of the inertia",
     place: Place::Link,
@@ -126,6 +190,15 @@ pub const INERTIA_ERROR: Kind = Kind {
         ),
     ],
     law: Law::InertiaError,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: &[Evidence::Motion, Evidence::Contact, Evidence::Impacts],
+        starts: Starts::None,
+        columns: Columns::Inertial,
+        refused: |_, _| None,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The moments of inertia of a link differ from the URDF's.",
     symptom: "grows with angular accelerations of the link, also those caused by the joints before it",
     confounders: &[confounder("rotor_inertia", "Move the parent joints at the same time.")],

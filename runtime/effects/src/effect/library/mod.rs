@@ -6,10 +6,23 @@ mod friction;
 mod inertia;
 mod sensor;
 
-use super::kind::{Confounder, Kind, Law, Parameter, Place, Role};
+use super::kind::{Confounder, Identified, Kind, Law, Parameter, Place, Role, Size};
+use super::relations::Relations;
+use super::search::{Columns, Evidence, Parameters, Search, Starts, slope, unit};
+use super::simulation::{Dry, Simulation};
+
+/// All kinds by name.
+pub mod kinds {
+    pub use super::assumptions::*;
+    pub use super::contact::*;
+    pub use super::drive::*;
+    pub use super::friction::*;
+    pub use super::inertia::*;
+    pub use super::sensor::*;
+}
 
 /// All kinds, in the order in which documentation lists them.
-pub const KINDS: &[&Kind] = &[
+pub static KINDS: &[&Kind] = &[
     &friction::VISCOUS_FRICTION,
     &friction::COULOMB_FRICTION,
     &friction::ASYMMETRIC_COULOMB_FRICTION,
@@ -50,6 +63,11 @@ pub fn kind(name: &str) -> Option<&'static Kind> {
     KINDS.iter().copied().find(|kind| kind.name == name)
 }
 
+/// The kinds that a search looks for there.
+pub fn sought(evidence: Evidence) -> impl Iterator<Item = &'static Kind> {
+    KINDS.iter().copied().filter(move |kind| kind.search.sought.contains(&evidence))
+}
+
 /// What a torque law may depend on, besides its parameters.
 pub const VARIABLES: [&str; 7] = [
     "position",
@@ -72,7 +90,61 @@ const fn estimated(
     plausible: (f64, f64),
     meaning: &'static str,
 ) -> Parameter {
-    Parameter { name, unit, role: Role::Estimated, bounds, plausible, meaning }
+    let size = Size::NothingAt(0.0);
+    Parameter { name, unit, role: Role::Estimated, bounds, plausible, meaning, size, reach: None }
+}
+
+impl Parameter {
+    const fn of_size(self, size: Size) -> Self {
+        Self { size, ..self }
+    }
+    const fn within(self, reach: (f64, f64)) -> Self {
+        Self { reach: Some(reach), ..self }
+    }
+}
+
+/// A limit is where readings pile up: it does not wander off.
+const NEAR: (f64, f64) = (0.7, 1.4);
+
+const MOTION: &[Evidence] = &[Evidence::Motion];
+const ON_THE_GROUND: &[Evidence] = &[Evidence::Contact, Evidence::Postures];
+const EVERYWHERE: &[Evidence] = &[Evidence::Motion, Evidence::Contact, Evidence::Postures, Evidence::Impacts];
+
+/// The excess over a limit, which is what does not enter linearly, counts once: a factor far from one is another effect.
+fn beyond_the_limit(_limit: f64, coefficients: &[f64]) -> Option<String> {
+    let fits = coefficients.first().is_some_and(|c| (0.8..1.25).contains(c));
+    (!fits).then(|| "what lies beyond the limit does not fit".to_owned())
+}
+
+/// No sensor's gain is known better than this.
+const SAME_GAIN: f64 = 0.005;
+
+/// The coefficient is the relative deviation of a gain from 1.
+fn same_gain(_start: f64, coefficients: &[f64]) -> Option<String> {
+    let off = coefficients.first()?.abs();
+    (off < SAME_GAIN)
+        .then(|| format!("a gain that differs by {:.2} % is the sensor's tolerance", 100.0 * off))
+}
+
+/// The parameter that does not enter linearly is the only one; its response counts once.
+macro_rules! only_start {
+    ($name:literal) => {
+        Columns::Combined {
+            probes: |start| vec![vec![(1.0, vec![($name, start)])]],
+            parameters: |start, c| c.iter().map(|_| ($name, start)).collect(),
+        }
+    };
+}
+use only_start;
+
+const fn identified(
+    option: &'static str,
+    unknown: &'static str,
+    by_default: bool,
+    positive: bool,
+    sliding_unit: &'static str,
+) -> Option<Identified> {
+    Some(Identified { option, unknown, by_default, positive, sliding_unit })
 }
 
 /// Speed below which a smoothed sign is not ±1 yet.
@@ -83,6 +155,8 @@ const SMOOTHING: Parameter = Parameter {
     bounds: (1e-6, f64::INFINITY),
     plausible: (1e-4, 0.5),
     meaning: "speed over which friction changes its sign",
+    size: Size::Place,
+    reach: None,
 };
 
 const fn confounder(kind: &'static str, experiment: &'static str) -> Confounder {

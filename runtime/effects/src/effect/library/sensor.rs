@@ -4,12 +4,16 @@ use super::*;
 const TURN: &str = "Repeat with the robot turned by half a turn about the vertical.";
 
 /// A joint's zero is off.
-pub const ENCODER_OFFSET: Kind = Kind {
+pub static ENCODER_OFFSET: Kind = Kind {
     name: "encoder_offset",
     title: "Offset of a joint encoder",
     place: Place::Joint,
     parameters: &[estimated("offset", "rad", (-3.2, 3.2), (-0.35, 0.35), "logged minus true position")],
     law: Law::EncoderOffset,
+    simulation: Simulation::Law,
+    search: Search::slopes(EVERYWHERE, 1e-4),
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The zero of a joint's encoder is off.",
     symptom: "is the change of the gravity torques with this joint's angle, at several joints at once",
     confounders: &[
@@ -21,7 +25,7 @@ pub const ENCODER_OFFSET: Kind = Kind {
 };
 
 /// The upright direction is off.
-pub const GRAVITY_TILT: Kind = Kind {
+pub static GRAVITY_TILT: Kind = Kind {
     name: "gravity_tilt",
     title: "Tilt of gravity",
     place: Place::Robot,
@@ -36,6 +40,10 @@ pub const GRAVITY_TILT: Kind = Kind {
         ),
     ],
     law: Law::GravityTilt,
+    simulation: Simulation::Law,
+    search: Search::slopes(&[Evidence::Motion, Evidence::Contact, Evidence::Postures], 1e-4),
+    relations: Relations::NONE,
+    identified: None,
     meaning: "The base is tilted against gravity more than the log says: stand, IMU mounting, calibration.",
     symptom: "fits one rotation of gravity at all joints at once",
     confounders: &[
@@ -48,12 +56,25 @@ pub const GRAVITY_TILT: Kind = Kind {
 };
 
 /// A factor on foot forces.
-pub const FORCE_SENSOR_GAIN: Kind = Kind {
+pub static FORCE_SENSOR_GAIN: Kind = Kind {
     name: "force_sensor_gain",
     title: "Gain of a foot force sensor",
     place: Place::Sensor,
-    parameters: &[estimated("gain", "1", (0.05, 20.0), (0.7, 1.4), "reported force per true force")],
+    parameters: &[estimated("gain", "1", (0.05, 20.0), (0.7, 1.4), "reported force per true force")
+        .of_size(Size::NothingAt(1.0))],
     law: Law::ForceSensorGain,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: ON_THE_GROUND,
+        starts: Starts::None,
+        columns: Columns::Combined {
+            probes: |_| vec![vec![(1e4, vec![("gain", 1.0001)])]],
+            parameters: |_, c| c.iter().map(|c| ("gain", 1.0 + c)).collect(),
+        },
+        refused: same_gain,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "A foot force sensor's calibration is off by a factor.",
     symptom: "is a fixed fraction of the reported force",
     confounders: &[confounder("payload", "Weigh the robot on a scale.")],
@@ -61,7 +82,7 @@ pub const FORCE_SENSOR_GAIN: Kind = Kind {
 };
 
 /// A constant on foot forces.
-pub const FORCE_SENSOR_BIAS: Kind = Kind {
+pub static FORCE_SENSOR_BIAS: Kind = Kind {
     name: "force_sensor_bias",
     title: "Bias of a foot force sensor",
     place: Place::Sensor,
@@ -71,6 +92,10 @@ pub const FORCE_SENSOR_BIAS: Kind = Kind {
         estimated("z", "N", INFINITE, (-60.0, 60.0), "reported minus true force, world axes"),
     ],
     law: Law::ForceSensorBias,
+    simulation: Simulation::Law,
+    search: Search::linear(ON_THE_GROUND),
+    relations: Relations::NONE,
+    identified: None,
     meaning: "A foot force sensor is off by a constant.",
     symptom: "is constant, also while the foot is in the air",
     confounders: &[
@@ -82,12 +107,23 @@ pub const FORCE_SENSOR_BIAS: Kind = Kind {
 };
 
 /// A limit of foot forces.
-pub const FORCE_SENSOR_SATURATION: Kind = Kind {
+pub static FORCE_SENSOR_SATURATION: Kind = Kind {
     name: "force_sensor_saturation",
     title: "Saturation of a foot force sensor",
     place: Place::Sensor,
-    parameters: &[estimated("limit", "N", POSITIVE, (1.0, 1e4), "largest reading")],
+    parameters: &[estimated("limit", "N", POSITIVE, (1.0, 1e4), "largest reading")
+        .of_size(Size::NeverNothing)
+        .within(NEAR)],
     law: Law::ForceSensorSaturation,
+    simulation: Simulation::Law,
+    search: Search {
+        sought: ON_THE_GROUND,
+        starts: Starts::Limits,
+        columns: only_start!("limit"),
+        refused: beyond_the_limit,
+    },
+    relations: Relations::NONE,
+    identified: None,
     meaning: "A foot force sensor reports no more than its limit.",
     symptom: "shows only where the reading stays at its largest value",
     confounders: &[confounder("force_sensor_gain", "Load the sensor lightly: a gain stays.")],

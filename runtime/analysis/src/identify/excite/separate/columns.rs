@@ -6,7 +6,7 @@ use crate::identify::excite::{Machine, Motion};
 use crate::measure::Recording;
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Law, Location, Place};
+use bipedc_effects::effect::{Effect, Kind, Law, Location, Place, Size};
 use nalgebra::DMatrix;
 
 /// An effect of the library at a place.
@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 pub struct Candidate {
     /// With usual values.
     pub usual: Effect,
-    kind: &'static str,
+    kind: &'static Kind,
     /// Value of the parameter that does not enter linearly.
     setting: f64,
 }
@@ -49,17 +49,19 @@ impl Candidate {
             return Err(Diagnostic::error(format!("`{}` needs {what}", kind.name))
                 .help(format!("say where it is: {help}")));
         }
-        let usual: Vec<(&str, f64)> =
-            kind.estimated().map(|p| (p.name, if p.name == "gain" { 1.1 } else { p.example() })).collect();
-        let usual = Effect::new(kind.name, location, &usual);
+        let usual: Vec<(&str, f64)> = kind
+            .estimated()
+            .map(|p| (p.name, if p.size == Size::NothingAt(1.0) { 1.1 } else { p.example() }))
+            .collect();
+        let usual = Effect::new(kind, location, &usual);
         let setting = ["stribeck_velocity", "periods_per_turn", "delay"];
         let setting = setting.iter().find_map(|name| usual.parameters.get(*name).copied());
-        Ok(Self { usual, kind: kind.name, setting: setting.unwrap_or(0.0) })
+        Ok(Self { usual, kind, setting: setting.unwrap_or(0.0) })
     }
 
     /// Whether it shows only on a base that may be turned: one that is floating in the model and stays at rest.
     pub fn turns_the_world(&self) -> bool {
-        self.usual.definition().is_some_and(|kind| kind.law == Law::GravityTilt)
+        self.usual.kind.law == Law::GravityTilt
     }
 }
 
@@ -104,7 +106,7 @@ impl<'r, 'm> Bench<'r, 'm> {
     /// Samples on both sides that a sample's torques depend on: a delay looks ahead.
     pub fn reach(&self, count: usize) -> usize {
         let effects = self.pair.effects.iter().map(|effect| &effect.usual).chain(self.pair.present);
-        let delays = effects.filter(|effect| effect.definition().is_some_and(|kind| kind.law == Law::Delay));
+        let delays = effects.filter(|effect| effect.kind.law == Law::Delay);
         let step = self.duration / (count.max(2) - 1) as f64;
         delays.map(|effect| (effect.value("delay") / step).floor() as usize + 2).max().unwrap_or(0)
     }
