@@ -103,7 +103,7 @@ fn pinocchio_s_torques_give_back_the_description() {
 fn rotors_that_act_as_inertias_are_grouped() {
     let robot = Simulated::new("tulip_v1_leg", "fixed");
     let joints = robot.subject.joints.len();
-    let rotor = |joint| Extra { law: Law::Rotor, joint, other: joint };
+    let rotor = |joint| Extra { law: Law::ROTOR, joint, other: joint };
     let extras: Vec<(Extra, f64)> = (0..joints).map(|j| (rotor(j), 0.01 * (j + 1) as f64)).collect();
     let design = robot.design(extras.iter().map(|(e, _)| *e).collect());
     let grouped: Vec<&str> = design

@@ -142,11 +142,12 @@ impl Simulated {
     pub fn measure(&self, r: &mut Recording, extras: &[(Extra, f64)], noise: &mut dyn FnMut(usize) -> f64) {
         let nb = self.subject.base.nv();
         let nv = nb + self.subject.joints.len();
+        let extras: Vec<_> = extras.iter().map(|(extra, x)| (extra.torque(), x)).collect();
         for i in 0..r.time.len() {
             let tau = self.forces(r, i);
             let (v, a) = (r.v[i * nv + nb..(i + 1) * nv].to_vec(), r.a[i * nv + nb..(i + 1) * nv].to_vec());
             for (j, effort) in r.effort.iter_mut().enumerate() {
-                let friction: f64 = extras.iter().filter_map(|(e, x)| Some(x * e.torque(j, &v, &a)?)).sum();
+                let friction: f64 = extras.iter().filter_map(|(e, x)| Some(*x * e.on(j, &v, &a)?)).sum();
                 effort.as_mut().unwrap().push(tau[nb + j] + friction + noise(j));
             }
         }
@@ -182,7 +183,7 @@ impl Simulated {
 
 /// The same three laws at every joint.
 pub fn friction(joints: usize) -> Vec<(Extra, f64)> {
-    let laws = [(Law::Viscous, 0.3), (Law::Coulomb, 0.5), (Law::Offset, -0.2)];
+    let laws = [(Law::VISCOUS, 0.3), (Law::COULOMB, 0.5), (Law::OFFSET, -0.2)];
     (0..joints)
         .flat_map(|joint| {
             laws.map(|(law, x)| (Extra { law, joint, other: joint }, x * (1.0 + 0.1 * joint as f64)))

@@ -130,6 +130,32 @@ fn a_spring_and_the_rotor_before_it() {
     assert!(after < 0.4 * before, "{before} {after}");
 }
 
+/// A kind of which only the library knows: it is listed, simulated, found, written, emitted and identified.
+#[test]
+fn a_kind_of_the_library_goes_through_all_tools() {
+    assert!(bipedc(&["effects"]).ok().out.contains("quadratic_drag"));
+    let hidden = Hidden::simulated("drag", &effect("quadratic_drag", KNEE, "drag = 0.8"));
+
+    let words = ["identify", text(&hidden.robot), text(&hidden.train), "--base", "fixed", "--json"];
+    let run = bipedc(&[&words[..], &["--friction", "viscous,quadratic_drag"]].concat()).ok().json();
+    let unknowns = run["parameters"].as_array().unwrap();
+    let drag = unknowns.iter().find(|unknown| unknown["name"] == "left_knee_pitch.quadratic_drag").unwrap();
+    assert_eq!(drag["unit"], "N m s²/rad²");
+    near(drag["value"].as_f64().unwrap(), 0.8, 0.05);
+
+    let (found, before, after) = hidden.amended(&["--inertial", "none"]);
+    assert_eq!(found.len(), 1, "{found:?}");
+    near(value(&found, "quadratic_drag", "drag"), 0.8, 0.02);
+    assert!(after < 0.6 * before, "{before} {after}");
+    let again = hidden.diagnosed(&["--inertial", "none"]);
+    assert_eq!(again["steps"].as_array().unwrap().len(), 0, "{again}");
+
+    let out = hidden.robot.join("generated");
+    bipedc(&["generate", text(&hidden.robot), "--out", text(&out)]).ok();
+    let code = std::fs::read_to_string(out.join("src/inverse_dynamics.rs")).unwrap();
+    assert!(code.contains("Contains the effects: Quadratic drag at left_knee_pitch"), "the code says it");
+}
+
 #[test]
 fn a_mass_on_a_link() {
     let place = "link = \"left_tibia\"";

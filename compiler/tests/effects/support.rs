@@ -104,6 +104,7 @@ pub fn close(got: &[f64], expected: &[f64], tolerance: f64, what: &str) {
 pub fn joint_effects(joint: &str, other: &str) -> Vec<Effect> {
     let numbers: &[(&str, &[(&str, f64)])] = &[
         ("viscous_friction", &[("damping", 0.3)]),
+        ("quadratic_drag", &[("drag", 0.2)]),
         ("coulomb_friction", &[("torque", 0.43)]),
         ("asymmetric_coulomb_friction", &[("positive", 0.4), ("negative", 0.2), ("smoothing", 0.1)]),
         ("stribeck_friction", &[("coulomb", 0.3), ("static", 0.5), ("stribeck_velocity", 0.4)]),

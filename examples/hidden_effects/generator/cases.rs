@@ -158,6 +158,10 @@ const CONTACT: &[(Experiment, Entry)] = &[
 /// Feet that strike flat; last, so that the sampling of the others does not depend on them.
 const FLAT: &[Entry] = &[("tulip", "spin_friction", ""), ("biped_3d", "spin_friction", "")];
 
+/// Added after the others, whose sampling does not depend on them.
+const LATER: &[Entry] =
+    &[("biped_3d", "quadratic_drag", "right_knee_pitch"), ("five_link", "quadratic_drag", "left_hip_pitch")];
+
 const CLEAN: &[(Experiment, &str)] = &[
     (Experiment::Hanging, "tulip"),
     (Experiment::Hanging, "five_link"),
@@ -224,6 +228,9 @@ pub fn all() -> Vec<Plan> {
     }
     for &(robot, kind, at) in FLAT {
         add(format!("flatimpacts_{kind}"), Group::Single, robot, Experiment::FlatImpacts, &[(kind, at)]);
+    }
+    for &(robot, kind, at) in LATER {
+        add(kind.to_owned(), Group::Single, robot, Experiment::Hanging, &[(kind, at)]);
     }
     cases
 }

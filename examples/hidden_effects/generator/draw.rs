@@ -47,6 +47,7 @@ fn joint_or_sensor(
     let r = random;
     match part.kind {
         "viscous_friction" => vec![("damping", (size / own.velocity).clamp(0.01, 5.0))],
+        "quadratic_drag" => vec![("drag", (size / own.velocity.powi(2)).clamp(0.01, 5.0))],
         "coulomb_friction" => vec![("torque", size.min(3.0))],
         "asymmetric_coulomb_friction" => {
             let (a, b) = (size, size * r.range(0.35, 0.6));

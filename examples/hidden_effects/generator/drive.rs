@@ -76,6 +76,8 @@ pub struct Drive {
     /// Proportional and differential gain of the controller.
     pub gains: [f64; 2],
     pub viscous: f64,
+    /// N m s²/rad²
+    pub drag: f64,
     pub rotor: f64,
     /// Stiffness and rest angle.
     pub spring: [f64; 2],
@@ -98,6 +100,7 @@ impl Default for Drive {
         Self {
             gains: [0.0; 2],
             viscous: 0.0,
+            drag: 0.0,
             rotor: 0.0,
             spring: [0.0; 2],
             ripple: [0.0; 3],
@@ -139,6 +142,7 @@ fn install(drive: &mut Drive, effect: &Effect, other: Option<usize>) -> Result<(
     let value = |name: &str| effect.value(name);
     match effect.kind.name {
         "viscous_friction" => drive.viscous += value("damping"),
+        "quadratic_drag" => drive.drag += value("drag"),
         "coulomb_friction" => {
             let torque = value("torque");
             drive.dry.push(Dry::Constant { positive: torque, negative: torque });
@@ -198,7 +202,9 @@ pub fn smooth_torque(drive: &Drive, joint: usize, state: &Moving<'_>) -> f64 {
     let (q, v) = (state.q[joint], state.v[joint]);
     let [stiffness, rest] = drive.spring;
     let [amplitude, periods, phase] = drive.ripple;
-    let mut torque = drive.viscous * v + stiffness * (q - rest) + amplitude * (periods * q + phase).sin();
+    let mut torque = (drive.viscous + drive.drag * v.abs()) * v
+        + stiffness * (q - rest)
+        + amplitude * (periods * q + phase).sin();
     if let Some((other, [_, damping, coulomb, stiffness])) = drive.coupling {
         let w = state.v[other];
         // Sharper than the diagnosis' sign, and of another shape.

@@ -1,6 +1,6 @@
 //! How far found numbers are from the true ones.
 use crate::generator::Scales;
-use bipedc_effects::effect::{Effect};
+use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 

@@ -219,14 +219,14 @@ impl<'a> Design<'a> {
                     out.extend_from_slice(&work.entries[start..start + count]);
                 }
                 Source::Extra(k) => {
-                    let (extra, joint) = (self.extras[k], channel.joint.unwrap_or(usize::MAX));
+                    let (torque, joint) = (self.extras[k].torque(), channel.joint.unwrap_or(usize::MAX));
                     let joints = |values: &'_ [f64], i: usize| -> std::ops::Range<usize> {
                         debug_assert!(values.len() >= (i + 1) * nv);
                         i * nv + nb..(i + 1) * nv
                     };
                     out.extend((0..count).map(|i| {
                         let range = joints(batch.v, i);
-                        extra.torque(joint, &batch.v[range.clone()], &batch.a[range]).unwrap_or(0.0)
+                        torque.on(joint, &batch.v[range.clone()], &batch.a[range]).unwrap_or(0.0)
                     }));
                 }
             }

@@ -32,4 +32,4 @@ pub use result::*;
 pub use run::{Answer, Feed, Judge, Options, Parts, identify, judged};
 pub use survey::{Survey, survey};
 pub use triangle::Triangle;
-pub use unknowns::{BaseSet, Extra, ExtraChoice, Law, Part, Source, Unknown, joint};
+pub use unknowns::{BaseSet, Extra, ExtraChoice, ExtraTorque, Law, Part, Source, Unknown, joint, offered};

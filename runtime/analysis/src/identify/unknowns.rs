@@ -1,7 +1,7 @@
 //! What is estimated: base parameters of the rigid bodies, and what joints add to them.
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
-use serde::Serialize;
+use bipedc_effects::effect::{Identified, KINDS, Kind, UnitTorque, kinds};
 
 /// The base parameters of the observed rows (thesis 5.2): which sums of inertial parameters these rows depend on.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -28,17 +28,10 @@ impl BaseSet {
 }
 
 /// A torque that a joint has beside that of rigid bodies, linear in one parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
-    /// Times the joint's velocity; N m s/rad.
-    Viscous,
-    /// Times the sign of the joint's velocity; N m.
-    Coulomb,
-    /// Constant; N m.
-    Offset,
-    /// Times the joint's acceleration: the rotor behind its gear; kg m².
-    Rotor,
+    /// A kind of effect that is offered to identifications ([`Kind::identified`]).
+    Joint(&'static Kind),
     /// Times the other joint's acceleration, on both of a pair; kg m².
     CoupledInertia,
     /// Times the other joint's velocity, on both of a pair; N m s/rad.
@@ -48,17 +41,30 @@ pub enum Law {
 }
 
 impl Law {
+    /// Times the joint's velocity; N m s/rad.
+    pub const VISCOUS: Self = Self::Joint(&kinds::VISCOUS_FRICTION);
+    /// Times the sign of the joint's velocity; N m.
+    pub const COULOMB: Self = Self::Joint(&kinds::COULOMB_FRICTION);
+    /// Constant; N m.
+    pub const OFFSET: Self = Self::Joint(&kinds::TORQUE_BIAS);
+    /// Times the joint's acceleration: the rotor behind its gear; kg m².
+    pub const ROTOR: Self = Self::Joint(&kinds::ROTOR_INERTIA);
+
+    fn identified(self) -> Option<Identified> {
+        match self {
+            Self::Joint(kind) => kind.identified,
+            Self::CoupledInertia | Self::CoupledViscous | Self::CoupledCoulomb => None,
+        }
+    }
+
     /// Whether a negative value has no physical meaning.
     pub fn is_positive(self) -> bool {
-        matches!(self, Self::Viscous | Self::Coulomb | Self::Rotor)
+        self.identified().is_some_and(|identified| identified.positive)
     }
 
     fn name(self) -> &'static str {
         match self {
-            Self::Viscous => "viscous_friction",
-            Self::Coulomb => "coulomb_friction",
-            Self::Offset => "torque_offset",
-            Self::Rotor => "rotor_inertia",
+            Self::Joint(kind) => kind.identified.map_or(kind.name, |identified| identified.unknown),
             Self::CoupledInertia => "coupled_inertia",
             Self::CoupledViscous => "coupled_viscous_friction",
             Self::CoupledCoulomb => "coupled_coulomb_friction",
@@ -67,12 +73,14 @@ impl Law {
 
     fn unit(self, prismatic: bool) -> &'static str {
         match (self, prismatic) {
-            (Self::Viscous | Self::CoupledViscous, false) => "N m s/rad",
-            (Self::Viscous | Self::CoupledViscous, true) => "N s/m",
-            (Self::Coulomb | Self::Offset | Self::CoupledCoulomb, false) => "N m",
-            (Self::Coulomb | Self::Offset | Self::CoupledCoulomb, true) => "N",
-            (Self::Rotor | Self::CoupledInertia, false) => "kg m²",
-            (Self::Rotor | Self::CoupledInertia, true) => "kg",
+            (Self::Joint(kind), false) => kind.estimated().next().map_or("1", |parameter| parameter.unit),
+            (Self::Joint(kind), true) => kind.identified.map_or("1", |identified| identified.sliding_unit),
+            (Self::CoupledViscous, false) => "N m s/rad",
+            (Self::CoupledViscous, true) => "N s/m",
+            (Self::CoupledCoulomb, false) => "N m",
+            (Self::CoupledCoulomb, true) => "N",
+            (Self::CoupledInertia, false) => "kg m²",
+            (Self::CoupledInertia, true) => "kg",
         }
     }
 }
@@ -104,34 +112,46 @@ impl Extra {
         self.law.unit(subject.joints[self.joint].prismatic)
     }
 
-    /// Torque on `joint` for a parameter of 1; `None` if it has none there. `v`, `a`: of all joints.
-    pub fn torque(&self, joint: usize, v: &[f64], a: &[f64]) -> Option<f64> {
-        if joint != self.joint && joint != self.other {
+    /// What tells its torque; to be made once for many samples.
+    pub fn torque(self) -> ExtraTorque {
+        let unit = match self.law {
+            Law::Joint(kind) => UnitTorque::of(kind),
+            Law::CoupledInertia | Law::CoupledViscous | Law::CoupledCoulomb => None,
+        };
+        ExtraTorque { extra: self, unit }
+    }
+}
+
+/// The torque of an [`Extra`] for a parameter of 1.
+#[derive(Debug, Clone)]
+pub struct ExtraTorque {
+    extra: Extra,
+    unit: Option<UnitTorque>,
+}
+
+impl ExtraTorque {
+    /// Torque on `joint`; `None` if it has none there. `v`, `a`: of all joints.
+    pub fn on(&self, joint: usize, v: &[f64], a: &[f64]) -> Option<f64> {
+        let extra = &self.extra;
+        if joint != extra.joint && joint != extra.other {
             return None;
         }
-        let across = if joint == self.joint { self.other } else { self.joint };
+        let across = if joint == extra.joint { extra.other } else { extra.joint };
         let sign = |x: f64| f64::from(i8::from(x > 0.0) - i8::from(x < 0.0));
-        Some(match self.law {
-            Law::Viscous => v[joint],
-            Law::Coulomb => sign(v[joint]),
-            Law::Offset => 1.0,
-            Law::Rotor => a[joint],
-            Law::CoupledInertia => a[across],
-            Law::CoupledViscous => v[across],
-            Law::CoupledCoulomb => sign(v[self.joint] + v[self.other]),
-        })
+        match extra.law {
+            Law::Joint(_) => Some(self.unit.as_ref()?.at(v[joint], a[joint])),
+            Law::CoupledInertia => Some(a[across]),
+            Law::CoupledViscous => Some(v[across]),
+            Law::CoupledCoulomb => Some(sign(v[extra.joint] + v[extra.other])),
+        }
     }
 }
 
 /// Which extras a model has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExtraChoice {
-    /// Friction proportional to velocity.
-    pub viscous: bool,
-    /// Dry friction.
-    pub coulomb: bool,
-    /// Constant torque: the sensor's zero, or asymmetric friction.
-    pub offset: bool,
+    /// At every joint, in the order of the library.
+    pub laws: Vec<&'static Kind>,
     /// Joints with a rotor whose inertia the effort has to move too.
     pub rotors: Vec<usize>,
     /// Pairs of joints whose drives turn together.
@@ -140,30 +160,22 @@ pub struct ExtraChoice {
     pub exactly: Option<Vec<(Extra, f64)>>,
 }
 
+/// The kinds of effects that an identification offers at joints.
+pub fn offered() -> impl Iterator<Item = (&'static Kind, Identified)> {
+    KINDS.iter().filter_map(|kind| Some((*kind, kind.identified?)))
+}
+
 impl Default for ExtraChoice {
     fn default() -> Self {
-        Self {
-            viscous: true,
-            coulomb: true,
-            offset: true,
-            rotors: Vec::new(),
-            coupled: Vec::new(),
-            exactly: None,
-        }
+        let usual = offered().filter(|(_, identified)| identified.by_default);
+        Self { laws: usual.map(|(kind, _)| kind).collect(), ..Self::none() }
     }
 }
 
 impl ExtraChoice {
     /// No friction, no offset: rigid bodies alone.
     pub fn none() -> Self {
-        Self {
-            viscous: false,
-            coulomb: false,
-            offset: false,
-            rotors: Vec::new(),
-            coupled: Vec::new(),
-            exactly: None,
-        }
+        Self { laws: Vec::new(), rotors: Vec::new(), coupled: Vec::new(), exactly: None }
     }
 
     /// Value of an extra in the description; zero where it says nothing.
@@ -179,14 +191,9 @@ impl ExtraChoice {
         }
         let mut list = Vec::new();
         for &joint in observed {
-            let laws = [
-                (self.rotors.contains(&joint), Law::Rotor),
-                (self.viscous, Law::Viscous),
-                (self.coulomb, Law::Coulomb),
-                (self.offset, Law::Offset),
-            ];
-            let wanted = laws.into_iter().filter(|(wanted, _)| *wanted);
-            list.extend(wanted.map(|(_, law)| Extra { law, joint, other: joint }));
+            let rotor = self.rotors.contains(&joint).then_some(Law::ROTOR);
+            let laws = self.laws.iter().map(|kind| Law::Joint(kind)).filter(|law| Some(*law) != rotor);
+            list.extend(rotor.into_iter().chain(laws).map(|law| Extra { law, joint, other: joint }));
         }
         for &(joint, other) in &self.coupled {
             let laws = [Law::CoupledInertia, Law::CoupledViscous, Law::CoupledCoulomb];

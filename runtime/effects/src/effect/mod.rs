@@ -15,6 +15,7 @@ mod library;
 mod relations;
 mod search;
 mod simulation;
+mod unit_torque;
 
 pub use instance::{Effect, Location, OwnParameter};
 pub use kind::{Acts, Confounder, Identified, Kind, Law, Parameter, Place, Role, Size};
@@ -22,3 +23,4 @@ pub use library::{KINDS, VARIABLES, kind, kinds, sought};
 pub use relations::Relations;
 pub use search::{Columns, Evidence, Parameters, Probe, Search, Starts};
 pub use simulation::{Dry, Simulation};
+pub use unit_torque::UnitTorque;

@@ -55,7 +55,7 @@ impl<'a, 'd> JointRows<'a, 'd> {
         let count = piece.range.len();
         for (place, &unknown) in channel.places.iter().enumerate() {
             let Source::Extra(k) = self.design.unknowns[unknown].source else { continue };
-            if self.design.extras[k].law == Law::Coulomb && self.trains[index].has_motor() {
+            if self.design.extras[k].law == Law::COULOMB && self.trains[index].has_motor() {
                 let turns_back = self.trains[index].gear_ratio.signum();
                 let signs = &chunk.motors[index].sign[piece.range.clone()];
                 let column = &mut out[place * count..(place + 1) * count];

@@ -189,9 +189,9 @@ fn extras(trains: &[Train], joints: &[usize], laws: Laws) -> Vec<(Extra, f64)> {
         let stiff = train.has_motor() && !train.is_elastic();
         let gear = train.gear_ratio.abs();
         let wanted = [
-            (stiff && laws.viscous, Law::Viscous, gear * gear * train.viscous_friction),
-            (stiff && laws.coulomb, Law::Coulomb, gear * train.coulomb_friction),
-            (train.has_motor() && laws.offset, Law::Offset, 0.0),
+            (stiff && laws.viscous, Law::VISCOUS, gear * gear * train.viscous_friction),
+            (stiff && laws.coulomb, Law::COULOMB, gear * train.coulomb_friction),
+            (train.has_motor() && laws.offset, Law::OFFSET, 0.0),
         ];
         let of = |law| Extra { law, joint: train.joint, other: train.joint };
         all.extend(wanted.into_iter().filter(|w| w.0).map(|(_, law, value)| (of(law), value)));

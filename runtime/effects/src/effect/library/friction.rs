@@ -3,6 +3,8 @@ use super::*;
 
 const SAME_SPEEDS: &str = "Move the joint at speeds that differ by a factor of five or more: only viscous friction grows with speed.";
 
+const FASTER: &str = "Move the joint at speeds that differ by a factor of five or more, up to the fastest: drag grows with the square of speed.";
+
 /// Proportional to velocity.
 pub static VISCOUS_FRICTION: Kind = Kind {
     name: "viscous_friction",
@@ -18,12 +20,30 @@ pub static VISCOUS_FRICTION: Kind = Kind {
     symptom: "grows in proportion to velocity",
     confounders: &[
         confounder("coulomb_friction", SAME_SPEEDS),
+        confounder("quadratic_drag", FASTER),
         confounder(
             "actuator_delay",
             "Excite at two frequencies a decade apart: a delay's lag grows with frequency, damping does not.",
         ),
     ],
     experiment: "Sweep the joint back and forth at several constant speeds.",
+};
+
+/// Proportional to the square of velocity.
+pub static QUADRATIC_DRAG: Kind = Kind {
+    name: "quadratic_drag",
+    title: "Quadratic drag",
+    place: Place::Joint,
+    parameters: &[estimated("drag", "N m s²/rad²", POSITIVE, (0.0, 10.0), "drag coefficient")],
+    law: Law::Torque("drag * abs(velocity) * velocity"),
+    simulation: Simulation::Formula,
+    search: Search::linear(MOTION),
+    relations: Relations::NONE,
+    identified: identified("quadratic_drag", "quadratic_drag", false, true, "N s²/m²"),
+    meaning: "A torque against the motion that grows with the square of speed: air, a liquid, a damper with an orifice.",
+    symptom: "grows with the square of velocity, against the motion",
+    confounders: &[confounder("viscous_friction", FASTER), confounder("coulomb_friction", FASTER)],
+    experiment: "Sweep the joint back and forth at several constant speeds, up to the fastest.",
 };
 
 /// Depends on the sign of velocity.

@@ -24,6 +24,7 @@ pub mod kinds {
 /// All kinds, in the order in which documentation lists them.
 pub static KINDS: &[&Kind] = &[
     &friction::VISCOUS_FRICTION,
+    &friction::QUADRATIC_DRAG,
     &friction::COULOMB_FRICTION,
     &friction::ASYMMETRIC_COULOMB_FRICTION,
     &friction::STRIBECK_FRICTION,
