@@ -6,7 +6,7 @@
 mod reproduction;
 
 use bipedc::ProgramRegressor;
-use bipedc::standing::{Root, Standing as Rooted};
+use bipedc::identification::standing::{Root, Standing as Rooted};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::contact_log::ContactExperiment;
 use bipedc_analysis::identify::cop::least_squares;

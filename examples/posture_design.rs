@@ -5,7 +5,7 @@
 #[path = "reproduction/mod.rs"]
 mod reproduction;
 
-use bipedc::standing::{Root, Standing as Rooted};
+use bipedc::identification::standing::{Root, Standing as Rooted};
 use bipedc_analysis::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};

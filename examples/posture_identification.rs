@@ -5,7 +5,7 @@
 #[path = "reproduction/mod.rs"]
 mod reproduction;
 
-use bipedc::standing::{Root, Standing as Rooted};
+use bipedc::identification::standing::{Root, Standing as Rooted};
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::cop::{

@@ -1,22 +1,10 @@
-//! The `bipedc` command: parses arguments, calls the libraries, prints.
-mod amendment;
-mod arguments;
+//! The `bipedc` command: parses arguments, calls the library, prints.
 mod commands;
-mod crate_paths;
-mod currents;
-mod diagnosing;
-mod energies;
-mod explaining;
-mod failure;
-mod free_running;
-mod identifying;
-mod interruption;
-mod measurements;
-mod output;
-mod reporting;
+mod terminal;
 
 use clap::Parser;
 use std::process::ExitCode;
+use terminal::{failure, interruption, output};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -27,6 +27,21 @@ const ANALYSIS: [&[&str]; 6] = [
     &["compare", "diagnose", "identify", "simulate"],
     &["report"],
 ];
+/// The same of the root package: its library, then the command on top of it.
+const ROOT: [&[&str]; 8] = [
+    &["amendment", "crate_paths", "kinds", "progress", "robot", "table"],
+    &["film", "measurements"],
+    &["report", "simulation"],
+    &["comparison", "diagnosis", "identification"],
+    &["excitation"],
+    &["workbench"],
+    &["terminal"],
+    &["commands"],
+];
+/// Modules of the root package that belong to the command.
+const COMMAND: [&str; 3] = ["commands", "main", "terminal"];
+/// What only a command does: read arguments, print, end with a code.
+const COMMANDS_DO: [&str; 7] = ["ExitCode", "clap", "eprint", "eprintln", "indicatif", "print", "println"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -169,14 +184,44 @@ fn no_module_stands_on_itself() {
 }
 
 #[test]
-fn the_analysis_has_floors() {
-    let arrows = arrows("runtime/analysis/src");
-    let floor = |name: &str| ANALYSIS.iter().position(|floor| floor.contains(&name));
-    for (module, others) in &arrows {
-        let own = floor(module).unwrap_or_else(|| panic!("`{module}` has no floor"));
-        for other in others {
-            assert!(floor(other) < Some(own), "`{module}` names `{other}`, which is not below it");
+fn modules_have_floors() {
+    for (folder, floors) in [("runtime/analysis/src", &ANALYSIS[..]), ("src", &ROOT[..])] {
+        let floor = |name: &str| floors.iter().position(|floor| floor.contains(&name));
+        for (module, others) in &arrows(folder) {
+            let own = floor(module).unwrap_or_else(|| panic!("{folder}: `{module}` has no floor"));
+            for other in others {
+                assert!(floor(other) < Some(own), "{folder}: `{module}` names `{other}`, not below it");
+            }
         }
+    }
+}
+
+/// All names in a text.
+fn names(tokens: TokenStream, found: &mut Names) {
+    for token in tokens {
+        match token {
+            TokenTree::Ident(name) => drop(found.insert(name.to_string())),
+            TokenTree::Group(group) => names(group.stream(), found),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn the_library_reads_no_arguments_and_prints_nothing() {
+    let folder = root().join("src");
+    let mut files = Vec::new();
+    sources(&folder, &mut files);
+    for file in files {
+        let below = file.strip_prefix(&folder).unwrap().with_extension("");
+        let module = below.iter().next().unwrap().to_str().unwrap();
+        if COMMAND.contains(&module) {
+            continue;
+        }
+        let mut found = Names::new();
+        names(fs::read_to_string(&file).unwrap().parse().unwrap(), &mut found);
+        let of_commands: Vec<&&str> = COMMANDS_DO.iter().filter(|name| found.contains(**name)).collect();
+        assert!(of_commands.is_empty(), "{}: {of_commands:?}", file.display());
     }
 }
 

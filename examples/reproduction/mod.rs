@@ -1,7 +1,7 @@
 //! What the reproductions share: TUlip, a TUlip whose parameters are others, postures, and numbers that look random.
 #![allow(dead_code)]
 use bipedc::feet;
-use bipedc::standing::Standing as Rooted;
+use bipedc::identification::standing::Standing as Rooted;
 use bipedc_analysis::robot::{BaseKind, Foot, Joint, JointLayout, Robot as Parts};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};

@@ -33,36 +33,51 @@ pub struct Amended {
 /// A description that does not read, before or after; effects that are not there; files that cannot be written. Then
 /// nothing was changed.
 pub fn amend(path: &Path, proposal: &Proposal, dry_run: bool) -> Result<Amended, Diagnostics> {
-    let description = description_path(path).map_err(one)?;
-    let _lock = Lock::of_folder(&description, &[&description, &History::path(&description)]).map_err(one)?;
+    let description = description_path(path)?;
+    let _lock = Lock::of_folder(&description, &[&description, &History::path(&description)])?;
     let sources = SourceFiles::load(&description)?;
-    let (robot, old_warnings) = sources.parse()?;
-    let mut history = History::open(&description).map_err(one)?;
+    let read = sources.parse()?;
+    let mut history = History::open(&description)?;
+    let amended = entered(&sources, read, &mut history, proposal)?;
+    if !dry_run {
+        write(&description, &amended.before, &amended.after, &history)?;
+    }
+    Ok(amended)
+}
+
+/// Amends a description that stays in memory: nothing is read, nothing is written, no history is kept.
+///
+/// # Errors
+/// As [`amend`], without those of files.
+pub fn amend_in_memory(sources: &SourceFiles, proposal: &Proposal) -> Result<Amended, Diagnostics> {
+    entered(sources, sources.parse()?, &mut History::default(), proposal)
+}
+
+/// What a proposal makes of a description, entered into its history.
+fn entered(
+    sources: &SourceFiles,
+    (robot, old_warnings): (RobotDescription, Vec<Diagnostic>),
+    history: &mut History,
+    proposal: &Proposal,
+) -> Result<Amended, Diagnostics> {
+    let description = sources.toml_path.clone();
     let (date, before) = (now(), sources.toml_text.clone());
-    let remarks = settle(&mut history, &before, &date);
+    let remarks = settle(history, &before, &date);
 
     let mut step = new_step(proposal, history.steps.len() + 1, date, &before);
     let mut after = before.clone();
     for proposed in &proposal.effects {
-        let (text, change) =
-            put(&after, proposed, &step, &robot).map_err(|e| one(e.in_file(&description)))?;
+        let (text, change) = put(&after, proposed, &step, &robot).map_err(|e| e.in_file(&description))?;
         (after, step.changes) = (text, pushed(std::mem::take(&mut step.changes), change));
     }
-    let (amended, warnings) = read_amended(&sources, &after)?;
-    verify(&robot, amended, &mut step.changes).map_err(|e| one(e.in_file(&description)))?;
+    let (amended, warnings) = read_amended(sources, &after)?;
+    verify(&robot, amended, &mut step.changes).map_err(|e| e.in_file(&description))?;
     step.after = Version::of(&after);
 
     history.steps.push(step.clone());
-    if !dry_run {
-        write(&description, &before, &after, &history).map_err(one)?;
-    }
     let is_new = |warning: &Diagnostic| old_warnings.iter().all(|old| old.message != warning.message);
     let warnings = warnings.into_iter().filter(is_new).map(unplaced).collect();
     Ok(Amended { step, description, before, after, remarks, warnings })
-}
-
-fn one(error: Diagnostic) -> Diagnostics {
-    Diagnostics(vec![error])
 }
 
 fn pushed(mut list: Vec<Change>, change: Change) -> Vec<Change> {

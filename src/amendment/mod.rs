@@ -5,8 +5,7 @@
 //! that were asked for and says otherwise the same as before.
 mod apply;
 pub mod diagnosis;
-pub mod estimate;
-pub mod files;
+mod files;
 pub mod history;
 pub mod picture;
 pub mod svg;
@@ -14,7 +13,7 @@ mod text;
 mod undo;
 pub mod words;
 
-pub use apply::{Amended, amend};
+pub use apply::{Amended, amend, amend_in_memory};
 pub use undo::{Undone, undo};
 
 use bipedc_analysis::measure::Source;

@@ -1,7 +1,8 @@
 //! `bipedc inspect ROBOT base-parameters`: which parameters matter, in exact arithmetic.
-use crate::arguments::RobotArguments;
-use crate::failure::Outcome;
-use crate::output;
+use crate::terminal::arguments::RobotArguments;
+use crate::terminal::failure::Outcome;
+use crate::terminal::output;
+use crate::terminal::progress::spin;
 use bipedc_compiler::exact::{Model, ParameterList, Question};
 use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
@@ -58,8 +59,7 @@ impl BaseParametersArguments {
             list,
             ..Question::new(of.parse::<Model>()?)
         };
-        let answer =
-            output::progress("eliminating in exact arithmetic", || question.answer(&read.description))?;
+        let answer = spin("eliminating in exact arithmetic", || question.answer(&read.description))?;
         if json {
             output::print_json(&answer)?;
         } else {

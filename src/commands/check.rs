@@ -1,7 +1,7 @@
 //! `bipedc check`: everything wrong or odd with a robot.
-use crate::arguments::RobotArguments;
-use crate::failure::{Failure, Outcome};
-use crate::output::{self, Message};
+use crate::terminal::arguments::RobotArguments;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output::{self, Message};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::requested_functions;
 use bipedc_compiler::description::{CheckReport, check_report};
@@ -41,7 +41,7 @@ struct Json {
 impl Check {
     /// Reads and reports.
     pub fn run(self) -> Outcome {
-        match self.robot.read_quietly().and_then(compilable) {
+        match self.robot.open_quietly().and_then(|bench| compilable(bench.into_robot())) {
             Ok(robot) => self.succeed(&robot),
             Err(failure) if self.json => {
                 output::print_json(&json(&failure.0, None))?;

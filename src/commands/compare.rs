@@ -1,24 +1,14 @@
 //! `bipedc compare`: what the model predicts against what was measured, and where they differ.
-mod places;
-
-use crate::arguments::RobotArguments;
-use crate::currents::{self, Prepared};
-use crate::failure::{Failure, Outcome};
-use crate::measurements::{Content, Measured, content, subject};
-use crate::reporting::{self, Outputs};
-use crate::{free_running, output};
-use bipedc::ProgramTorques;
-use bipedc_analysis::compare::{Comparison, FreeRun, Reading, channels_of, compare_file};
-use bipedc_analysis::diagnose::{Breakdown, breakdowns};
+use crate::terminal::arguments::RobotArguments;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output;
+use crate::terminal::pages::Pages;
+use bipedc::Workbench;
+use bipedc::comparison::Options;
 use bipedc_analysis::log::Mapping;
-use bipedc_analysis::measure::{Options, VelocitySource};
-use bipedc_analysis::report::Report;
-use bipedc_compiler::Robot;
-use bipedc_compiler::compile::FunctionRequest;
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_analysis::measure::{self, VelocitySource};
 use clap::Args;
-use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
@@ -71,7 +61,7 @@ pub struct Compare {
     #[arg(long, value_name = "HZ", value_delimiter = ',')]
     cutoff: Vec<f64>,
     /// Left out of the error at both ends and beside gaps, s
-    #[arg(long, value_name = "S", default_value_t = Options::default().trim_s)]
+    #[arg(long, value_name = "S", default_value_t = measure::Options::default().trim_s)]
     trim: f64,
     /// Take velocities from the log's velocity columns instead of filtered positions
     #[arg(long)]
@@ -90,7 +80,7 @@ pub struct Compare {
     #[arg(long, value_name = "FOOT")]
     foot: Option<String>,
     #[command(flatten)]
-    outputs: Outputs,
+    pages: Pages,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -99,7 +89,7 @@ pub struct Compare {
 impl Compare {
     /// A whole log, with all defaults.
     pub fn of_log(robot: RobotArguments, log: PathBuf) -> Self {
-        let trim = Options::default().trim_s;
+        let trim = measure::Options::default().trim_s;
         let (from, to, cutoff, mapping) = (None, None, Vec::new(), None);
         Self {
             robot,
@@ -113,93 +103,35 @@ impl Compare {
             places: false,
             free_run: None,
             foot: None,
-            outputs: Outputs::NONE,
+            pages: Pages::NONE,
             json: false,
         }
     }
 
     /// Reads, compares, prints.
     pub fn run(self) -> Outcome {
-        let described = self.robot.read()?;
-        self.check_files(&described)?;
-        let prepared = currents::prepare(&described, &[&self.log], &self.mapping()?)?;
-        let Prepared { robot, mapping, assumptions, warnings, .. } = prepared;
-        let content = content(&subject(&robot.tree()?)?, &self.log, &mapping)?;
-        if self.free_run.is_some() {
-            free_running::refuse(&robot, content, &self.log, &mapping)?;
+        let bench = self.robot.open()?;
+        self.check_files(&bench)?;
+        let log = bench.log_with(&self.log, self.mapping()?)?;
+        let compared = bench.compare_with(&log, &self.options())?;
+        if let Some(report) = &compared.report {
+            self.pages.write(report)?;
         }
-        let (comparison, loaded_at) = match content {
-            Content::Efforts => {
-                let comparison = compare_efforts(&robot, &self.log, &mapping, &self.options())?;
-                let cutoff = comparison.cutoff_hz;
-                (Some(comparison), Some(cutoff))
-            }
-            _ => (None, None),
-        };
-        let detailed = self.places || self.outputs.wanted();
-        let (mut comparison, places) = match comparison {
-            Some(comparison) if !detailed => (comparison, None),
-            comparison => {
-                let options = Options { cutoff_hz: loaded_at.or(self.options().cutoff_hz), ..self.options() };
-                self.look_closer(&robot, &mapping, &options, comparison)?
-            }
-        };
-        let options = Options { cutoff_hz: Some(comparison.cutoff_hz), ..self.options() };
-        let run = |seconds| free_running::predict(&robot, &self.log, &mapping, &options, seconds);
-        let free_run = self.free_run.map(run).transpose()?;
-        comparison.assumptions.extend(assumptions);
-        comparison.warnings.extend(warnings);
-        output::diagnostics(&comparison.warnings);
+        output::diagnostics(&compared.warnings);
         if self.json {
-            let (places, free_run) = (places.as_deref(), free_run.as_ref());
-            output::print_json(&Json { comparison: &comparison, places, free_run })?;
+            output::print_json(&compared)?;
         } else {
-            let more = places.map(|places| places::text(&places)).unwrap_or_default();
-            let run = free_run.as_ref().map(free_running::text).unwrap_or_default();
-            output::print(&format!("{comparison}{more}{run}"))?;
+            output::print(&compared.to_string())?;
         }
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Loads the file as an experiment: for what only that knows, and for files that are no logs of efforts.
-    fn look_closer(
-        &self,
-        robot: &Robot,
-        mapping: &Mapping,
-        options: &Options,
-        comparison: Option<Comparison>,
-    ) -> Result<(Comparison, Option<Vec<Breakdown>>), Failure> {
-        let mut measured = output::progress("deriving", || Measured::new(robot))?;
-        measured.with_joints = true;
-        let cutoff = measured.cutoff(&self.log, mapping, options)?;
-        let cutoff_hz = (cutoff > 0.0).then_some(cutoff);
-        let options = Options { cutoff_hz, ..options.clone() };
-        let foot = self.foot.as_deref();
-        let loaded = output::progress("reading", || measured.load(&self.log, mapping, &options, foot))?;
-        let comparison = comparison.unwrap_or_else(|| {
-            let reading = Reading {
-                abscissa: loaded.content.abscissa(),
-                cutoff_hz: loaded.cutoff_hz,
-                trim_s: if loaded.content == Content::Contacts { options.trim_s } else { 0.0 },
-                missing: Vec::new(),
-                assumptions: loaded.assumptions.clone(),
-                warnings: loaded.warnings.clone(),
-            };
-            Comparison::of_experiment(&*loaded.experiment, reading)
-        });
-        if self.outputs.wanted() {
-            let report = reporting::of_measurements(robot, &measured, &loaded, None)?;
-            self.outputs.write(&Report { history: reporting::steps_of(&self.robot.path), ..report })?;
-        }
-        Ok((comparison, self.places.then(|| breakdowns(&*loaded.experiment))))
-    }
-
     /// Before anything is computed: outputs must not be inputs.
-    fn check_files(&self, robot: &Robot) -> Result<(), Failure> {
-        let mut ledger = self.robot.ledger(robot);
+    fn check_files(&self, bench: &Workbench) -> Result<(), Failure> {
+        let mut ledger = bench.ledger();
         ledger.reads("the log", &self.log);
         self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
-        Ok(self.outputs.note(&mut ledger)?)
+        Ok(self.pages.note(&mut ledger)?)
     }
 
     fn mapping(&self) -> Result<Mapping, Failure> {
@@ -207,60 +139,26 @@ impl Compare {
     }
 
     fn options(&self) -> Options {
-        let mut options =
-            Options { from_s: self.from, to_s: self.to, trim_s: self.trim, ..Options::default() };
+        Options {
+            reading: self.reading(),
+            places: self.places,
+            free_run: self.free_run,
+            foot: self.foot.clone(),
+            report: self.pages.wanted(),
+        }
+    }
+
+    fn reading(&self) -> measure::Options {
+        let (from_s, to_s, trim_s) = (self.from, self.to, self.trim);
+        let mut reading = measure::Options { from_s, to_s, trim_s, ..measure::Options::default() };
         match self.cutoff.as_slice() {
             [] => {}
-            [only] => options.cutoff_hz = Some(*only),
-            several => options.candidates = several.to_vec(),
+            [only] => reading.cutoff_hz = Some(*only),
+            several => reading.candidates = several.to_vec(),
         }
         if self.logged_velocity {
-            options.velocity = VelocitySource::Logged;
+            reading.velocity = VelocitySource::Logged;
         }
-        options
+        reading
     }
-}
-
-/// Logged efforts against the compiled model with the effects of its description.
-///
-/// Effects that no function of one state contains (delays, saturated drives) are applied to the whole log instead.
-fn compare_efforts(
-    robot: &Robot,
-    log: &Path,
-    mapping: &Mapping,
-    options: &Options,
-) -> Result<Comparison, Failure> {
-    let subject = subject(&robot.tree()?)?;
-    let request = FunctionRequest::of_robot("inverse_dynamics");
-    let compiled = output::progress("deriving", || robot.compile_only(&[request]))?;
-    let mut torques = ProgramTorques::new(&compiled)?;
-    let mut comparison = output::progress("reading and comparing", || {
-        compare_file(&mut torques, &subject, log, mapping, options)
-    })?;
-    let outside = |effect: &Effect| matches!(effect.kind.law, Law::Delay | Law::TrueTorque(_));
-    if !robot.description.effects.iter().any(outside) {
-        return Ok(comparison);
-    }
-    let measured = output::progress("deriving", || Measured::new(robot))?;
-    let mut all = Vec::new();
-    for cutoff in comparison.cutoffs.iter().map(|c| c.cutoff_hz) {
-        let options = Options { cutoff_hz: Some(cutoff), ..options.clone() };
-        let experiment = output::progress("reading and comparing", || {
-            measured.efforts(log, mapping, &options, usize::MAX)
-        })?;
-        all.push((cutoff, channels_of(&experiment)));
-    }
-    comparison.judged_again(all);
-    Ok(comparison)
-}
-
-/// A comparison and, if asked, where it fails.
-#[derive(Serialize)]
-struct Json<'a> {
-    #[serde(flatten)]
-    comparison: &'a Comparison,
-    #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
-    places: Option<&'a [Breakdown]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    free_run: Option<&'a FreeRun>,
 }

@@ -1,17 +1,16 @@
 //! `bipedc diagnose`: which physical effect is missing, where, how large, how sure.
-use crate::arguments::RobotArguments;
-use crate::diagnosing::{Request, diagnose_files};
-use crate::explaining::until_explained;
-use crate::failure::{Failure, Outcome};
-use crate::measurements::{Loaded, Measured};
-use crate::output;
-use crate::reporting::{self, Outputs};
-use bipedc_analysis::diagnose::{Diagnosis, Found, Options};
+use crate::terminal::arguments::RobotArguments;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output;
+use crate::terminal::pages::Pages;
+use bipedc::amendment::{Amended, description_path, words};
+use bipedc::diagnosis::{self, Options};
+use bipedc::workbench::{Explained, Told};
+use bipedc::{Diagnostic, Diagnostics, Log, Workbench};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure;
-use bipedc_analysis::report::Report;
-use bipedc_analysis::robot::link_inertias::CadError;
 use clap::{Args, ValueEnum};
+use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -95,7 +94,7 @@ pub struct Diagnose {
     #[arg(long, value_name = "KIND,…", value_delimiter = ',')]
     channels: Vec<String>,
     #[command(flatten)]
-    outputs: Outputs,
+    pages: Pages,
     /// Print the answer as JSON (docs/diagnosis.md explains every key)
     #[arg(long)]
     json: bool,
@@ -104,43 +103,72 @@ pub struct Diagnose {
 impl Diagnose {
     /// Reads, searches, prints.
     pub fn run(self) -> Outcome {
-        self.check_files()?;
+        let bench = self.robot.open_quietly()?;
+        self.check_files(&bench)?;
         if self.until_explained {
-            return until_explained(&self.robot, &self.request()?);
+            return self.explain(&bench);
         }
-        let robot = self.robot.read()?;
-        let report = |measured: &Measured, judge: &Loaded<'_>, answer: &Diagnosis| {
-            if !self.outputs.wanted() {
-                return Ok(());
-            }
-            let report = reporting::of_measurements(&robot, measured, judge, Some(answer))?;
-            self.outputs.write(&Report { history: reporting::steps_of(&self.robot.path), ..report })
-        };
-        let (answer, warnings) = diagnose_files(&robot, &self.request()?, &report)?;
-        output::diagnostics(&warnings);
+        output::diagnostics(&bench.robot().warnings);
+        let (log, judge) = self.logs(&bench, self.mapping()?)?;
+        let found = bench.diagnose_with(&log, judge.as_ref(), &self.options())?;
+        if let Some(report) = &found.report {
+            self.pages.write(report)?;
+        }
+        output::diagnostics(&found.warnings);
         if self.json {
-            output::print_json(&answer)?;
+            output::print_json(&found)?;
         } else {
-            output::print(&text(&answer))?;
+            output::print(&found.to_string())?;
         }
         Ok(ExitCode::SUCCESS)
     }
 
+    /// Diagnoses and amends in turn.
+    fn explain(&self, bench: &Workbench) -> Outcome {
+        let mapping = self.mapping()?;
+        // Better now than after the search.
+        description_path(bench.path())?;
+        output::diagnostics(&bench.robot().warnings);
+        let (log, judge) = self.logs(bench, mapping)?;
+        let options = Options { report: false, ..self.options() };
+        let explained = bench.explain((&log, judge.as_ref()), &options, &mut |told| {
+            let text = match told {
+                Told::Warnings(warnings) => {
+                    output::diagnostics(warnings);
+                    return Ok(());
+                }
+                Told::Step(amended) => {
+                    output::diagnostics(&amended.warnings);
+                    step(amended)
+                }
+            };
+            output::print(&text).map_err(|error| Diagnostics::from(Diagnostic::error(error.to_string())))
+        })?;
+        output::print(&end(&explained))?;
+        Ok(ExitCode::SUCCESS)
+    }
+
     /// Before anything is computed: outputs must not be inputs.
-    fn check_files(&self) -> Result<(), Failure> {
-        let mut ledger = self.robot.ledger(&self.robot.read_quietly()?);
+    fn check_files(&self, bench: &Workbench) -> Result<(), Failure> {
+        let mut ledger = bench.ledger();
         ledger.reads("the log", &self.log);
         self.validate.iter().for_each(|log| ledger.reads("the log of --validate", log));
         self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
-        Ok(self.outputs.note(&mut ledger)?)
+        Ok(self.pages.note(&mut ledger)?)
     }
 
-    fn request(&self) -> Result<Request, Failure> {
-        let nothing = CadError { mass: 0.0, center: 0.0, inertia: 0.0 };
-        Ok(Request {
-            log: self.log.clone(),
-            validate: self.validate.clone(),
-            mapping: self.mapping.as_deref().map(Mapping::open).transpose()?.unwrap_or_default(),
+    fn mapping(&self) -> Result<Mapping, Failure> {
+        Ok(self.mapping.as_deref().map(Mapping::open).transpose()?.unwrap_or_default())
+    }
+
+    fn logs(&self, bench: &Workbench, mapping: Mapping) -> Result<(Log, Option<Log>), Failure> {
+        let log = bench.log_with(&self.log, mapping.clone())?;
+        let judge = self.validate.as_ref().map(|log| bench.log_with(log, mapping)).transpose()?;
+        Ok((log, judge))
+    }
+
+    fn options(&self) -> Options {
+        Options {
             reading: measure::Options {
                 cutoff_hz: self.cutoff,
                 from_s: self.from,
@@ -150,64 +178,37 @@ impl Diagnose {
             foot: self.foot.clone(),
             with_joints: self.with_joints,
             channels: self.channels.clone(),
-            search: Options {
-                cad: if self.inertial == Inertial::None { nothing } else { CadError::default() },
-                widening: if self.inertial == Inertial::Free { 50.0 } else { 1.0 },
-                most: self.most,
-                standing: Vec::new(),
+            inertial: match self.inertial {
+                Inertial::Prior => diagnosis::Inertial::Prior,
+                Inertial::None => diagnosis::Inertial::Known,
+                Inertial::Free => diagnosis::Inertial::Free,
             },
+            most: self.most,
             anyway: self.anyway,
             refit: self.refit,
-        })
+            report: self.pages.wanted(),
+        }
     }
 }
 
-/// The answer for people: words, then tables.
-fn text(d: &Diagnosis) -> String {
-    let mut out = format!("{}\n", d.summary);
-    if !d.effects.is_empty() {
-        out.push('\n');
-        out.push_str(&output::table(
-            &["effect", "where", "parameter", "value", "95 % from", "to", "unit", "share"],
-            d.effects.iter().flat_map(effect_rows).collect(),
-            3,
-        ));
+/// After a step.
+fn step(amended: &Amended) -> String {
+    let mut text = format!("step {}\n", amended.step.step);
+    for change in &amended.step.changes {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {}: {}", words::title(&change.effect), words::parameters(&change.effect));
     }
-    out.push('\n');
-    let rows = d
-        .rows
-        .iter()
-        .map(|(name, fall)| {
-            let number = |x: f64| format!("{x:.4}");
-            vec![name.clone(), number(fall.before), number(fall.after), number(fall.noise), fall.unit.clone()]
-        })
-        .collect();
-    out.push_str(&output::table(&["held-out rms", "before", "after", "noise", "unit"], rows, 1));
-    out
+    if let Some(error) = amended.step.errors.first() {
+        let _ = writeln!(text, "  error: {}", words::error(error));
+    }
+    text
 }
 
-fn bound(x: f64) -> String {
-    if x.is_finite() { format!("{x:.5}") } else { "unknown".to_owned() }
-}
-
-fn effect_rows(found: &Found) -> Vec<Vec<String>> {
-    let effect = &found.effect;
-    found
-        .ci95
-        .iter()
-        .enumerate()
-        .map(|(k, (name, [low, high]))| {
-            let first = |text: String| if k == 0 { text } else { String::new() };
-            vec![
-                first(effect.kind.name.to_owned()),
-                first(effect.location.to_string()),
-                name.clone(),
-                format!("{:.5}", effect.value(name)),
-                bound(*low),
-                bound(*high),
-                effect.unit(name).to_owned(),
-                first(format!("{:.1} %", 100.0 * found.share)),
-            ]
-        })
-        .collect()
+/// After the last.
+fn end(explained: &Explained) -> String {
+    if !explained.is_complete() {
+        return "something more was found in every search: look at the report before going on\n".to_owned();
+    }
+    let head = if explained.searches == 1 { "nothing was added" } else { "nothing more earns its place" };
+    format!("{head}\n{}\n", explained.last.summary)
 }

@@ -1,8 +1,9 @@
 //! `bipedc effects`: the library of what a rigid-body model may lack.
-use super::amend::demand_kind;
-use crate::amendment::words::unit_words;
-use crate::failure::Outcome;
-use crate::output;
+use crate::terminal::failure::Outcome;
+use crate::terminal::output;
+use bipedc::amendment::words::unit_words;
+use bipedc::kinds::demand_kind;
+use bipedc::table::table;
 use bipedc_effects::effect::{KINDS, Kind, Law, Parameter, Place, Role};
 use clap::Args;
 use serde_json::{Value, json};
@@ -52,7 +53,7 @@ fn list() -> String {
     let rows = KINDS.iter().map(|kind| {
         vec![kind.name.to_owned(), place(kind).0.to_owned(), parameters(kind), kind.meaning.to_owned()]
     });
-    output::table(&["kind", "place", "parameters (unit)", "meaning"], rows.collect(), 4)
+    table(&["kind", "place", "parameters (unit)", "meaning"], rows.collect(), 4)
         + "\nbipedc effects KIND shows law, symptom and what it is confused with; bipedc amend adds one to a robot.\n"
 }
 
@@ -127,7 +128,7 @@ fn card(kind: &Kind) -> String {
             ]
         });
         let head = ["parameter", "unit", "meaning", "value", "possible", "usual"];
-        text += &output::table(&head, rows.collect(), 6);
+        text += &table(&head, rows.collect(), 6);
         text.push('\n');
     }
     if !kind.confounders.is_empty() {

@@ -1,7 +1,9 @@
 //! `bipedc evaluate`: any function at states from a file.
-use crate::arguments::{RobotArguments, SubjectArguments};
-use crate::failure::Outcome;
-use crate::output;
+use crate::terminal::arguments::{RobotArguments, SubjectArguments};
+use crate::terminal::failure::Outcome;
+use crate::terminal::output;
+use crate::terminal::progress::spin;
+use bipedc::table::table;
 use bipedc_compiler::compile::Function;
 use bipedc_compiler::program::Evaluator;
 use bipedc_compiler::states::{Coordinates, read_states};
@@ -70,7 +72,7 @@ impl Evaluate {
             Diagnostic::error(format!("cannot read the states: {error}")).in_file(&self.states)
         })?;
         let states = read_states(&text, &self.states, &robot.tree()?)?;
-        let compiled = output::progress("deriving", || {
+        let compiled = spin("deriving", || {
             let compiled = robot.compile_only(std::slice::from_ref(&request))?;
             bipedc_compiler::self_check(&robot.description, &compiled)?;
             Ok::<_, Diagnostic>(compiled)
@@ -149,7 +151,7 @@ fn tables(function: &Function, values: &[Vec<f64>]) -> String {
             let numbers = column_major.iter().skip(r).step_by(rows).map(|x| format!("{x:.9}"));
             [function.rows[r].clone(), function.row_units[r].clone()].into_iter().chain(numbers).collect()
         };
-        out += &output::table(&head, (0..rows).map(row).collect(), 2);
+        out += &table(&head, (0..rows).map(row).collect(), 2);
     }
     out
 }

@@ -1,8 +1,9 @@
 //! `bipedc history`: what was done to a description, and how the error fell.
-use crate::amendment::history::{Action, Stair, Standing, Step};
-use crate::amendment::{self, open, picture, svg, words};
-use crate::failure::Outcome;
-use crate::{output, reporting};
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output;
+use bipedc::amendment::history::{Action, Stair, Standing, Step};
+use bipedc::amendment::{self, open, picture, svg, words};
+use bipedc::report;
 use bipedc_analysis::report::{Report, write};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -59,13 +60,7 @@ impl History {
         if let Some(file) = &self.svg {
             write_with_folders(file, &svg::staircase(&stairs))?;
         }
-        if let Some(file) = &self.report {
-            let robot = description.parent().and_then(Path::file_name).unwrap_or_default();
-            let robot = robot.to_string_lossy().into_owned();
-            let title = format!("{}: what was added, and how the error fell", description.display());
-            write(&Report { title, robot, history: reporting::steps(&history), ..Report::default() }, file)?;
-            output::remark(&format!("wrote {}", file.display()));
-        }
+        self.write_page(&description, &history)?;
         if self.json {
             let steps = history.steps.iter().map(without_text).collect();
             let state = state(standing);
@@ -94,6 +89,16 @@ impl History {
         }
         output::print(&out)?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn write_page(&self, description: &Path, history: &amendment::history::History) -> Result<(), Failure> {
+        let Some(file) = &self.report else { return Ok(()) };
+        let robot = description.parent().and_then(Path::file_name).unwrap_or_default();
+        let robot = robot.to_string_lossy().into_owned();
+        let title = format!("{}: what was added, and how the error fell", description.display());
+        write(&Report { title, robot, history: report::steps(history), ..Report::default() }, file)?;
+        output::remark(&format!("wrote {}", file.display()));
+        Ok(())
     }
 
     /// Pictures and pages must not replace what belongs to the robot.
@@ -153,7 +158,7 @@ fn table(steps: &[Step]) -> String {
             ]);
         }
     }
-    output::table(&head, rows, 4)
+    bipedc::table::table(&head, rows, 4)
 }
 
 /// `2026-01-31 12:30`

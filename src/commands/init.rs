@@ -1,6 +1,6 @@
 //! `bipedc init`: a first description beside a URDF.
-use crate::failure::Outcome;
-use crate::output;
+use crate::terminal::failure::Outcome;
+use crate::terminal::output;
 use bipedc_compiler::description::{DESCRIPTION_FILE, init};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::{Ledger, write};

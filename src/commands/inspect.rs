@@ -1,8 +1,10 @@
 //! `bipedc inspect`: functions, their work and their formulas.
 use super::base_parameters::BaseParametersArguments;
-use crate::arguments::{RobotArguments, SubjectArguments};
-use crate::failure::Outcome;
-use crate::output;
+use crate::terminal::arguments::{RobotArguments, SubjectArguments};
+use crate::terminal::failure::Outcome;
+use crate::terminal::output;
+use crate::terminal::progress::spin;
+use bipedc::table::table;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{Function, FunctionRequest, Readable, readable};
 use bipedc_compiler::program::Operations;
@@ -111,7 +113,7 @@ fn summary(f: &Function) -> Summary<'_> {
 
 fn all(robot: &Robot, as_json: bool) -> Outcome {
     output::diagnostics(&robot.without_inertia()?);
-    let compiled = output::progress("deriving", || robot.compile())?;
+    let compiled = spin("deriving", || robot.compile())?;
     if as_json {
         let functions: Vec<_> = compiled.functions.iter().map(summary).collect();
         output::print_json(&json!({"robot": compiled.name, "functions": functions}))?;
@@ -134,7 +136,7 @@ fn all(robot: &Robot, as_json: bool) -> Outcome {
         let texts = [f.name.clone(), names.join(", "), units(f), shape];
         texts.into_iter().chain(counts.iter().map(ToString::to_string)).collect()
     };
-    let table = output::table(&head, compiled.functions.iter().map(row).collect(), 3);
+    let table = table(&head, compiled.functions.iter().map(row).collect(), 3);
     output::print(&format!(
         "robot `{}`: nq {}, nv {}\n\n{table}",
         compiled.name, compiled.tree.nq, compiled.tree.nv
@@ -154,7 +156,7 @@ fn units(f: &Function) -> String {
 }
 
 fn one(robot: &Robot, request: &FunctionRequest, as_json: bool) -> Outcome {
-    let compiled = output::progress("deriving", || robot.compile_only(std::slice::from_ref(request)))?;
+    let compiled = spin("deriving", || robot.compile_only(std::slice::from_ref(request)))?;
     let function = &compiled.functions[0];
     let work = function.operations.total() + function.operations.sin_cos;
     let formulas =

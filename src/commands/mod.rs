@@ -14,7 +14,7 @@ mod init;
 mod inspect;
 mod simulate;
 
-use crate::failure::Outcome;
+use crate::terminal::failure::Outcome;
 use clap::Subcommand;
 
 /// All commands.

@@ -1,7 +1,7 @@
 //! A simulation on film.
 use super::parts::{parts, side_of_bodies};
 use super::poses::poses;
-use crate::feet;
+use crate::robot::feet;
 use bipedc_analysis::report::{Curve, Film, FilmFoot, FilmPoint, Frame, Plot, Side};
 use bipedc_analysis::robot::Foot;
 use bipedc_analysis::simulate::{Mechanics, Sample};
@@ -35,7 +35,7 @@ pub struct Recorder<'a> {
 
 impl<'a> Recorder<'a> {
     /// For a run of so many seconds and rows. `mechanics` is of a model with energies and centre of mass
-    /// ([`crate::simulation::filmed_model`]).
+    /// (`simulation::filmed_model`).
     ///
     /// # Errors
     /// A robot without a tree.

@@ -1,7 +1,7 @@
 //! `excite --postures`: conditions are kept, the search gets better, equal seeds give equal files.
 use crate::ground::cli::{Run, bipedc, scratch, text};
 use crate::ground::stood::{call, rooted, tulip};
-use bipedc::standing::Root;
+use bipedc::identification::standing::Root;
 use bipedc_analysis::identify::excite::polygon::Polygon;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::nalgebra::{DMatrix, Matrix3, Vector3};

@@ -1,7 +1,7 @@
 //! A robot in motion on one foot: its mass and moments from encoders, vertical force and centre of pressure.
 use crate::ground::cli::{bipedc, scratch, text};
 use crate::ground::stood::{Noise, model, other, rooted, tulip};
-use bipedc::standing::Root;
+use bipedc::identification::standing::Root;
 use bipedc_compiler::exact::Model;
 use bipedc_runtime::{Argument, State};
 use std::f64::consts::TAU;

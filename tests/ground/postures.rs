@@ -2,7 +2,7 @@
 use crate::ground::cli::{bipedc, scratch, text};
 use crate::ground::stood::{Noise, call, model, other, rooted, standing, tulip, write_postures};
 use crate::ground::support::measured::{Subjects, example};
-use bipedc::standing::Root;
+use bipedc::identification::standing::Root;
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::identify::cop::{PostureTable, least_squares, simplified};

@@ -1,6 +1,6 @@
 //! TUlip on its right foot, with the described parameters or others.
 use crate::ground::support::read_robot;
-use bipedc::standing::{Root, Standing as Rooted};
+use bipedc::identification::standing::{Root, Standing as Rooted};
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::excite::postures::Standing;
 use bipedc_compiler::Robot;

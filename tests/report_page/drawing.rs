@@ -1,6 +1,6 @@
 //! The drawing's joints against the derived positions of the links that they carry.
-use bipedc::drawing::drawing;
 use bipedc::film::poses;
+use bipedc::report::drawing::drawing;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::JointKind;

@@ -1,5 +1,5 @@
 //! TUlip with Coulomb friction in its left knee: the example log against the model, and a diagnosis written by hand.
-use bipedc::drawing::drawing;
+use bipedc::report::drawing::drawing;
 use bipedc_analysis::diagnose::{Diagnosis, Fall, Found, Rejected, Step, Unexplained};
 use bipedc_analysis::experiments::Channel;
 use bipedc_analysis::log::{Mapping, Reader, Table};

@@ -1,5 +1,5 @@
 //! Minimal and absolute coordinates are two ways to one motion.
-use bipedc::absolute::{free_bodies, free_coordinates, joint_order};
+use bipedc::simulation::absolute::{free_bodies, free_coordinates, joint_order};
 use bipedc::simulation::true_model;
 use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::{

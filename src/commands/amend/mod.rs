@@ -2,20 +2,20 @@
 mod parse;
 mod say;
 
-pub use parse::demand_kind;
-
-use crate::amendment::diagnosis::{self, Selection};
-use crate::amendment::estimate::{Estimator, FromLogs, Question};
-use crate::amendment::{Proposal, Proposed, Wish, amend, undo};
-use crate::failure::{Failure, Outcome};
-use crate::output;
-use bipedc_compiler::Robot;
+use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::output;
+use crate::terminal::progress::Bars;
+use bipedc::Workbench;
+use bipedc::amendment::diagnosis::{self, Selection};
+use bipedc::amendment::{Proposal, Proposed, Wish, amend, description_path, undo};
+use bipedc::kinds::demand_kind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Location, kinds};
 use clap::{ArgGroup, Args};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -166,7 +166,7 @@ impl Amend {
 
     /// The effect as the arguments state it, with the parameters that they give.
     fn stated(&self) -> Result<Effect, Diagnostic> {
-        let kind = self.effect.as_deref().map(parse::demand_kind).transpose()?.unwrap_or(&kinds::FORMULA);
+        let kind = self.effect.as_deref().map(demand_kind).transpose()?.unwrap_or(&kinds::FORMULA);
         let location = Location {
             joint: self.joint.clone(),
             other_joint: self.other_joint.clone(),
@@ -188,16 +188,12 @@ impl Amend {
         Ok(effect)
     }
 
-    fn estimated(&self, effect: Effect, log: &std::path::Path) -> Result<Proposal, Failure> {
-        let robot = Robot::read(&crate::amendment::description_path(&self.path)?)?;
-        let effects = [effect];
-        let question = Question {
-            robot: &robot,
-            effects: &effects,
-            training: log,
-            validation: self.validate.as_deref(),
-        };
-        let found = FromLogs.estimate(&question)?;
+    fn estimated(&self, effect: Effect, log: &Path) -> Result<Proposal, Failure> {
+        let bench = Workbench::open(description_path(&self.path)?)?.watched(Arc::new(Bars::default()));
+        let log = bench.log(log)?;
+        let judge = self.validate.as_ref().map(|log| bench.log(log)).transpose()?;
+        let found = bench.estimate(&[effect], &log, judge.as_ref())?;
+        output::diagnostics(&found.warnings);
         Ok(diagnosis::propose(&found, &self.selection(), "estimated")?)
     }
 }

@@ -1,19 +1,6 @@
 //! The arguments of `amend` that clap leaves as texts.
-use bipedc_compiler::description::suggest;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{self, Effect, KINDS, Law, OwnParameter};
-
-/// Refuses kinds that the library does not know.
-///
-/// # Errors
-/// With the closest name.
-pub fn demand_kind(name: &str) -> Result<&'static effect::Kind, Diagnostic> {
-    effect::kind(name).ok_or_else(|| {
-        let help = suggest(name, KINDS.iter().map(|kind| kind.name), "kinds");
-        Diagnostic::error(format!("there is no effect `{name}`"))
-            .help(help + "; bipedc effects lists them all")
-    })
-}
+use bipedc_effects::effect::{Effect, Law, OwnParameter};
 
 /// Refuses an effect without parameters if its kind has any that must be given.
 ///

@@ -1,6 +1,6 @@
 //! What `amend` says about what it did.
-use crate::amendment::history::{Action, Change, History};
-use crate::amendment::{Amended, Undone, words};
+use bipedc::amendment::history::{Action, Change, History};
+use bipedc::amendment::{Amended, Undone, words};
 use std::fmt::Write;
 use std::path::Path;
 

@@ -1,56 +1,44 @@
 //! Options of `identify` that are more than a number.
+use bipedc::identification::Rotors;
+use bipedc_analysis::identify::offered;
 use bipedc_analysis::identify::physical::Bound;
-use bipedc_analysis::identify::{ExtraChoice, joint};
-use bipedc_analysis::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::Kind;
 
-/// What joints add.
-pub fn extras(
-    subject: &JointLayout,
-    friction: &[String],
-    rotor: &[String],
-    coupled: &[String],
-) -> Result<ExtraChoice, Diagnostic> {
-    let mut choice = ExtraChoice::none();
-    laws(friction, &mut [&mut choice.viscous, &mut choice.coulomb, &mut choice.offset])?;
-    choice.rotors = match rotor {
-        [word] if word == "none" => Vec::new(),
-        [word] if word == "all" => (0..subject.joints.len()).collect(),
-        names => names.iter().map(|name| joint(subject, name)).collect::<Result<_, _>>()?,
-    };
-    for pair in coupled {
-        let Some((one, other)) = pair.split_once(',') else {
-            return Err(Diagnostic::error(format!("--coupled has `{pair}`")).help("give two joints: A,B"));
-        };
-        let pair = (joint(subject, one)?, joint(subject, other)?);
-        if pair.0 == pair.1 {
-            return Err(Diagnostic::error(format!("--coupled names `{one}` twice")).help("give two joints"));
-        }
-        choice.coupled.push(pair);
+/// What joints add, in the order of the library.
+pub fn friction(words: &[String]) -> Result<Vec<&'static Kind>, Diagnostic> {
+    let known = || offered().map(|(_, identified)| identified.option);
+    let alone = matches!(words, [word] if word == "none");
+    if let Some(other) = words.iter().find(|word| !alone && !known().any(|option| option == word.as_str())) {
+        let list: Vec<&str> = known().collect();
+        return Err(Diagnostic::error(format!("--friction has `{other}`"))
+            .help(format!("give a list of {}, or none", list.join(", "))));
     }
-    Ok(choice)
+    let wanted = offered().filter(|(_, identified)| words.iter().any(|word| word == identified.option));
+    Ok(wanted.map(|(kind, _)| kind).collect())
 }
 
-/// Which of viscous friction, Coulomb friction and offset are wanted.
-pub fn laws(words: &[String], wanted: &mut [&mut bool; 3]) -> Result<(), Diagnostic> {
-    for word in words {
-        match word.as_str() {
-            "viscous" => *wanted[0] = true,
-            "coulomb" => *wanted[1] = true,
-            "offset" => *wanted[2] = true,
-            "none" if words.len() == 1 => {}
-            other => {
-                return Err(Diagnostic::error(format!("--friction has `{other}`"))
-                    .help("give a list of viscous, coulomb and offset, or none"));
-            }
-        }
+/// Joints whose effort moves a rotor too.
+pub fn rotors(words: &[String]) -> Rotors {
+    match words {
+        [word] if word == "none" => Rotors::None,
+        [word] if word == "all" => Rotors::All,
+        names => Rotors::Of(names.to_vec()),
     }
-    Ok(())
+}
+
+/// Joints whose drives turn together.
+pub fn coupled(pairs: &[String]) -> Result<Vec<[String; 2]>, Diagnostic> {
+    let pair = |pair: &String| match pair.split_once(',') {
+        Some((one, other)) => Ok([one.to_owned(), other.to_owned()]),
+        None => Err(Diagnostic::error(format!("--coupled has `{pair}`")).help("give two joints: A,B")),
+    };
+    pairs.iter().map(pair).collect()
 }
 
 /// What is known beside the data.
-pub fn bounds(mass: Option<f64>, centers: &[String], mirrors: &[String]) -> Result<Vec<Bound>, Diagnostic> {
-    let mut bounds: Vec<Bound> = mass.map(Bound::TotalMass).into_iter().collect();
+pub fn bounds(centers: &[String], mirrors: &[String]) -> Result<Vec<Bound>, Diagnostic> {
+    let mut bounds = Vec::new();
     for text in centers {
         bounds.push(center(text).ok_or_else(|| {
             Diagnostic::error(format!("--center has `{text}`"))

@@ -79,7 +79,7 @@ impl Fact {
     }
 }
 
-/// The robot's shape in one posture, world axes, m. `bipedc::drawing` makes it from a tree.
+/// The robot's shape in one posture, world axes, m. `bipedc::report::drawing` makes it from a tree.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawing {
     /// In the order of the model.

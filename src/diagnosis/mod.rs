@@ -1,0 +1,8 @@
+//! What a described robot lacks, by logs: which effects, where, how large, how sure.
+mod from_logs;
+mod options;
+mod text;
+
+pub use from_logs::{diagnose, estimate};
+pub use options::{Diagnosed, Inertial, Options};
+pub use text::text;

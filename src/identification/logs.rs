@@ -1,0 +1,243 @@
+//! From logs to what estimators work with.
+use super::base_regressor;
+use crate::measurements::{Content, Loaded, Log, Measured};
+use crate::progress::Progress;
+use crate::robot::{ProgramRegressor, joint_layout, link_inertias};
+use bipedc_analysis::experiments::{Channel, Experiment};
+use bipedc_analysis::identify::elastic::{Look, Train, Transmission};
+use bipedc_analysis::identify::{self, BaseSet, Parts, Survey, survey};
+use bipedc_analysis::measure;
+use bipedc_analysis::robot::{JointLayout, LinkInertias};
+use bipedc_compiler::Robot;
+use bipedc_compiler::description::model::{Drive, DriveKind};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use std::path::PathBuf;
+
+/// A robot ready for identification.
+pub struct Identifiable {
+    pub subject: JointLayout,
+    link_inertias: LinkInertias,
+    base: BaseSet,
+    regressor: ProgramRegressor,
+    /// Observed rows of `v`.
+    rows: Vec<usize>,
+    surveys: Vec<Survey>,
+    files: Vec<PathBuf>,
+}
+
+impl Identifiable {
+    /// Derives the base parameters of what logs of joint torques measured.
+    pub fn of_torques(
+        robot: &Robot,
+        logs: &[identify::Log<'_>],
+        progress: &dyn Progress,
+    ) -> Result<Self, Diagnostics> {
+        let subject = joint_layout(&robot.clone().without_effects().tree()?)?;
+        let look = || logs.iter().map(|log| survey(log, &subject)).collect::<Result<Vec<_>, Diagnostics>>();
+        let surveys = progress.stage("reading", look)?;
+        let rows = observed(&subject, &surveys)?;
+        Self::new(robot, files(logs), (surveys, rows), progress)
+    }
+
+    /// The same for logs of a free robot with forces at its feet: the rows of the base.
+    pub fn of_contacts(
+        robot: &Robot,
+        logs: &[identify::Log<'_>],
+        loaded: &[Loaded<'_>],
+        progress: &dyn Progress,
+    ) -> Result<Self, Diagnostics> {
+        let subject = joint_layout(&robot.clone().without_effects().tree()?)?;
+        let measured = |row: &str| loaded.iter().all(|l| l.experiment.rows().iter().any(|r| r.name == row));
+        let names: &[&str] = match subject.base.nv() {
+            6 => &["force/x", "force/y", "force/z", "moment/x", "moment/y", "moment/z"],
+            _ => &["force/x", "force/z", "moment/y"],
+        };
+        let rows: Vec<usize> =
+            (0..names.len()).filter(|&k| measured(&format!("base/{}", names[k]))).collect();
+        if rows.is_empty() {
+            return Err(Diagnostic::error("the logs tell no force or moment on the base")
+                .help("log forces and torques at the feet, not only normal forces")
+                .into());
+        }
+        let surveys = loaded.iter().map(|l| table_survey(l, &subject)).collect();
+        Self::new(robot, files(logs), (surveys, rows), progress)
+    }
+
+    fn new(
+        robot: &Robot,
+        files: Vec<PathBuf>,
+        (surveys, rows): (Vec<Survey>, Vec<usize>),
+        progress: &dyn Progress,
+    ) -> Result<Self, Diagnostics> {
+        let rigid = robot.clone().without_effects();
+        let tree = rigid.tree()?;
+        let derive = || base_regressor(&rigid.description, &tree, &rows);
+        let (base, regressor) = progress.stage("deriving", derive)?;
+        let link_inertias = link_inertias(&rigid.description, &tree);
+        Ok(Self { subject: joint_layout(&tree)?, link_inertias, base, regressor, rows, surveys, files })
+    }
+
+    /// What the library wants to know.
+    pub fn parts(&self) -> Parts<'_> {
+        Parts {
+            subject: &self.subject,
+            link_inertias: &self.link_inertias,
+            base: &self.base,
+            regressor: &self.regressor,
+            rows: &self.rows,
+            files: &self.files,
+            surveys: &self.surveys,
+        }
+    }
+}
+
+/// Their names.
+fn files(logs: &[identify::Log<'_>]) -> Vec<PathBuf> {
+    logs.iter().map(|log| log.path.to_path_buf()).collect()
+}
+
+/// What a log with forces at the feet shows.
+pub fn table_survey(loaded: &Loaded<'_>, subject: &JointLayout) -> Survey {
+    Survey {
+        assumptions: loaded.assumptions.clone(),
+        warnings: loaded.warnings.clone(),
+        ..Survey::of_table(&*loaded.experiment, subject.joints.len(), loaded.cutoff_hz)
+    }
+}
+
+/// Logs with forces at the feet, in memory.
+pub fn loaded<'m>(
+    measured: &'m Measured,
+    logs: &[&Log],
+    reading: &measure::Options,
+) -> Result<Vec<Loaded<'m>>, Diagnostics> {
+    let mut all = Vec::new();
+    for log in logs {
+        let found = measured.load(log, reading, None)?;
+        let acts = |channel| matches!(channel, Channel::BaseForce | Channel::BaseMoment);
+        if !found.experiment.rows().iter().any(|row| acts(row.channel)) {
+            return Err(Diagnostic::error("the log tells no force or moment on the base")
+                .in_file(log.path())
+                .help("log the motion of the base, and forces and torques at the feet")
+                .into());
+        }
+        all.push(found);
+    }
+    Ok(all)
+}
+
+/// What the logs hold; all of them the same.
+pub fn content(measured: &Measured, logs: &[&Log]) -> Result<Content, Diagnostic> {
+    let mut kinds = Vec::new();
+    for log in logs {
+        let kind = measured.content(log);
+        if !matches!(kind, Content::Efforts | Content::Contacts) {
+            return Err(Diagnostic::error("parameters are found in logs over time, not in tables")
+                .in_file(log.path())
+                .help("give logs whose first column is `time`"));
+        }
+        kinds.push(kind);
+    }
+    if kinds.iter().any(|kind| *kind != kinds[0]) {
+        return Err(Diagnostic::error("some logs have a moving base with forces at the feet, others do not")
+            .help("give logs of one kind at a time"));
+    }
+    Ok(kinds[0])
+}
+
+/// Rows of `v` that at least one log measured.
+fn observed(subject: &JointLayout, surveys: &[Survey]) -> Result<Vec<usize>, Diagnostic> {
+    let nb = subject.base.nv();
+    let joints = (0..subject.joints.len()).filter(|&j| surveys.iter().any(|s| s.effort[j]));
+    let rows: Vec<usize> = joints.map(|j| nb + j).collect();
+    if rows.is_empty() {
+        return Err(Diagnostic::error("no log measures a torque").help("log `<joint>/effort` in N m"));
+    }
+    Ok(rows)
+}
+
+/// Most samples that are looked at for mixed-up channels.
+const SAMPLES: usize = 10_000;
+
+/// What is odd about logs of joint torques, before anything is estimated.
+pub fn inspected(
+    measured: &Measured,
+    logs: &[&Log],
+    reading: &measure::Options,
+) -> Result<Vec<Diagnostic>, Diagnostics> {
+    let mut found = Vec::new();
+    for log in logs {
+        let experiment = measured.efforts(log, reading, SAMPLES)?;
+        found.extend(experiment.check().into_iter().map(|diagnostic| diagnostic.in_file(log.path())));
+    }
+    Ok(found)
+}
+
+/// Series elastic drives of a description.
+pub struct Drives {
+    pub subject: JointLayout,
+    pub trains: Vec<Train>,
+}
+
+impl Drives {
+    /// The drive trains of `biped.toml`.
+    pub fn new(robot: &Robot) -> Result<Self, Diagnostics> {
+        let subject = joint_layout(&robot.clone().without_effects().tree()?)?;
+        let drives = &robot.description.drives;
+        if !drives.iter().any(|drive| matches!(drive.kind, DriveKind::SeriesElastic { .. })) {
+            return Err(Diagnostic::error("the description has no series elastic drive")
+                .help("add [drives.JOINT] tables with kind = \"series_elastic\" to biped.toml (robots/README.md), or use --method torque")
+                .into());
+        }
+        let mut trains = Vec::new();
+        for (index, joint) in subject.joints.iter().enumerate() {
+            let Some(drive) = drives.iter().find(|drive| drive.joint == joint.name) else { continue };
+            let train = train(index, drive);
+            train.check(&subject)?;
+            trains.push(train);
+        }
+        Ok(Self { subject, trains })
+    }
+
+    /// Base parameters of the joints whose rows every log shows.
+    pub fn bodies(
+        &self,
+        robot: &Robot,
+        logs: &[identify::Log<'_>],
+        (surveys, looks): (&[Survey], &[&Look]),
+        progress: &dyn Progress,
+    ) -> Result<Identifiable, Diagnostics> {
+        let nb = self.subject.base.nv();
+        let shown = |j: &usize| looks.iter().all(|look| look.survey.effort[*j]);
+        let joints: Vec<usize> = (0..self.subject.joints.len()).filter(shown).collect();
+        if !self.trains.iter().any(|train| train.is_elastic() && joints.contains(&train.joint)) {
+            return Err(Diagnostic::error("no series elastic drive is logged whole in every log")
+                .help("log position, motor_position and motor_current of the same joints in all of them")
+                .into());
+        }
+        let rows = joints.iter().map(|j| nb + j).collect();
+        Identifiable::new(robot, files(logs), (surveys.to_vec(), rows), progress)
+    }
+}
+
+fn train(joint: usize, drive: &Drive) -> Train {
+    Train {
+        joint,
+        transmission: match drive.kind {
+            DriveKind::Stiff => Transmission::Stiff,
+            DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, spring_stiffness } => {
+                Transmission::SeriesElastic {
+                    motor_radius: motor_pulley_radius,
+                    load_radius: load_pulley_radius,
+                    stiffness: spring_stiffness,
+                }
+            }
+            DriveKind::Passive { stiffness, damping } => Transmission::Passive { stiffness, damping },
+        },
+        gear_ratio: drive.gear_ratio,
+        rotor_inertia: drive.rotor_inertia,
+        torque_constant: drive.torque_constant.unwrap_or(0.0),
+        viscous_friction: drive.viscous_friction,
+        coulomb_friction: drive.coulomb_friction,
+    }
+}

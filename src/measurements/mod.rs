@@ -1,0 +1,268 @@
+//! Measurement files as experiments: what comparisons, diagnoses and estimates work on.
+pub mod currents;
+mod log;
+
+pub use log::{Content, Log};
+
+use crate::robot::{ProgramTorques, feet, joint_layout, link_inertias};
+use bipedc_analysis::compare::compare_file;
+use bipedc_analysis::experiments::contact_log::{ContactExperiment, WalkingExperiment};
+use bipedc_analysis::experiments::impacts::ImpactExperiment;
+use bipedc_analysis::experiments::postures::PostureExperiment;
+use bipedc_analysis::experiments::{Experiment, MotionExperiment};
+use bipedc_analysis::measure::{Options, Recording, Source};
+use bipedc_analysis::robot;
+use bipedc_analysis::robot::link_inertias::LinkInertias;
+use bipedc_analysis::robot::{Foot, JointLayout, Robot};
+use bipedc_compiler::Robot as Described;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
+use bipedc_compiler::description::model::Base;
+use bipedc_compiler::tree::BaseKind;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::effect::Effect;
+use bipedc_runtime::{Argument, Model, State};
+
+/// Most samples of a log that a diagnosis works on; longer logs are thinned after filtering.
+const SAMPLES: usize = 10_000;
+/// Cut-off of logs with foot forces unless one is given, Hz.
+const CONTACT_CUTOFF_HZ: f64 = 5.0;
+
+/// A robot ready to be held against measurements: the rigid model on a base that can be turned.
+pub struct Measured {
+    /// Joints and base.
+    pub subject: JointLayout,
+    link_inertias: LinkInertias,
+    feet: Vec<Foot>,
+    model: ProgramModel,
+    /// Effects that the description has already.
+    pub present: Vec<Effect>,
+    torques: ProgramTorques,
+    /// Whether logs with foot forces show the joints' efforts too, beside the rows of the base.
+    pub with_joints: bool,
+}
+
+/// A file as an experiment.
+pub struct Loaded<'a> {
+    /// Its rows, measured minus modelled.
+    pub experiment: Box<dyn Experiment + 'a>,
+    /// Which file, and how many of its samples count.
+    pub source: Source,
+    /// What is odd about it.
+    pub warnings: Vec<Diagnostic>,
+    /// What was taken for granted.
+    pub assumptions: Vec<String>,
+    /// Hz; 0 for tables.
+    pub cutoff_hz: f64,
+    /// What it holds.
+    pub content: Content,
+}
+
+/// Rows of a file, what is odd about it, what was taken for granted.
+type Read<'a> = (Box<dyn Experiment + 'a>, Vec<Diagnostic>, Vec<String>);
+
+impl Measured {
+    /// Compiles what is needed. A fixed base becomes a floating one at rest, so that it can be tilted.
+    ///
+    /// # Errors
+    /// A base that no log tells; functions that cannot be derived.
+    pub fn new(robot: &Described) -> Result<Self, Diagnostics> {
+        let present = robot.description.effects.clone();
+        let mut rigid = robot.clone().without_effects();
+        if rigid.tree()?.base == BaseKind::Fixed {
+            rigid = rigid.with_base("floating", None)?;
+        }
+        let tree = rigid.tree()?;
+        let subject = joint_layout(&tree)?;
+        let link_inertias = link_inertias(&rigid.description, &tree);
+        let compiled = rigid.compile_only(&requests(&rigid))?;
+        let torques = ProgramTorques::new(&compiled)?;
+        let feet = feet(&rigid.description);
+        Ok(Self {
+            subject,
+            link_inertias,
+            feet,
+            model: ProgramModel::new(compiled),
+            present,
+            torques,
+            with_joints: false,
+        })
+    }
+
+    /// What experiments know of the robot.
+    pub fn robot(&self) -> Robot<'_> {
+        Robot {
+            model: &self.model,
+            subject: &self.subject,
+            link_inertias: &self.link_inertias,
+            feet: &self.feet,
+            effects: &self.present,
+        }
+    }
+
+    /// What a file holds for this robot.
+    pub fn content(&self, log: &Log) -> Content {
+        log.content(&self.subject)
+    }
+
+    /// A log with forces at the feet as an experiment, whatever else it holds.
+    ///
+    /// # Errors
+    /// Unreadable files, columns that are missing.
+    pub fn contacts(&self, log: &Log, options: &Options) -> Result<Loaded<'_>, Diagnostics> {
+        let experiment = ContactExperiment::read(self.robot(), log.path(), log.mapping(), options)?;
+        let mut source = log.source()?;
+        source.samples = experiment.time().len();
+        let recording = experiment.recording();
+        let (warnings, assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
+        let cutoff_hz = recording.cutoff_hz;
+        let content = Content::Contacts;
+        Ok(Loaded { experiment: Box::new(experiment), source, warnings, assumptions, cutoff_hz, content })
+    }
+
+    /// Centre of mass in the root's frame for inertial parameters (ten per body), m.
+    pub fn center(&self, joints: &[f64], parameters: &[f64]) -> [f64; 3] {
+        let model: &dyn Model<f64> = &self.model;
+        let mut q = vec![0.0; model.nq()];
+        let first = q.len().saturating_sub(joints.len());
+        if self.subject.base == robot::BaseKind::Floating {
+            q[6] = 1.0;
+        }
+        q[first..].copy_from_slice(joints);
+        let mut columns = vec![0.0; 3 * parameters.len()];
+        let function = model.function("center_of_mass_regressor");
+        let state = State::new().with(Argument::Q, &q);
+        if function.is_none_or(|f| model.evaluate(f, &state, &mut columns).is_err()) {
+            return [f64::NAN; 3];
+        }
+        let mass: f64 = parameters.iter().step_by(10).sum();
+        std::array::from_fn(|axis| {
+            columns.chunks_exact(3).zip(parameters).map(|(column, p)| column[axis] * p).sum::<f64>() / mass
+        })
+    }
+
+    /// The link that carries the base.
+    pub fn root_link(&self, robot: &Described) -> String {
+        let root = match &robot.description.base {
+            Base::Floating { root } | Base::Planar { root } => root,
+            Base::Fixed { link } => link,
+            Base::Pivot { about } => about,
+        };
+        match self.link_inertias.link(root) {
+            Some(link) => link.name.clone(),
+            None => robot.description.root_link.clone(),
+        }
+    }
+
+    /// A log of efforts as an experiment, thinned to so many samples at most.
+    ///
+    /// # Errors
+    /// Unreadable files, no joint with an effort.
+    pub fn efforts(
+        &self,
+        log: &Log,
+        options: &Options,
+        most: usize,
+    ) -> Result<MotionExperiment<'_>, Diagnostics> {
+        let (file, mapping) = (log.path(), log.mapping());
+        let recording = if most == usize::MAX {
+            Recording::read(file, mapping, &self.subject, options)?
+        } else {
+            Recording::read_thinned(file, mapping, &self.subject, options, most)?
+        };
+        MotionExperiment::new(&self.model, &self.subject, &self.link_inertias, recording, &self.present)
+            .map_err(|e| e.in_file(file).into())
+    }
+
+    /// The cut-off for a file, Hz: the given one, else the one at which most channels fit best; 0 for tables.
+    ///
+    /// # Errors
+    /// Unreadable files, nothing to compare.
+    pub fn cutoff(&mut self, log: &Log, options: &Options) -> Result<f64, Diagnostics> {
+        match (options.cutoff_hz, self.content(log)) {
+            (Some(cutoff), _) => Ok(cutoff),
+            (None, Content::Contacts) => Ok(CONTACT_CUTOFF_HZ),
+            (None, Content::Postures | Content::Impacts) => Ok(0.0),
+            (None, Content::Efforts) => {
+                let (torques, subject) = (&mut self.torques, &self.subject);
+                let comparison = compare_file(torques, subject, log.path(), log.mapping(), options)?;
+                Ok(comparison.quietest_cutoff())
+            }
+        }
+    }
+
+    /// A log with forces at the feet, with the joints' efforts if they are wanted and logged.
+    fn in_contact(&self, log: &Log, options: &Options) -> Result<Read<'_>, Diagnostics> {
+        let experiment = ContactExperiment::read(self.robot(), log.path(), log.mapping(), options)?;
+        let recording = experiment.recording();
+        let (warnings, mut assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
+        if !(self.with_joints && recording.has_efforts()) {
+            return Ok((Box::new(experiment), warnings, assumptions));
+        }
+        let experiment = WalkingExperiment::new(experiment).map_err(|e| e.in_file(log.path()))?;
+        let left_out = experiment.missing.iter();
+        assumptions.extend(left_out.map(|m| format!("`{}` is not compared: {}", m.name, m.reason)));
+        Ok((Box::new(experiment), warnings, assumptions))
+    }
+
+    /// A file as an experiment, at the cut-off in `options`. `foot` is the stance foot of postures or the striking
+    /// foot of impacts.
+    ///
+    /// # Errors
+    /// Unreadable files, columns that are missing, feet that do not exist.
+    pub fn load<'m>(
+        &'m self,
+        log: &Log,
+        options: &Options,
+        foot: Option<&str>,
+    ) -> Result<Loaded<'m>, Diagnostics> {
+        let (file, mapping) = (log.path(), log.mapping());
+        let cutoff_hz = options.cutoff_hz.unwrap_or(0.0);
+        let mut source = log.source()?;
+        let content = self.content(log);
+        let mut loaded = |experiment: Box<dyn Experiment + 'm>, warnings, assumptions| {
+            source.samples = experiment.time().len();
+            let source = std::mem::take(&mut source);
+            Loaded { experiment, source, warnings, assumptions, cutoff_hz, content }
+        };
+        Ok(match content {
+            Content::Efforts => {
+                let experiment = self.efforts(log, options, SAMPLES)?;
+                let recording = experiment.recording();
+                let (warnings, assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
+                loaded(Box::new(experiment), warnings, assumptions)
+            }
+            Content::Contacts => {
+                let (experiment, warnings, assumptions) = self.in_contact(log, options)?;
+                loaded(experiment, warnings, assumptions)
+            }
+            Content::Postures => {
+                let experiment = PostureExperiment::read(self.robot(), file, mapping, foot)?;
+                let assumptions = experiment.assumptions.clone();
+                loaded(Box::new(experiment), Vec::new(), assumptions)
+            }
+            Content::Impacts => {
+                let experiment = ImpactExperiment::read(self.robot(), file, mapping, foot)?;
+                let assumptions = experiment.assumptions.clone();
+                loaded(Box::new(experiment), Vec::new(), assumptions)
+            }
+        })
+    }
+}
+
+/// All functions that experiments may call.
+fn requests(robot: &Described) -> Vec<FunctionRequest> {
+    let of_robot =
+        ["inverse_dynamics", "inverse_dynamics_regressor", "center_of_mass", "center_of_mass_regressor"];
+    let mut requests: Vec<FunctionRequest> = of_robot.map(FunctionRequest::of_robot).to_vec();
+    requests.push(FunctionRequest::of_robot("center_of_mass_jacobian"));
+    for foot in &robot.description.feet {
+        for family in ["position", "rotation", "jacobian"] {
+            let request = FunctionRequest { family: family.to_owned(), subject: Some(foot.link.clone()) };
+            // Two feet on one link are about the same functions.
+            if !requests.contains(&request) {
+                requests.push(request);
+            }
+        }
+    }
+    requests
+}

@@ -1,0 +1,176 @@
+//! A scenario that is run: what is asked for, what comes of it.
+use super::{in_world, plant, stepping, walking};
+use crate::progress::Run;
+use bipedc_analysis::report::Film;
+use bipedc_analysis::simulate::phases::WalkSummary;
+use bipedc_analysis::simulate::{Plant, Scenario, Summary};
+use bipedc_compiler::Robot;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::files::Ledger;
+use serde::{Serialize, Serializer};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A robot in the world of a scenario.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub(super) robot: Robot,
+    pub(super) plant: Plant,
+    pub(super) scenario: Scenario,
+    pub(super) file: PathBuf,
+}
+
+/// What a simulation writes and keeps beside the log.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Also write down what was hidden, as JSON.
+    pub truth: Option<PathBuf>,
+    /// Also say where the energy went.
+    pub energy: bool,
+    /// Also keep the motion as a film.
+    pub film: bool,
+}
+
+/// How a run went.
+#[derive(Debug, Clone)]
+pub enum Outcome {
+    /// By time stepping.
+    Stepped(Summary),
+    /// From event to event.
+    Walked {
+        /// Landings, changes of phase, the verdict.
+        summary: WalkSummary,
+        /// Of the integration.
+        relative_tolerance: f64,
+    },
+}
+
+/// A run that is over, its log written. As text and as JSON it is what `bipedc simulate` prints.
+#[derive(Debug, Clone)]
+pub struct Simulated {
+    /// How it went.
+    pub outcome: Outcome,
+    /// What it took, s.
+    pub wall_time: f64,
+    /// Simulated time per wall time.
+    pub real_time_factor: f64,
+    /// Where the log is.
+    pub log: PathBuf,
+    /// The motion, if it was wanted.
+    pub film: Option<Film>,
+    /// Contact problems that were not solved, an assumption that did not hold.
+    pub messages: Vec<Diagnostic>,
+}
+
+impl Scene {
+    /// Reads a scenario for a robot.
+    ///
+    /// # Errors
+    /// A base that is not simulated; everything in the scenario that has no meaning, with line and column.
+    pub fn open(robot: &Robot, scenario: &Path) -> Result<Self, Diagnostics> {
+        let plant = plant(&robot.description, &robot.tree()?)?;
+        let file = scenario.to_path_buf();
+        let scenario = Scenario::open(scenario, &plant)?;
+        let robot = in_world(robot.clone(), &scenario.world);
+        // Sensors feel the gravity that the scenario says.
+        let plant = Plant { gravity: robot.description.gravity, ..plant };
+        Ok(Self { robot, plant, scenario, file })
+    }
+
+    /// Notes the files that were read, so that outputs do not overwrite them.
+    pub fn note(&self, ledger: &mut Ledger) {
+        ledger.reads("the scenario", &self.file);
+        if let Some(table) = &self.scenario.trajectory {
+            ledger.reads("the scenario's trajectory", table);
+        }
+    }
+
+    /// Runs the scenario and writes the log that the robot's sensors would write: `out` appears whole or not at all.
+    ///
+    /// # Errors
+    /// Functions that cannot be derived, motions without solution, files that cannot be written.
+    pub fn simulate(&self, out: &Path, options: &Options, run: &Run<'_>) -> Result<Simulated, Diagnostics> {
+        match &self.scenario.events {
+            Some(events) => self.walk(events, out, options, run),
+            None => self.step(out, options, run),
+        }
+    }
+}
+
+impl Simulated {
+    pub(super) fn new(
+        outcome: Outcome,
+        (log, start): (&Path, Instant),
+        film: Option<Film>,
+        messages: Vec<Diagnostic>,
+    ) -> Self {
+        let wall_time = start.elapsed().as_secs_f64();
+        let time = match &outcome {
+            Outcome::Stepped(summary) => summary.time,
+            Outcome::Walked { summary, .. } => summary.time,
+        };
+        let real_time_factor = time / wall_time.max(1e-9);
+        Self { outcome, wall_time, real_time_factor, log: log.to_path_buf(), film, messages }
+    }
+
+    /// Whether it was stopped before its end.
+    pub fn is_interrupted(&self) -> bool {
+        match &self.outcome {
+            Outcome::Stepped(summary) => summary.interrupted,
+            Outcome::Walked { summary, .. } => summary.end == "interrupted",
+        }
+    }
+
+    /// Whether an assumption of the model did not hold and ended it.
+    pub fn is_refuted(&self) -> bool {
+        matches!(&self.outcome, Outcome::Walked { summary, .. } if summary.end == "verdict")
+    }
+}
+
+impl fmt::Display for Simulated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (factor, log) = (self.real_time_factor, self.log.as_path());
+        f.write_str(&match &self.outcome {
+            Outcome::Stepped(summary) => stepping::text(summary, factor, log),
+            Outcome::Walked { summary, .. } => walking::text(summary, factor, log),
+        })
+    }
+}
+
+#[derive(Serialize)]
+struct Stepped<'a> {
+    #[serde(flatten)]
+    summary: &'a Summary,
+    wall_time: f64,
+    real_time_factor: f64,
+    log: String,
+}
+
+#[derive(Serialize)]
+struct Walked<'a> {
+    method: &'static str,
+    #[serde(flatten)]
+    summary: &'a WalkSummary,
+    relative_tolerance: f64,
+    wall_time: f64,
+    real_time_factor: f64,
+    log: String,
+}
+
+impl Serialize for Simulated {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { wall_time, real_time_factor, .. } = *self;
+        let log = self.log.display().to_string();
+        match &self.outcome {
+            Outcome::Stepped(summary) => {
+                Stepped { summary, wall_time, real_time_factor, log }.serialize(serializer)
+            }
+            Outcome::Walked { summary, relative_tolerance } => {
+                let (method, relative_tolerance) = ("event_driven", *relative_tolerance);
+                Walked { method, summary, relative_tolerance, wall_time, real_time_factor, log }
+                    .serialize(serializer)
+            }
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! Time stepping with contacts (thesis 4.3), as a film and in words.
+use super::log::Log;
+use super::{Options, Outcome, Scene, Simulated, driven_model, energies, filmed_model, true_model};
+use crate::film::Recorder;
+use crate::progress::Run;
+use bipedc_analysis::report::{Fact, Film};
+use bipedc_analysis::simulate::control::Driven;
+use bipedc_analysis::simulate::phases::PhaseSpec;
+use bipedc_analysis::simulate::{self, Mechanics, Scenario, Simulation, Summary};
+use bipedc_compiler::compile::ProgramModel;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::effect::Effect;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+impl Scene {
+    /// Steps, writes.
+    pub(super) fn step(
+        &self,
+        out: &Path,
+        options: &Options,
+        run: &Run<'_>,
+    ) -> Result<Simulated, Diagnostics> {
+        let Self { robot, plant, scenario, .. } = self;
+        let filmed = options.energy || options.film;
+        let (model, phases) = run.progress.stage("deriving", || self.model(filmed))?;
+        let in_file = |error: Diagnostic| error.or_in_file(&self.file);
+        let mechanics = Mechanics::new(&model, plant.subject.base)?;
+        let recorder = || Recorder::new(robot, mechanics, scenario.duration, rows(scenario));
+        let mut recorder = options.film.then(recorder).transpose()?;
+        let mut simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
+        if let Some(outputs) = &scenario.outputs {
+            simulation = simulation.driven(Driven::new(&model, plant, &phases, outputs, scenario.phase)?);
+        }
+        if let Some(recorder) = &mut recorder {
+            simulation = simulation.watched(|sample| recorder.take(sample));
+        }
+        if options.energy {
+            simulation = simulation.with_energy()?;
+        }
+        let truth = self.truth(options.truth.as_deref())?;
+        let mut log = Log::begin(out, &simulation.columns())?;
+        let start = Instant::now();
+        let summary = run.progress.counted("simulating", |progress| {
+            let mut row = |values: &[f64]| log.row(values);
+            simulation.run(&mut simulate::Run { row: &mut row, progress, stop: run.stop })
+        });
+        let summary = summary.map_err(|error| self.ended(error))?;
+        log.commit_with(truth)?;
+        let film = recorder.map(|recorder| self.film(recorder.finish(), out, &summary)).transpose()?;
+        let warning = |text| Diagnostic::warning(text).help("a shorter `step` makes them easier");
+        let messages = unsolved(&summary).into_iter().map(warning).collect();
+        Ok(Simulated::new(Outcome::Stepped(summary), (out, start), film, messages))
+    }
+
+    /// The robot as built; with the functions of its phases where virtual constraints drive it.
+    fn model(&self, filmed: bool) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
+        let Self { robot, scenario, .. } = self;
+        if scenario.outputs.is_some() {
+            return driven_model(robot, &scenario.effects, filmed);
+        }
+        let derive = if filmed { filmed_model } else { true_model };
+        Ok((derive(robot, &scenario.effects)?, Vec::new()))
+    }
+
+    /// Why a run came to nothing.
+    fn ended(&self, error: Diagnostic) -> Diagnostics {
+        // What has no inertia ends a run at once, unless the rotor of a motor resists.
+        let mut all = self.robot.without_inertia().unwrap_or_default();
+        all.push(error.or_in_file(&self.file));
+        Diagnostics(all)
+    }
+
+    /// The film with words and provenance.
+    fn film(&self, film: Film, out: &Path, summary: &Summary) -> Result<Film, Diagnostic> {
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let scenario = &self.scenario;
+        let mut facts = vec![
+            Fact::new("scenario", format!("{}, FNV-1a {}", name(&self.file), self.hash()?)),
+            Fact::new("log", format!("{}, {} rows", name(out), summary.rows)),
+            Fact::new("time stepping", format!("{} steps of {} s", summary.steps, scenario.step)),
+            Fact::new("seed", scenario.seed.to_string()),
+        ];
+        if summary.contacts > 0 {
+            facts.push(Fact::new(
+                "worst relative residual of contact",
+                format!("{:.1e}", summary.worst_residual),
+            ));
+            facts.push(Fact::new("deepest penetration", format!("{:.2e} m", summary.penetration)));
+        }
+        let hidden = scenario.effects.iter().map(|effect| Fact::new("hidden effect", at_place(effect)));
+        facts.extend(hidden);
+        let clipped = summary.clipped.iter();
+        let clipped =
+            clipped.map(|(joint, steps)| format!("{joint}: the torque was clipped in {steps} steps"));
+        Ok(Film {
+            title: format!("{}: simulation of {}", film.robot, name(&self.file)),
+            summary: told(&film, summary, scenario.step),
+            warnings: unsolved(summary).into_iter().chain(clipped).collect(),
+            facts,
+            ..film
+        })
+    }
+}
+
+/// What happened, for people.
+pub(super) fn text(summary: &Summary, real_time_factor: f64, log: &Path) -> String {
+    let mut text = String::new();
+    let end = if summary.interrupted { "interrupted after" } else { "simulated" };
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        text,
+        "{end} {:.3} s in {} steps, {real_time_factor:.0} times as fast as real time",
+        summary.time, summary.steps
+    );
+    if summary.contacts > 0 {
+        let _ = writeln!(
+            text,
+            "contact: at most {} points, worst relative residual {:.1e}, deepest penetration {:.2e} m",
+            summary.contacts, summary.worst_residual, summary.penetration
+        );
+    }
+    if summary.energy_made > 1e-9 {
+        let _ =
+            writeln!(text, "an impact made {:.2e} J: restitution differs by direction", summary.energy_made);
+    }
+    if let Some(balance) = &summary.energy {
+        text += &energies::table(balance);
+    }
+    for (joint, steps) in &summary.clipped {
+        let _ = writeln!(text, "{joint}: the torque was clipped in {steps} steps");
+    }
+    let _ = writeln!(text, "{} rows in {}", summary.rows, log.display());
+    text
+}
+
+/// Rows that the log will have.
+fn rows(scenario: &Scenario) -> usize {
+    (scenario.duration / scenario.step / scenario.log_every.max(1) as f64).ceil() as usize
+}
+
+fn unsolved(summary: &Summary) -> Option<String> {
+    (summary.not_converged > 0).then(|| {
+        format!(
+            "{} of {} contact problems did not reach the residual; the worst is {:.1e}",
+            summary.not_converged, summary.steps, summary.worst_residual
+        )
+    })
+}
+
+/// Such as `coulomb friction at left_knee_pitch`.
+pub(super) fn at_place(effect: &Effect) -> String {
+    let location = &effect.location;
+    let place = [&location.joint, &location.link, &location.sensor].into_iter().flatten().next();
+    let kind = effect.kind.name.replace('_', " ");
+    place.map_or_else(|| kind.clone(), |place| format!("{kind} at {place}"))
+}
+
+/// Times the weight that only impacts push with.
+const BLOW: f64 = 3.0;
+
+/// What happened, in words.
+fn told(film: &Film, summary: &Summary, step: f64) -> String {
+    let mut words = format!("{:.3} s of motion", summary.time);
+    if summary.interrupted {
+        words += ", interrupted before the end";
+    }
+    // Writing to a string cannot fail.
+    if let (Some(first), Some(last)) = (film.frames.first(), film.frames.last()) {
+        let moved = [0, 1, 2].map(|i| last.center_of_mass[i] - first.center_of_mass[i]);
+        let ways = [["forward", "backward"], ["to the left", "to the right"], ["up", "down"]];
+        let moves: Vec<String> = (0..3)
+            .filter(|&i| moved[i].abs() >= 5e-4)
+            .map(|i| format!("{:.3} m {}", moved[i].abs(), ways[i][usize::from(moved[i] < 0.0)]))
+            .collect();
+        let moves = if moves.is_empty() { "less than a millimetre".to_owned() } else { moves.join(", ") };
+        let _ = write!(words, ". The centre of mass moves {moves}");
+    }
+    if summary.contacts > 0 {
+        let all = film.loads.iter().flat_map(|loads| film.time.iter().zip(loads));
+        let hardest = all.max_by(|a, b| a.1.total_cmp(b.1));
+        if let Some((time, load)) = hardest.filter(|_| film.weight > 0.0) {
+            let times = load / film.weight;
+            let _ = write!(
+                words,
+                ". The largest vertical force on a foot is {load:.0} N ({times:.1} times the weight) at {time:.3} s"
+            );
+            if times > BLOW {
+                let impulse = load * 2.0 * step;
+                let _ = write!(
+                    words,
+                    "; impacts on hard ground have no finite force: it stands for an impulse of {impulse:.3} N s in two steps"
+                );
+            }
+        }
+    }
+    words + "."
+}

@@ -1,0 +1,176 @@
+//! From event to event (thesis 4.4): phases, their changes, the verdict.
+use super::log::Log;
+use super::stepping::at_place;
+use super::{Options, Outcome, Scene, Simulated, true_walker};
+use crate::film::Recorder;
+use crate::progress::Run;
+use bipedc_analysis::report::{Fact, Film};
+use bipedc_analysis::simulate::phases::{FootImpulse, Projected, Violation, WalkSummary, Walking, columns};
+use bipedc_analysis::simulate::{self, EventDriven, Mechanics};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use comfy_table::{CellAlignment, Table};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+/// Changes of phase that the table shows.
+const SHOWN: usize = 40;
+
+impl Scene {
+    /// Walks, writes.
+    pub(super) fn walk(
+        &self,
+        events: &EventDriven,
+        out: &Path,
+        options: &Options,
+        run: &Run<'_>,
+    ) -> Result<Simulated, Diagnostics> {
+        let Self { robot, plant, scenario, .. } = self;
+        let in_file = |error: Diagnostic| error.or_in_file(&self.file);
+        let derive = || true_walker(robot, &scenario.effects, options.film);
+        let walker = run.progress.stage("deriving", derive)?;
+        let recorder = || {
+            let mechanics = Mechanics::new(&walker.model, plant.subject.base)?;
+            let rows = (scenario.duration / scenario.step).ceil() as usize;
+            Recorder::new(robot, mechanics, scenario.duration, rows)
+        };
+        let mut recorder = options.film.then(recorder).transpose()?;
+        let truth = self.truth(options.truth.as_deref())?;
+        let mut log = Log::begin(out, &columns(plant, scenario)?)?;
+        let start = Instant::now();
+        let walking = Walking { model: &walker.model, phases: &walker.phases, plant, scenario };
+        let summary = run.progress.counted("walking", |progress| {
+            let mut row = |values: &[f64]| log.row(values);
+            let mut run = simulate::Run { row: &mut row, progress, stop: run.stop };
+            walking.run(&mut run, &mut |sample| {
+                if let Some(recorder) = &mut recorder {
+                    recorder.take(sample);
+                }
+            })
+        });
+        let summary = summary.map_err(in_file)?;
+        log.commit_with(truth)?;
+        let film = recorder.map(|recorder| self.walked(recorder.finish(), events, out, &summary));
+        let (film, messages) = (film.transpose()?, self.verdict(&summary));
+        let outcome = Outcome::Walked { summary, relative_tolerance: events.relative };
+        Ok(Simulated::new(outcome, (out, start), film, messages))
+    }
+
+    /// What ended the walk, if an assumption did.
+    fn verdict(&self, summary: &WalkSummary) -> Vec<Diagnostic> {
+        let help =
+            "from there on the model says nothing; the log ends there. [assumptions] says what is checked";
+        let message =
+            |found: &Violation| Diagnostic::error(verdict_words(found)).in_file(&self.file).help(help);
+        summary.verdict.iter().map(message).collect()
+    }
+
+    /// The film with words and provenance.
+    fn walked(
+        &self,
+        film: Film,
+        events: &EventDriven,
+        out: &Path,
+        summary: &WalkSummary,
+    ) -> Result<Film, Diagnostic> {
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut facts = vec![
+            Fact::new("scenario", format!("{}, FNV-1a {}", name(&self.file), self.hash()?)),
+            Fact::new("log", format!("{}, {} rows", name(out), summary.rows)),
+            Fact::new(
+                "from event to event",
+                format!(
+                    "DOP853, relative tolerance {:e}, {} steps, {} evaluations",
+                    events.relative, summary.integration.steps, summary.integration.evaluations
+                ),
+            ),
+        ];
+        facts.extend(self.scenario.effects.iter().map(|effect| Fact::new("hidden effect", at_place(effect))));
+        Ok(Film {
+            title: format!("{}: simulation of {}", film.robot, name(&self.file)),
+            summary: words(summary) + ".",
+            warnings: summary.verdict.iter().map(verdict_words).collect(),
+            facts,
+            ..film
+        })
+    }
+}
+
+/// What happened, for people.
+pub(super) fn text(summary: &WalkSummary, real_time_factor: f64, log: &Path) -> String {
+    let mut text = format!("{}, {real_time_factor:.0} times as fast as real time\n", words(summary));
+    let Projected { position, velocity } = summary.projected;
+    if position > 0.0 || velocity > 0.0 {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "the initial state was moved onto the contacts of its phase: by at most {position:.1e} rad or m and {velocity:.1e} rad/s or m/s"
+        );
+    }
+    if !summary.changes.is_empty() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}", table(summary));
+        if summary.changes.len() > SHOWN {
+            let _ = writeln!(text, "… and {} more: see --json", summary.changes.len() - SHOWN);
+        }
+    }
+    let integration = &summary.integration;
+    let _ = writeln!(
+        text,
+        "integration: {} steps ({} more were rejected), {} evaluations of the dynamics",
+        integration.steps, integration.rejected, integration.evaluations
+    );
+    let _ = writeln!(text, "{} rows in {}", summary.rows, log.display());
+    text
+}
+
+/// What happened, in words.
+fn words(summary: &WalkSummary) -> String {
+    let steps = if summary.steps == 1 { "step" } else { "steps" };
+    let end = match summary.end {
+        "verdict" => ", then an assumption of the model did not hold",
+        "interrupted" => ", then interrupted",
+        _ => "",
+    };
+    format!("walked {} {steps} in {:.4} s{end}", summary.steps, summary.time)
+}
+
+/// The verdict as a sentence.
+fn verdict_words(violation: &Violation) -> String {
+    let Violation { phase, time, quantity, value, limit, unit, meaning } = violation;
+    let (value, limit) = (figure(*value), figure(*limit));
+    format!(
+        "in phase `{phase}` at {time:.6} s: {meaning}: {quantity} is {value} {unit}, the limit is {limit} {unit}"
+    )
+}
+
+/// Six decimals where they say something.
+fn figure(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".to_owned(),
+        1e-3..1e6 => format!("{x:.6}"),
+        _ => format!("{x:.3e}"),
+    }
+}
+
+fn table(summary: &WalkSummary) -> Table {
+    let mut table = Table::new();
+    table.load_preset(comfy_table::presets::NOTHING);
+    table.set_header(["time (s)", "from", "to", "impulse x, z (N s)"]);
+    let impulse = |impulses: &[FootImpulse]| {
+        let of = |i: &FootImpulse| format!("{} {:.4}, {:.4}", i.foot, i.x, i.z);
+        impulses.iter().map(of).collect::<Vec<_>>().join("; ")
+    };
+    for change in summary.changes.iter().take(SHOWN) {
+        table.add_row([
+            format!("{:.6}", change.time),
+            change.from.clone(),
+            change.to.clone(),
+            impulse(&change.impulse),
+        ]);
+    }
+    if let Some(column) = table.column_mut(0) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}

@@ -1,0 +1,7 @@
+//! What all commands share: arguments, printing, pages, progress, Ctrl-C, failures.
+pub mod arguments;
+pub mod failure;
+pub mod interruption;
+pub mod output;
+pub mod pages;
+pub mod progress;

@@ -1,0 +1,125 @@
+//! Whether the library says what the command says, step by step.
+use super::explain::explain;
+use crate::loops::cli::{bipedc, scratch, text};
+use bipedc::Workbench;
+use bipedc::progress::Progress;
+use bipedc_analysis::diagnose::{Diagnosis, Found};
+use bipedc_effects::effect::{Effect, Location, kinds};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+const TRAIN: &str = "tests/data/examples/coulomb/train.csv.gz";
+const JUDGE: &str = "tests/data/examples/coulomb/validation.csv.gz";
+
+/// A copy of a robot that may be amended.
+fn robot(name: &str) -> PathBuf {
+    let folder = scratch(name);
+    for file in ["robot.urdf", "biped.toml"] {
+        std::fs::copy(Path::new("robots/tulip").join(file), folder.join(file)).unwrap();
+    }
+    folder
+}
+
+/// As commands print it.
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string_pretty(value).unwrap() + "\n"
+}
+
+#[test]
+fn the_example_says_what_the_commands_say() {
+    let folder = robot("library_example");
+    let before = std::fs::read(folder.join("biped.toml")).unwrap();
+    let by_library = explain([text(&folder), TRAIN, JUDGE]).unwrap();
+    assert_eq!(std::fs::read(folder.join("biped.toml")).unwrap(), before, "only in memory");
+    assert!(!folder.join("history.json").exists());
+
+    let compare = || bipedc(&["compare", text(&folder), JUDGE]).ok().out;
+    let diagnose = |more: &[&str]| {
+        let arguments = [&["diagnose", text(&folder), TRAIN, "--validate", JUDGE], more].concat();
+        bipedc(&arguments).ok().out
+    };
+    let (first, words) = (compare(), diagnose(&[]));
+    let file = folder.join("diagnosis.json");
+    std::fs::write(&file, diagnose(&["--json"])).unwrap();
+    bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+    assert_ne!(first, compare());
+    assert_eq!(by_library, format!("{first}\n{words}\n{}", compare()));
+
+    let found: Diagnosis = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    assert_eq!(json(&found), std::fs::read_to_string(&file).unwrap());
+}
+
+#[test]
+fn a_comparison_is_the_json_that_the_command_prints() {
+    let bench = Workbench::open("robots/tulip").unwrap();
+    let options = bipedc::comparison::Options { places: true, free_run: Some(0.5), ..Default::default() };
+    let compared = bench.compare_with(&bench.log(JUDGE).unwrap(), &options).unwrap();
+    let command = bipedc(&["compare", "robots/tulip", JUDGE, "--where", "--free-run", "0.5", "--json"]);
+    assert_eq!(json(&compared), command.ok().out);
+}
+
+/// A diagnosis of one effect.
+fn diagnosis(joint: &str, torque: f64) -> Diagnosis {
+    let effect = Effect::new(&kinds::COULOMB_FRICTION, Location::joint(joint), &[("torque", torque)]);
+    let found = Found { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
+    Diagnosis { effects: vec![found], ..Diagnosis::default() }
+}
+
+#[test]
+fn what_is_amended_in_memory_is_what_is_amended_on_disk() {
+    let folder = robot("library_amend");
+    let before = std::fs::read(folder.join("biped.toml")).unwrap();
+    let bench = Workbench::open(&folder).unwrap();
+    let knee = diagnosis("left_knee_pitch", 0.43);
+    let in_memory = bench.amended(&knee).unwrap();
+    assert_eq!(std::fs::read(folder.join("biped.toml")).unwrap(), before);
+    // A second step stands on the first.
+    let both = in_memory.amended(&diagnosis("right_knee_pitch", 0.2)).unwrap();
+    assert_eq!(both.robot().description.effects.len(), 2);
+
+    let on_disk = bench.amend(&knee).unwrap();
+    assert_eq!(on_disk.robot().description, in_memory.robot().description);
+    assert_eq!(on_disk.history().unwrap().steps.len(), 1);
+    assert_eq!(bench.reopened().unwrap().robot(), on_disk.robot());
+    on_disk.undo(false).unwrap();
+    assert_eq!(std::fs::read(folder.join("biped.toml")).unwrap(), before);
+    // Nothing found is nothing to write.
+    assert!(bench.amend(&Diagnosis::default()).unwrap().robot().description.effects.is_empty());
+}
+
+#[derive(Default)]
+struct Heard(Mutex<Vec<String>>);
+
+impl Progress for Heard {
+    fn begin(&self, stage: &str, _counted: bool) {
+        self.0.lock().unwrap().push(format!("+{stage}"));
+    }
+    fn advance(&self, part: f64) {
+        assert!((0.0..=1.0).contains(&part));
+    }
+    fn end(&self) {
+        self.0.lock().unwrap().push("-".to_owned());
+    }
+}
+
+#[test]
+fn errors_name_their_place_and_progress_is_told() {
+    let heard = Arc::new(Heard::default());
+    let bench = Workbench::open("robots/tulip").unwrap().watched(heard.clone());
+    let errors = bench.log("no/such.csv").unwrap_err();
+    assert_eq!(errors.0[0].file.as_deref(), Some(Path::new("no/such.csv")));
+    assert!(Workbench::open("no/such").is_err());
+    bench.compare(&bench.log(JUDGE).unwrap()).unwrap();
+    assert_eq!(*heard.0.lock().unwrap(), ["+deriving", "-", "+reading and comparing", "-"]);
+}
+
+#[test]
+fn the_readme_shows_the_example() {
+    let (readme, example) = (include_str!("../../README.md"), include_str!("../../examples/explain.rs"));
+    let section = readme.split("\n## ").find(|section| section.starts_with("As a library\n")).unwrap();
+    let block = section.split("```").nth(1).unwrap().strip_prefix("rust\n").unwrap();
+    assert!(example.contains(block), "{block}");
+    assert!(example.lines().count() <= 40);
+}
