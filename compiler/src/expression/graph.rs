@@ -1,5 +1,5 @@
 //! Nodes, edges that carry a sign, and the identities applied while the graph is built.
-use super::exact_sin_cos;
+use super::{Purpose, exact_sin_cos};
 use bipedc_runtime::Argument;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -175,15 +175,18 @@ impl Key {
 #[derive(Default)]
 struct Store {
     nodes: Vec<Node>,
+    /// What each node was made for.
+    purposes: Vec<Purpose>,
     ids: HashMap<Key, u32>,
 }
 
 impl Store {
-    fn intern(&mut self, node: Node) -> Expr {
+    fn intern(&mut self, node: Node, purpose: Purpose) -> Expr {
         let next = self.nodes.len() as u32;
         let id = *self.ids.entry(Key::of(node)).or_insert(next);
         if id == next {
             self.nodes.push(node);
+            self.purposes.push(purpose);
         }
         Expr::new(id as usize)
     }
@@ -196,6 +199,7 @@ pub struct Graph {
     store: RefCell<Store>,
     exact: bool,
     divided_by_zero: Cell<bool>,
+    pub(super) purpose: Cell<Purpose>,
 }
 
 impl Default for Graph {
@@ -219,7 +223,12 @@ impl Graph {
     }
 
     fn with_exactness(exact: bool) -> Self {
-        let graph = Self { store: RefCell::default(), exact, divided_by_zero: Cell::new(false) };
+        let graph = Self {
+            store: RefCell::default(),
+            exact,
+            divided_by_zero: Cell::new(false),
+            purpose: Cell::default(),
+        };
         assert_eq!(graph.intern(Node::Constant(0.0)), Expr::ZERO);
         assert_eq!(graph.intern(Node::Constant(1.0)), Expr::ONE);
         graph
@@ -245,7 +254,7 @@ impl Graph {
     }
 
     fn intern(&self, node: Node) -> Expr {
-        self.store.borrow_mut().intern(node)
+        self.store.borrow_mut().intern(node, self.purpose.get())
     }
 
     /// Number of nodes so far.
@@ -266,6 +275,11 @@ impl Graph {
     /// A copy of all nodes, operands before users.
     pub fn nodes(&self) -> Vec<Node> {
         self.store.borrow().nodes.clone()
+    }
+
+    /// What each node was made for, by index.
+    pub fn purposes(&self) -> Vec<Purpose> {
+        self.store.borrow().purposes.clone()
     }
 
     /// The value of a constant expression.
