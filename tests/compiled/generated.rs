@@ -111,3 +111,21 @@ fn generated_code_says_what_is_what() {
         "{both}"
     );
 }
+
+/// What is folded is computed from the description's decimals: 0.0102, not 0.010199999999999987.
+#[test]
+fn folded_constants_have_no_dust() {
+    let exact = ["five_link", "three_link", "biped_3d", "tulip", "tulip_v1_leg"];
+    let wanted = exact.map(|robot| format!("{robot}/src/inverse_dynamics.rs"));
+    let sources = sources();
+    let files: Vec<_> =
+        sources.iter().filter(|(path, _)| wanted.iter().any(|end| path.ends_with(end))).collect();
+    assert_eq!(files.len(), exact.len());
+    for (path, text) in files {
+        for constant in text.split("R::constant(").skip(1) {
+            let number = constant.split_once(')').unwrap().0;
+            let digits = number.trim_start_matches(['-', '0', '.']).replace('.', "");
+            assert!(digits.len() <= 15, "{path}: {number}");
+        }
+    }
+}

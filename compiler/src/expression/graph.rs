@@ -1,5 +1,5 @@
 //! Nodes, edges that carry a sign, and the identities applied while the graph is built.
-use super::{Purpose, exact_sin_cos};
+use super::{Purpose, decimal, exact_sin_cos};
 use bipedc_runtime::Argument;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -321,7 +321,7 @@ impl Graph {
         if let (Some(x), Some(y)) = (self.constant_value(a), self.constant_value(b))
             && self.may_fold(x, y)
         {
-            return self.constant(x + y);
+            return self.constant(decimal::sum(x, y));
         }
         if self.is_sine_and_cosine_squared(a, b) {
             return Expr::ONE;
@@ -365,7 +365,9 @@ impl Graph {
         }
         let (a, b) = if a <= b { (a, b) } else { (b, a) };
         match (self.constant_value(a), self.constant_value(b)) {
-            (Some(x), Some(y)) if self.may_fold(x, y) => self.constant(x * y).negate_if(negated),
+            (Some(x), Some(y)) if self.may_fold(x, y) => {
+                self.constant(decimal::product(x, y)).negate_if(negated)
+            }
             (Some(_), Some(_)) => self.intern(Node::Mul(a, b)).negate_if(negated),
             (Some(x), None) => self.scale(x, a, b).negate_if(negated),
             (None, Some(y)) => self.scale(y, b, a).negate_if(negated),
@@ -380,7 +382,7 @@ impl Graph {
                 if let Some(value) = self.constant_value(inner)
                     && self.may_fold(factor, value)
                 {
-                    return self.mul(self.constant(factor * value), rest);
+                    return self.mul(self.constant(decimal::product(factor, value)), rest);
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! Expressions as one hash-consed graph: equal expressions share one node, so common subexpressions are
 //! found while deriving.
 mod angle;
+pub mod decimal;
 mod display;
 mod formula;
 mod graph;

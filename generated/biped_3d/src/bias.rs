@@ -412,67 +412,67 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t287 = t21 * R::constant(1.3432507904);
     t288 = R::fused(R::constant(2.444), t17, t286);
     t289 = R::fused(R::constant(2.444), t16, t287);
-    t290 = R::constant(0.30679206170000006) * t39; // right_hip_yaw_link: wrench that its motion needs
-    t291 = R::fused(R::constant(-0.3068020617000001), t44, t290); // right_hip_yaw_link: wrench that its motion needs
-    t292 = R::constant(0.30679206170000006) * t56; // left_hip_yaw_link: wrench that its motion needs
-    t293 = R::fused(R::constant(-0.3068020617000001), t61, t292); // left_hip_yaw_link: wrench that its motion needs
-    t294 = R::fused(R::constant(0.30678206170000005), t77, t290); // right_hip_roll_link: wrench that its motion needs
-    t295 = R::constant(0.30678206170000005) * t72; // right_hip_roll_link: wrench that its motion needs
-    t296 = R::fused(R::constant(0.30679206170000006), t76, t295); // right_hip_roll_link: wrench that its motion needs
-    t297 = R::fused(R::constant(0.30678206170000005), t93, t292); // left_hip_roll_link: wrench that its motion needs
-    t298 = R::constant(0.30678206170000005) * t88; // left_hip_roll_link: wrench that its motion needs
-    t299 = R::fused(R::constant(0.30679206170000006), t92, t298); // left_hip_roll_link: wrench that its motion needs
+    t290 = R::constant(0.3067920617) * t39; // right_hip_yaw_link: wrench that its motion needs
+    t291 = R::fused(R::constant(-0.3068020617), t44, t290); // right_hip_yaw_link: wrench that its motion needs
+    t292 = R::constant(0.3067920617) * t56; // left_hip_yaw_link: wrench that its motion needs
+    t293 = R::fused(R::constant(-0.3068020617), t61, t292); // left_hip_yaw_link: wrench that its motion needs
+    t294 = R::fused(R::constant(0.3067820617), t77, t290); // right_hip_roll_link: wrench that its motion needs
+    t295 = R::constant(0.3067820617) * t72; // right_hip_roll_link: wrench that its motion needs
+    t296 = R::fused(R::constant(0.3067920617), t76, t295); // right_hip_roll_link: wrench that its motion needs
+    t297 = R::fused(R::constant(0.3067820617), t93, t292); // left_hip_roll_link: wrench that its motion needs
+    t298 = R::constant(0.3067820617) * t88; // left_hip_roll_link: wrench that its motion needs
+    t299 = R::fused(R::constant(0.3067920617), t92, t298); // left_hip_roll_link: wrench that its motion needs
     // right_upper_leg: wrench that its motion needs
-    t300 = t112 * R::constant(0.47831350003000006);
-    t301 = R::constant(0.24091175000000004) * t72;
-    t302 = R::fused(R::constant(0.23740175003000002), t111, t301);
-    t303 = R::constant(0.23740175003000002) * t107;
-    t304 = R::fused(R::constant(-0.24091175000000004), t110, t303);
+    t300 = t112 * R::constant(0.47831350003);
+    t301 = R::constant(0.24091175) * t72;
+    t302 = R::fused(R::constant(0.23740175003), t111, t301);
+    t303 = R::constant(0.23740175003) * t107;
+    t304 = R::fused(R::constant(-0.24091175), t110, t303);
     t305 = R::fused(R::constant(-0.8932), t69, t300);
     t306 = R::fused(R::constant(-0.8932), t105, t302);
     // left_upper_leg: wrench that its motion needs
-    t307 = t134 * R::constant(0.47831350003000006);
-    t308 = R::constant(0.24091175000000004) * t88;
-    t309 = R::fused(R::constant(0.23740175003000002), t133, t308);
-    t310 = R::constant(0.23740175003000002) * t129;
-    t311 = R::fused(R::constant(-0.24091175000000004), t132, t310);
+    t307 = t134 * R::constant(0.47831350003);
+    t308 = R::constant(0.24091175) * t88;
+    t309 = R::fused(R::constant(0.23740175003), t133, t308);
+    t310 = R::constant(0.23740175003) * t129;
+    t311 = R::fused(R::constant(-0.24091175), t132, t310);
     t312 = R::fused(R::constant(-0.8932), t85, t307);
     t313 = R::fused(R::constant(-0.8932), t127, t309);
     // right_lower_leg: wrench that its motion needs
     t314 = t159 * R::constant(0.131797290003);
     t315 = R::constant(0.06634781167) * t72;
-    t316 = R::fused(R::constant(0.06544947833300001), t158, t315);
-    t317 = R::constant(0.06544947833300001) * t154;
+    t316 = R::fused(R::constant(0.065449478333), t158, t315);
+    t317 = R::constant(0.065449478333) * t154;
     t318 = R::fused(R::constant(-0.06634781167), t157, t317);
-    t319 = R::fused(R::constant(-0.29034000000000004), t139, t314);
-    t320 = R::fused(R::constant(-0.29034000000000004), t152, t316);
+    t319 = R::fused(R::constant(-0.29034), t139, t314);
+    t320 = R::fused(R::constant(-0.29034), t152, t316);
     // left_lower_leg: wrench that its motion needs
     t321 = t184 * R::constant(0.131797290003);
     t322 = R::constant(0.06634781167) * t88;
-    t323 = R::fused(R::constant(0.06544947833300001), t183, t322);
-    t324 = R::constant(0.06544947833300001) * t179;
+    t323 = R::fused(R::constant(0.065449478333), t183, t322);
+    t324 = R::constant(0.065449478333) * t179;
     t325 = R::fused(R::constant(-0.06634781167), t182, t324);
-    t326 = R::fused(R::constant(-0.29034000000000004), t164, t321);
-    t327 = R::fused(R::constant(-0.29034000000000004), t177, t323);
+    t326 = R::fused(R::constant(-0.29034), t164, t321);
+    t327 = R::fused(R::constant(-0.29034), t177, t323);
     // right_ankle: wrench that its motion needs
-    t328 = R::constant(0.017099999999999997) * t210;
+    t328 = R::constant(0.0171) * t210;
     t329 = R::constant(0.00383375) * t72;
     t330 = R::fused(R::constant(-0.00382375), t207, t329);
     t331 = R::constant(0.00382375) * t204;
     t332 = R::fused(R::constant(0.00383375), t206, t331);
-    t333 = R::fused(R::constant(0.017099999999999997), t200, t330);
-    t334 = R::fused(R::constant(-0.017099999999999997), t189, t332);
+    t333 = R::fused(R::constant(0.0171), t200, t330);
+    t334 = R::fused(R::constant(-0.0171), t189, t332);
     // left_ankle: wrench that its motion needs
-    t335 = R::constant(0.017099999999999997) * t235;
+    t335 = R::constant(0.0171) * t235;
     t336 = R::constant(0.00383375) * t88;
     t337 = R::fused(R::constant(-0.00382375), t232, t336);
     t338 = R::constant(0.00382375) * t229;
     t339 = R::fused(R::constant(0.00383375), t231, t338);
-    t340 = R::fused(R::constant(0.017099999999999997), t225, t337);
-    t341 = R::fused(R::constant(-0.017099999999999997), t214, t339);
+    t340 = R::fused(R::constant(0.0171), t225, t337);
+    t341 = R::fused(R::constant(-0.0171), t214, t339);
     // right_foot: wrench that its motion needs
-    t342 = R::constant(0.028499999999999998) * t257;
-    t343 = R::constant(0.028499999999999998) * t258;
+    t342 = R::constant(0.0285) * t257;
+    t343 = R::constant(0.0285) * t258;
     t344 = R::constant(0.00207575) * t203;
     t345 = R::fused(R::constant(-0.00092625), t254, t344);
     t346 = R::fused(R::constant(-0.000855), t256, t345);
@@ -482,11 +482,11 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t350 = R::fused(R::constant(0.000855), t349, t348);
     t351 = t252 * R::constant(0.0011495);
     t352 = R::fused(R::constant(0.000855), t257, t351);
-    t353 = R::fused(R::constant(0.028499999999999998), t247, t346);
-    t354 = R::fused(R::constant(-0.028499999999999998), t202, t350);
+    t353 = R::fused(R::constant(0.0285), t247, t346);
+    t354 = R::fused(R::constant(-0.0285), t202, t350);
     // left_foot: wrench that its motion needs
-    t355 = R::constant(0.028499999999999998) * t278;
-    t356 = R::constant(0.028499999999999998) * t279;
+    t355 = R::constant(0.0285) * t278;
+    t356 = R::constant(0.0285) * t279;
     t357 = R::constant(0.00207575) * t228;
     t358 = R::fused(R::constant(-0.00092625), t275, t357);
     t359 = R::fused(R::constant(-0.000855), t277, t358);
@@ -496,8 +496,8 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t363 = R::fused(R::constant(0.000855), t362, t361);
     t364 = t273 * R::constant(0.0011495);
     t365 = R::fused(R::constant(0.000855), t278, t364);
-    t366 = R::fused(R::constant(0.028499999999999998), t268, t359);
-    t367 = R::fused(R::constant(-0.028499999999999998), t227, t363);
+    t366 = R::fused(R::constant(0.0285), t268, t359);
+    t367 = R::fused(R::constant(-0.0285), t227, t363);
     // left_foot: wrench handed to its parent
     t368 = cos_q_left_ankle_roll * t355;
     t369 = R::fused(sin_q_left_ankle_roll, t356, t368);
@@ -507,10 +507,10 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t373 = R::fused(-sin_q_left_ankle_roll, t365, t372);
     t374 = sin_q_left_ankle_roll * t367;
     t375 = R::fused(cos_q_left_ankle_roll, t365, t374);
-    t376 = R::fused(R::constant(-0.028499999999999998), t276, t335);
-    t377 = R::fused(R::constant(0.017099999999999997), t236, -t369);
-    t378 = R::fused(R::constant(0.017099999999999997), t237, -t371);
-    t379 = R::fused(t234, R::constant(0.000010000000000000026), -t366);
+    t376 = R::fused(R::constant(-0.0285), t276, t335);
+    t377 = R::fused(R::constant(0.0171), t236, -t369);
+    t378 = R::fused(R::constant(0.0171), t237, -t371);
+    t379 = R::fused(t234, R::constant(0.00001), -t366);
     t380 = t340 + t373;
     t381 = t341 - t375;
     // right_foot: wrench handed to its parent
@@ -522,10 +522,10 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t387 = R::fused(-sin_q_right_ankle_roll, t352, t386);
     t388 = sin_q_right_ankle_roll * t354;
     t389 = R::fused(cos_q_right_ankle_roll, t352, t388);
-    t390 = R::fused(R::constant(-0.028499999999999998), t255, t328);
-    t391 = R::fused(R::constant(0.017099999999999997), t211, -t383);
-    t392 = R::fused(R::constant(0.017099999999999997), t212, -t385);
-    t393 = R::fused(t209, R::constant(0.000010000000000000026), -t353);
+    t390 = R::fused(R::constant(-0.0285), t255, t328);
+    t391 = R::fused(R::constant(0.0171), t211, -t383);
+    t392 = R::fused(R::constant(0.0171), t212, -t385);
+    t393 = R::fused(t209, R::constant(0.00001), -t353);
     t394 = t333 + t387;
     t395 = t334 - t389;
     // left_ankle: wrench handed to its parent
@@ -537,9 +537,9 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t401 = R::fused(-sin_q_left_ankle_pitch, t379, t400);
     t402 = sin_q_left_ankle_pitch * t381;
     t403 = R::fused(cos_q_left_ankle_pitch, t379, t402);
-    t404 = R::fused(R::constant(0.29034000000000004), t185, t399);
-    t405 = R::fused(R::constant(0.29034000000000004), t186, -t377);
-    t406 = R::fused(R::constant(0.29034000000000004), t187, t397);
+    t404 = R::fused(R::constant(0.29034), t185, t399);
+    t405 = R::fused(R::constant(0.29034), t186, -t377);
+    t406 = R::fused(R::constant(0.29034), t187, t397);
     t407 = t326 + t403;
     t408 = t327 + t380;
     t409 = t325 - t401;
@@ -554,9 +554,9 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t417 = R::fused(-sin_q_right_ankle_pitch, t393, t416);
     t418 = sin_q_right_ankle_pitch * t395;
     t419 = R::fused(cos_q_right_ankle_pitch, t393, t418);
-    t420 = R::fused(R::constant(0.29034000000000004), t160, t415);
-    t421 = R::fused(R::constant(0.29034000000000004), t161, -t391);
-    t422 = R::fused(R::constant(0.29034000000000004), t162, t413);
+    t420 = R::fused(R::constant(0.29034), t160, t415);
+    t421 = R::fused(R::constant(0.29034), t161, -t391);
+    t422 = R::fused(R::constant(0.29034), t162, t413);
     t423 = t319 + t419;
     t424 = t320 + t394;
     t425 = t318 - t417;
@@ -607,7 +607,7 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t467 = R::fused(-cos_q_left_hip_pitch, t442, t466);
     t468 = t297 + t467;
     t469 = t299 - t443;
-    t470 = R::fused(t91, R::constant(0.6135741234000001), -t465);
+    t470 = R::fused(t91, R::constant(0.6135741234), -t465);
     // right_upper_leg: wrench handed to its parent
     t471 = cos_q_right_hip_pitch * t454;
     t472 = R::fused(-sin_q_right_hip_pitch, t452, t471);
@@ -619,7 +619,7 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t478 = R::fused(-cos_q_right_hip_pitch, t458, t477);
     t479 = t294 + t478;
     t480 = t296 - t459;
-    t481 = R::fused(t75, R::constant(0.6135741234000001), -t476);
+    t481 = R::fused(t75, R::constant(0.6135741234), -t476);
     // left_hip_roll_link: wrench handed to its parent
     t482 = cos_q_left_hip_roll * t437;
     t483 = R::fused(sin_q_left_hip_roll, t461, t482);
@@ -630,8 +630,8 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t488 = sin_q_left_hip_roll * t469;
     t489 = R::fused(cos_q_left_hip_roll, t470, t488);
     t490 = t293 - t468;
-    t491 = R::fused(t60, R::constant(0.6135941234000002), -t487);
-    t492 = R::fused(R::constant(0.30679206170000006), t59, -t489);
+    t491 = R::fused(t60, R::constant(0.6135941234), -t487);
+    t492 = R::fused(R::constant(0.3067920617), t59, -t489);
     // right_hip_roll_link: wrench handed to its parent
     t493 = cos_q_right_hip_roll * t453;
     t494 = R::fused(sin_q_right_hip_roll, t472, t493);
@@ -642,8 +642,8 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t499 = sin_q_right_hip_roll * t480;
     t500 = R::fused(cos_q_right_hip_roll, t481, t499);
     t501 = t291 - t479;
-    t502 = R::fused(t43, R::constant(0.6135941234000002), -t498);
-    t503 = R::fused(R::constant(0.30679206170000006), t42, -t500);
+    t502 = R::fused(t43, R::constant(0.6135941234), -t498);
+    t503 = R::fused(R::constant(0.3067920617), t42, -t500);
     // left_hip_yaw_link: wrench handed to its parent
     t504 = cos_q_left_hip_yaw * t463;
     t505 = R::fused(sin_q_left_hip_yaw, t483, t504);
@@ -663,7 +663,7 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t514 = t285 + t485;
     t515 = t288 - t509;
     t516 = t289 + t511;
-    t517 = R::fused(t20, R::constant(0.09829500000000002), t492);
+    t517 = R::fused(t20, R::constant(0.098295), t492);
     t518 = R::fused(R::constant(0.075), t485, t515);
     t519 = R::fused(R::constant(0.075), t505, t517);
     // right_hip_yaw_link: wrench handed to its parent

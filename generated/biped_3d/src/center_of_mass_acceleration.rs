@@ -350,44 +350,44 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     t210 = R::fused(R::constant(19.0), t6, t207);
     t211 = R::fused(R::constant(-19.0), t7, t208);
     t212 = R::fused(R::constant(-19.0), t8, t209);
-    t213 = R::constant(0.017099999999999997) * t162; // right_ankle: wrench that its motion needs
-    t214 = R::constant(0.017099999999999997) * t178; // left_ankle: wrench that its motion needs
-    t215 = R::constant(0.028499999999999998) * t192; // right_foot: wrench that its motion needs
-    t216 = R::constant(0.028499999999999998) * t193; // right_foot: wrench that its motion needs
-    t217 = R::constant(0.028499999999999998) * t205; // left_foot: wrench that its motion needs
-    t218 = R::constant(0.028499999999999998) * t206; // left_foot: wrench that its motion needs
+    t213 = R::constant(0.0171) * t162; // right_ankle: wrench that its motion needs
+    t214 = R::constant(0.0171) * t178; // left_ankle: wrench that its motion needs
+    t215 = R::constant(0.0285) * t192; // right_foot: wrench that its motion needs
+    t216 = R::constant(0.0285) * t193; // right_foot: wrench that its motion needs
+    t217 = R::constant(0.0285) * t205; // left_foot: wrench that its motion needs
+    t218 = R::constant(0.0285) * t206; // left_foot: wrench that its motion needs
     // left_foot: sums of what it carries
     t219 = cos_q_left_ankle_roll * t217;
     t220 = R::fused(sin_q_left_ankle_roll, t218, t219);
     t221 = sin_q_left_ankle_roll * t217;
     t222 = R::fused(-cos_q_left_ankle_roll, t218, t221);
-    t223 = R::fused(R::constant(-0.028499999999999998), t204, t214);
-    t224 = R::fused(R::constant(0.017099999999999997), t179, -t220);
-    t225 = R::fused(R::constant(0.017099999999999997), t180, -t222);
+    t223 = R::fused(R::constant(-0.0285), t204, t214);
+    t224 = R::fused(R::constant(0.0171), t179, -t220);
+    t225 = R::fused(R::constant(0.0171), t180, -t222);
     // right_foot: sums of what it carries
     t226 = cos_q_right_ankle_roll * t215;
     t227 = R::fused(sin_q_right_ankle_roll, t216, t226);
     t228 = sin_q_right_ankle_roll * t215;
     t229 = R::fused(-cos_q_right_ankle_roll, t216, t228);
-    t230 = R::fused(R::constant(-0.028499999999999998), t191, t213);
-    t231 = R::fused(R::constant(0.017099999999999997), t163, -t227);
-    t232 = R::fused(R::constant(0.017099999999999997), t164, -t229);
+    t230 = R::fused(R::constant(-0.0285), t191, t213);
+    t231 = R::fused(R::constant(0.0171), t163, -t227);
+    t232 = R::fused(R::constant(0.0171), t164, -t229);
     // left_ankle: sums of what it carries
     t233 = cos_q_left_ankle_pitch * t225;
     t234 = R::fused(sin_q_left_ankle_pitch, t223, t233);
     t235 = sin_q_left_ankle_pitch * t225;
     t236 = R::fused(-cos_q_left_ankle_pitch, t223, t235);
-    t237 = R::fused(R::constant(0.29034000000000004), t146, t236);
-    t238 = R::fused(R::constant(0.29034000000000004), t147, -t224);
-    t239 = R::fused(R::constant(0.29034000000000004), t148, t234);
+    t237 = R::fused(R::constant(0.29034), t146, t236);
+    t238 = R::fused(R::constant(0.29034), t147, -t224);
+    t239 = R::fused(R::constant(0.29034), t148, t234);
     // right_ankle: sums of what it carries
     t240 = cos_q_right_ankle_pitch * t232;
     t241 = R::fused(sin_q_right_ankle_pitch, t230, t240);
     t242 = sin_q_right_ankle_pitch * t232;
     t243 = R::fused(-cos_q_right_ankle_pitch, t230, t242);
-    t244 = R::fused(R::constant(0.29034000000000004), t130, t243);
-    t245 = R::fused(R::constant(0.29034000000000004), t131, -t231);
-    t246 = R::fused(R::constant(0.29034000000000004), t132, t241);
+    t244 = R::fused(R::constant(0.29034), t130, t243);
+    t245 = R::fused(R::constant(0.29034), t131, -t231);
+    t246 = R::fused(R::constant(0.29034), t132, t241);
     // left_lower_leg: sums of what it carries
     t247 = cos_q_left_knee_pitch * t239;
     t248 = R::fused(-sin_q_left_knee_pitch, t237, t247);

@@ -243,22 +243,22 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t153 = R::fused(-t137, sin_q_left_ankle_roll, t152);
     t154 = t69 * cos_q_left_ankle_roll;
     t155 = R::fused(-t141, sin_q_left_ankle_roll, t154);
-    t156 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t157 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t158 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t159 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    t156 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t157 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t158 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t159 = R::constant(0.0285) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t160 = cos_q_left_ankle_pitch * t157;
-    t161 = R::fused(R::constant(0.017099999999999997), sin_q_left_ankle_pitch, t160);
+    t161 = R::fused(R::constant(0.0171), sin_q_left_ankle_pitch, t160);
     t162 = sin_q_left_ankle_pitch * t157;
-    t163 = R::fused(R::constant(-0.017099999999999997), cos_q_left_ankle_pitch, t162);
-    t164 = R::constant(0.29034000000000004) + t161;
+    t163 = R::fused(R::constant(-0.0171), cos_q_left_ankle_pitch, t162);
+    t164 = R::constant(0.29034) + t161;
     // right_ankle: sums of what it carries
     t165 = cos_q_right_ankle_pitch * t159;
-    t166 = R::fused(R::constant(0.017099999999999997), sin_q_right_ankle_pitch, t165);
+    t166 = R::fused(R::constant(0.0171), sin_q_right_ankle_pitch, t165);
     t167 = sin_q_right_ankle_pitch * t159;
-    t168 = R::fused(R::constant(-0.017099999999999997), cos_q_right_ankle_pitch, t167);
-    t169 = R::constant(0.29034000000000004) + t166;
+    t168 = R::fused(R::constant(-0.0171), cos_q_right_ankle_pitch, t167);
+    t169 = R::constant(0.29034) + t166;
     // left_lower_leg: sums of what it carries
     t170 = cos_q_left_knee_pitch * t164;
     t171 = R::fused(-sin_q_left_knee_pitch, t163, t170);
@@ -347,7 +347,7 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t244 = R::fused(-t47, t238, t243);
     // right_hip_roll_link: Jacobian of the centre of mass
     t245 = t185 * R::constant(0.05263157894736842);
-    t246 = sin_q_right_ankle_roll * R::constant(0.0014999999999999998);
+    t246 = sin_q_right_ankle_roll * R::constant(0.0015);
     t247 = t49 * t245;
     t248 = R::fused(-t51, t246, t247);
     t249 = t53 * t245;
@@ -356,7 +356,7 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t252 = R::fused(-t59, t246, t251);
     // left_hip_roll_link: Jacobian of the centre of mass
     t253 = t181 * R::constant(0.05263157894736842);
-    t254 = sin_q_left_ankle_roll * R::constant(0.0014999999999999998);
+    t254 = sin_q_left_ankle_roll * R::constant(0.0015);
     t255 = t61 * t253;
     let (
         t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
@@ -407,27 +407,27 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t291 = t119 * t285;
     t292 = R::fused(t117, t286, t291);
     // right_ankle: Jacobian of the centre of mass
-    t293 = cos_q_right_ankle_roll * R::constant(0.0014999999999999998);
+    t293 = cos_q_right_ankle_roll * R::constant(0.0015);
     t294 = t123 * t293;
-    t295 = R::fused(-t121, R::constant(0.0008999999999999998), t294);
+    t295 = R::fused(-t121, R::constant(0.0009), t294);
     t296 = t127 * t293;
-    t297 = R::fused(-t125, R::constant(0.0008999999999999998), t296);
+    t297 = R::fused(-t125, R::constant(0.0009), t296);
     t298 = t131 * t293;
-    t299 = R::fused(-t129, R::constant(0.0008999999999999998), t298);
+    t299 = R::fused(-t129, R::constant(0.0009), t298);
     // left_ankle: Jacobian of the centre of mass
-    t300 = cos_q_left_ankle_roll * R::constant(0.0014999999999999998);
+    t300 = cos_q_left_ankle_roll * R::constant(0.0015);
     t301 = t135 * t300;
-    t302 = R::fused(-t133, R::constant(0.0008999999999999998), t301);
+    t302 = R::fused(-t133, R::constant(0.0009), t301);
     t303 = t139 * t300;
-    t304 = R::fused(-t137, R::constant(0.0008999999999999998), t303);
+    t304 = R::fused(-t137, R::constant(0.0009), t303);
     t305 = t143 * t300;
-    t306 = R::fused(-t141, R::constant(0.0008999999999999998), t305);
-    t307 = t145 * R::constant(0.0014999999999999998); // right_foot: Jacobian of the centre of mass
-    t308 = t147 * R::constant(0.0014999999999999998); // right_foot: Jacobian of the centre of mass
-    t309 = t149 * R::constant(0.0014999999999999998); // right_foot: Jacobian of the centre of mass
-    t310 = t151 * R::constant(0.0014999999999999998); // left_foot: Jacobian of the centre of mass
-    t311 = t153 * R::constant(0.0014999999999999998); // left_foot: Jacobian of the centre of mass
-    t312 = t155 * R::constant(0.0014999999999999998); // left_foot: Jacobian of the centre of mass
+    t306 = R::fused(-t141, R::constant(0.0009), t305);
+    t307 = t145 * R::constant(0.0015); // right_foot: Jacobian of the centre of mass
+    t308 = t147 * R::constant(0.0015); // right_foot: Jacobian of the centre of mass
+    t309 = t149 * R::constant(0.0015); // right_foot: Jacobian of the centre of mass
+    t310 = t151 * R::constant(0.0015); // left_foot: Jacobian of the centre of mass
+    t311 = t153 * R::constant(0.0015); // left_foot: Jacobian of the centre of mass
+    t312 = t155 * R::constant(0.0015); // left_foot: Jacobian of the centre of mass
     t313 = -t211; // torso: Jacobian of the centre of mass
     t314 = -t213; // torso: Jacobian of the centre of mass
     t315 = -t215; // torso: Jacobian of the centre of mass

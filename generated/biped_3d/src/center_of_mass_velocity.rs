@@ -146,14 +146,14 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t57 = R::constant(19.0) * v_base_linear_y;
     let t58 = R::fused(R::constant(2.444), v_base_angular_y, t56);
     let t59 = R::fused(R::constant(-2.444), v_base_angular_x, t57);
-    let t60 = R::constant(0.017099999999999997) * t41; // right_ankle: momentum
-    let t61 = R::constant(0.017099999999999997) * t44; // right_ankle: momentum
-    let t62 = R::constant(0.017099999999999997) * t46; // left_ankle: momentum
-    let t63 = R::constant(0.017099999999999997) * t49; // left_ankle: momentum
-    let t64 = R::constant(0.028499999999999998) * t51; // right_foot: momentum
-    let t65 = R::constant(0.028499999999999998) * t52; // right_foot: momentum
-    let t66 = R::constant(0.028499999999999998) * t54; // left_foot: momentum
-    let t67 = R::constant(0.028499999999999998) * t55; // left_foot: momentum
+    let t60 = R::constant(0.0171) * t41; // right_ankle: momentum
+    let t61 = R::constant(0.0171) * t44; // right_ankle: momentum
+    let t62 = R::constant(0.0171) * t46; // left_ankle: momentum
+    let t63 = R::constant(0.0171) * t49; // left_ankle: momentum
+    let t64 = R::constant(0.0285) * t51; // right_foot: momentum
+    let t65 = R::constant(0.0285) * t52; // right_foot: momentum
+    let t66 = R::constant(0.0285) * t54; // left_foot: momentum
+    let t67 = R::constant(0.0285) * t55; // left_foot: momentum
     let t68 = R::fused(-cos_q_left_ankle_roll, t67, t62); // left_foot: sums of what it carries
     let t69 = R::fused(-sin_q_left_ankle_roll, t67, t63); // left_foot: sums of what it carries
     let t70 = R::fused(-cos_q_right_ankle_roll, t65, t60); // right_foot: sums of what it carries
@@ -163,15 +163,15 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t73 = R::fused(-sin_q_left_ankle_pitch, t66, t72);
     let t74 = sin_q_left_ankle_pitch * t69;
     let t75 = R::fused(cos_q_left_ankle_pitch, t66, t74);
-    let t76 = R::fused(R::constant(0.29034000000000004), t39, t75);
-    let t77 = R::fused(R::constant(0.29034000000000004), t38, -t68);
+    let t76 = R::fused(R::constant(0.29034), t39, t75);
+    let t77 = R::fused(R::constant(0.29034), t38, -t68);
     // right_ankle: sums of what it carries
     let t78 = cos_q_right_ankle_pitch * t71;
     let t79 = R::fused(-sin_q_right_ankle_pitch, t64, t78);
     let t80 = sin_q_right_ankle_pitch * t71;
     let t81 = R::fused(cos_q_right_ankle_pitch, t64, t80);
-    let t82 = R::fused(R::constant(0.29034000000000004), t34, t81);
-    let t83 = R::fused(R::constant(0.29034000000000004), t33, -t70);
+    let t82 = R::fused(R::constant(0.29034), t34, t81);
+    let t83 = R::fused(R::constant(0.29034), t33, -t70);
     // left_lower_leg: sums of what it carries
     let t84 = cos_q_left_knee_pitch * t73;
     let t85 = R::fused(-sin_q_left_knee_pitch, t76, t84);

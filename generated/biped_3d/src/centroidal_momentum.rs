@@ -234,44 +234,44 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t124 = R::fused(R::constant(-1.4977057904), v_base_angular_x, t122);
     t125 = R::fused(R::constant(1.3994107904), v_base_angular_y, t123);
     t126 = R::constant(0.8932) * t45; // right_upper_leg: momentum
-    t127 = R::fused(R::constant(-0.24091175000000004), t50, t126); // right_upper_leg: momentum
+    t127 = R::fused(R::constant(-0.24091175), t50, t126); // right_upper_leg: momentum
     t128 = R::constant(0.8932) * t54; // left_upper_leg: momentum
-    t129 = R::fused(R::constant(-0.24091175000000004), t59, t128); // left_upper_leg: momentum
-    t130 = R::constant(0.29034000000000004) * t65; // right_lower_leg: momentum
+    t129 = R::fused(R::constant(-0.24091175), t59, t128); // left_upper_leg: momentum
+    t130 = R::constant(0.29034) * t65; // right_lower_leg: momentum
     t131 = R::fused(R::constant(-0.06634781167), t70, t130); // right_lower_leg: momentum
-    t132 = R::constant(0.29034000000000004) * t76; // left_lower_leg: momentum
+    t132 = R::constant(0.29034) * t76; // left_lower_leg: momentum
     t133 = R::fused(R::constant(-0.06634781167), t81, t132); // left_lower_leg: momentum
     // right_ankle: momentum
-    t134 = R::constant(0.017099999999999997) * t89;
-    t135 = R::constant(0.017099999999999997) * t92;
-    t136 = R::constant(0.017099999999999997) * t85;
-    t137 = R::constant(0.017099999999999997) * t83;
+    t134 = R::constant(0.0171) * t89;
+    t135 = R::constant(0.0171) * t92;
+    t136 = R::constant(0.0171) * t85;
+    t137 = R::constant(0.0171) * t83;
     t138 = R::fused(R::constant(0.00383375), t92, t136);
     t139 = R::fused(R::constant(-0.00382375), t89, t137);
     // left_ankle: momentum
-    t140 = R::constant(0.017099999999999997) * t100;
-    t141 = R::constant(0.017099999999999997) * t103;
-    t142 = R::constant(0.017099999999999997) * t96;
-    t143 = R::constant(0.017099999999999997) * t94;
+    t140 = R::constant(0.0171) * t100;
+    t141 = R::constant(0.0171) * t103;
+    t142 = R::constant(0.0171) * t96;
+    t143 = R::constant(0.0171) * t94;
     t144 = R::fused(R::constant(0.00383375), t103, t142);
     t145 = R::fused(R::constant(-0.00382375), t100, t143);
     // right_foot: momentum
-    t146 = R::constant(0.028499999999999998) * t107;
-    t147 = R::constant(0.028499999999999998) * t110;
-    t148 = R::constant(0.028499999999999998) * t87;
+    t146 = R::constant(0.0285) * t107;
+    t147 = R::constant(0.0285) * t110;
+    t148 = R::constant(0.0285) * t87;
     t149 = R::constant(0.00207575) * t110;
     t150 = R::fused(R::constant(-0.000855), t109, t149);
     t151 = R::constant(0.000855) * t110;
-    t152 = R::fused(R::constant(0.028499999999999998), t105, t150);
+    t152 = R::fused(R::constant(0.0285), t105, t150);
     t153 = R::fused(R::constant(-0.00092625), t107, t148);
     // left_foot: momentum
-    t154 = R::constant(0.028499999999999998) * t114;
-    t155 = R::constant(0.028499999999999998) * t117;
-    t156 = R::constant(0.028499999999999998) * t98;
+    t154 = R::constant(0.0285) * t114;
+    t155 = R::constant(0.0285) * t117;
+    t156 = R::constant(0.0285) * t98;
     t157 = R::constant(0.00207575) * t117;
     t158 = R::fused(R::constant(-0.000855), t116, t157);
     t159 = R::constant(0.000855) * t117;
-    t160 = R::fused(R::constant(0.028499999999999998), t112, t158);
+    t160 = R::fused(R::constant(0.0285), t112, t158);
     t161 = R::fused(R::constant(-0.00092625), t114, t156);
     // left_foot: sums of what it carries
     t162 = cos_q_left_ankle_roll * t161;
@@ -300,11 +300,11 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t183 = R::fused(-sin_q_left_ankle_pitch, t160, t182);
     t184 = sin_q_left_ankle_pitch * t169;
     t185 = R::fused(cos_q_left_ankle_pitch, t160, t184);
-    t186 = R::fused(R::constant(0.29034000000000004), t81, t181);
-    t187 = R::fused(R::constant(0.29034000000000004), t80, -t166);
-    t188 = R::fused(R::constant(0.29034000000000004), t72, t185);
+    t186 = R::fused(R::constant(0.29034), t81, t181);
+    t187 = R::fused(R::constant(0.29034), t80, -t166);
+    t188 = R::fused(R::constant(0.29034), t72, t185);
     t189 = t133 - t168;
-    t190 = R::fused(R::constant(0.06544947833300001), t78, t183);
+    t190 = R::fused(R::constant(0.065449478333), t78, t183);
     t191 = R::fused(R::constant(-0.273), t166, t188);
     t192 = R::fused(R::constant(-0.273), t181, t189);
     // right_ankle: sums of what it carries
@@ -316,11 +316,11 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t198 = R::fused(-sin_q_right_ankle_pitch, t152, t197);
     t199 = sin_q_right_ankle_pitch * t177;
     t200 = R::fused(cos_q_right_ankle_pitch, t152, t199);
-    t201 = R::fused(R::constant(0.29034000000000004), t70, t196);
-    t202 = R::fused(R::constant(0.29034000000000004), t69, -t174);
-    t203 = R::fused(R::constant(0.29034000000000004), t61, t200);
+    t201 = R::fused(R::constant(0.29034), t70, t196);
+    t202 = R::fused(R::constant(0.29034), t69, -t174);
+    t203 = R::fused(R::constant(0.29034), t61, t200);
     t204 = t131 - t176;
-    t205 = R::fused(R::constant(0.06544947833300001), t67, t198);
+    t205 = R::fused(R::constant(0.065449478333), t67, t198);
     t206 = R::fused(R::constant(-0.273), t174, t203);
     t207 = R::fused(R::constant(-0.273), t196, t204);
     // left_lower_leg: sums of what it carries
@@ -336,7 +336,7 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t217 = R::fused(R::constant(0.8932), t58, t187);
     t218 = R::fused(R::constant(0.8932), t34, t215);
     t219 = t129 + t192;
-    t220 = R::fused(R::constant(0.23740175003000002), t56, t213);
+    t220 = R::fused(R::constant(0.23740175003), t56, t213);
     t221 = R::fused(R::constant(0.315), t187, t218);
     t222 = R::fused(R::constant(-0.315), t211, t219);
     // right_lower_leg: sums of what it carries
@@ -352,7 +352,7 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t232 = R::fused(R::constant(0.8932), t49, t202);
     t233 = R::fused(R::constant(0.8932), t25, t230);
     t234 = t127 + t207;
-    t235 = R::fused(R::constant(0.23740175003000002), t47, t228);
+    t235 = R::fused(R::constant(0.23740175003), t47, t228);
     t236 = R::fused(R::constant(0.315), t202, t233);
     t237 = R::fused(R::constant(-0.315), t226, t234);
     // left_upper_leg: sums of what it carries
@@ -364,8 +364,8 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t243 = R::fused(-sin_q_left_hip_pitch, t221, t242);
     t244 = sin_q_left_hip_pitch * t220;
     t245 = R::fused(cos_q_left_hip_pitch, t221, t244);
-    t246 = R::fused(R::constant(0.30679206170000006), t41, -t245);
-    t247 = R::fused(R::constant(0.30678206170000005), t38, t222);
+    t246 = R::fused(R::constant(0.3067920617), t41, -t245);
+    t247 = R::fused(R::constant(0.3067820617), t38, t222);
     // right_upper_leg: sums of what it carries
     t248 = cos_q_right_hip_pitch * t224;
     t249 = R::fused(-sin_q_right_hip_pitch, t231, t248);
@@ -388,8 +388,8 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
         t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435,
         t436, t437, t438, t439,
     );
-    t256 = R::fused(R::constant(0.30679206170000006), t32, -t255);
-    t257 = R::fused(R::constant(0.30678206170000005), t29, t237);
+    t256 = R::fused(R::constant(0.3067920617), t32, -t255);
+    t257 = R::fused(R::constant(0.3067820617), t29, t237);
     // left_hip_roll_link: sums of what it carries
     t258 = cos_q_left_hip_roll * t217;
     t259 = R::fused(sin_q_left_hip_roll, t239, t258);
@@ -399,8 +399,8 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t263 = R::fused(sin_q_left_hip_roll, t243, t262);
     t264 = sin_q_left_hip_roll * t247;
     t265 = R::fused(-cos_q_left_hip_roll, t243, t264);
-    t266 = R::fused(R::constant(0.30679206170000006), t20, -t246);
-    t267 = R::fused(R::constant(0.3068020617000001), t23, t265);
+    t266 = R::fused(R::constant(0.3067920617), t20, -t246);
+    t267 = R::fused(R::constant(0.3068020617), t23, t265);
     // right_hip_roll_link: sums of what it carries
     t268 = cos_q_right_hip_roll * t232;
     t269 = R::fused(sin_q_right_hip_roll, t249, t268);
@@ -410,8 +410,8 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t273 = R::fused(sin_q_right_hip_roll, t253, t272);
     t274 = sin_q_right_hip_roll * t257;
     t275 = R::fused(-cos_q_right_hip_roll, t253, t274);
-    t276 = R::fused(R::constant(0.30679206170000006), t9, -t256);
-    t277 = R::fused(R::constant(0.3068020617000001), t12, t275);
+    t276 = R::fused(R::constant(0.3067920617), t9, -t256);
+    t277 = R::fused(R::constant(0.3068020617), t12, t275);
     // left_hip_yaw_link: sums of what it carries
     t278 = cos_q_left_hip_yaw * t241;
     t279 = R::fused(sin_q_left_hip_yaw, t259, t278);
@@ -426,7 +426,7 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t288 = R::fused(R::constant(19.0), v_base_linear_z, -t261);
     t289 = t124 + t283;
     t290 = t125 - t285;
-    t291 = R::fused(R::constant(0.15445499999999998), v_base_angular_z, t267);
+    t291 = R::fused(R::constant(0.154455), v_base_angular_z, t267);
     t292 = R::fused(R::constant(0.075), t261, t289);
     t293 = R::fused(R::constant(-0.075), t279, t291);
     // right_hip_yaw_link: sums of what it carries
@@ -498,22 +498,22 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t358 = t345 - t353;
     t359 = t348 - t355;
     t360 = t351 - t357;
-    t361 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t362 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t363 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t364 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    t361 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t362 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t363 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t364 = R::constant(0.0285) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t365 = cos_q_left_ankle_pitch * t362;
-    t366 = R::fused(R::constant(0.017099999999999997), sin_q_left_ankle_pitch, t365);
+    t366 = R::fused(R::constant(0.0171), sin_q_left_ankle_pitch, t365);
     t367 = sin_q_left_ankle_pitch * t362;
-    t368 = R::fused(R::constant(-0.017099999999999997), cos_q_left_ankle_pitch, t367);
-    t369 = R::constant(0.29034000000000004) + t366;
+    t368 = R::fused(R::constant(-0.0171), cos_q_left_ankle_pitch, t367);
+    t369 = R::constant(0.29034) + t366;
     // right_ankle: sums of what it carries
     t370 = cos_q_right_ankle_pitch * t364;
-    t371 = R::fused(R::constant(0.017099999999999997), sin_q_right_ankle_pitch, t370);
+    t371 = R::fused(R::constant(0.0171), sin_q_right_ankle_pitch, t370);
     t372 = sin_q_right_ankle_pitch * t364;
-    t373 = R::fused(R::constant(-0.017099999999999997), cos_q_right_ankle_pitch, t372);
-    t374 = R::constant(0.29034000000000004) + t371;
+    t373 = R::fused(R::constant(-0.0171), cos_q_right_ankle_pitch, t372);
+    t374 = R::constant(0.29034) + t371;
     // left_lower_leg: sums of what it carries
     t375 = cos_q_left_knee_pitch * t369;
     t376 = R::fused(-sin_q_left_knee_pitch, t368, t375);

@@ -484,81 +484,81 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t329 = R::fused(-t36, R::constant(1.2449557904), t328);
     t330 = R::constant(1.3994107904) * a_base_angular_y;
     t331 = R::fused(t35, R::constant(1.3432507904), t330);
-    t332 = R::constant(0.15445499999999998) * a_base_angular_z;
-    t333 = R::fused(-t34, R::constant(0.09829500000000002), t332);
+    t332 = R::constant(0.154455) * a_base_angular_z;
+    t333 = R::fused(-t34, R::constant(0.098295), t332);
     t334 = R::fused(R::constant(-2.444), t7, t329);
     t335 = R::fused(R::constant(2.444), t6, t331);
     // right_hip_yaw_link: wrench that its motion needs
-    t336 = R::constant(0.30679206170000006) * t61;
-    t337 = R::fused(R::constant(0.3068020617000001), t67, t336);
-    t338 = R::constant(0.3068020617000001) * t63;
-    t339 = R::fused(R::constant(-0.30679206170000006), t65, t338);
+    t336 = R::constant(0.3067920617) * t61;
+    t337 = R::fused(R::constant(0.3068020617), t67, t336);
+    t338 = R::constant(0.3068020617) * t63;
+    t339 = R::fused(R::constant(-0.3067920617), t65, t338);
     // left_hip_yaw_link: wrench that its motion needs
-    t340 = R::constant(0.30679206170000006) * t83;
-    t341 = R::fused(R::constant(0.3068020617000001), t89, t340);
-    t342 = R::constant(0.3068020617000001) * t85;
-    t343 = R::fused(R::constant(-0.30679206170000006), t87, t342);
+    t340 = R::constant(0.3067920617) * t83;
+    t341 = R::fused(R::constant(0.3068020617), t89, t340);
+    t342 = R::constant(0.3068020617) * t85;
+    t343 = R::fused(R::constant(-0.3067920617), t87, t342);
     // right_hip_roll_link: wrench that its motion needs
-    t344 = R::constant(0.30679206170000006) * t104;
-    t345 = R::fused(R::constant(-0.30678206170000005), t108, t344);
-    t346 = R::constant(0.30678206170000005) * t102;
-    t347 = R::fused(R::constant(0.30679206170000006), t107, t346);
+    t344 = R::constant(0.3067920617) * t104;
+    t345 = R::fused(R::constant(-0.3067820617), t108, t344);
+    t346 = R::constant(0.3067820617) * t102;
+    t347 = R::fused(R::constant(0.3067920617), t107, t346);
     // left_hip_roll_link: wrench that its motion needs
-    t348 = R::constant(0.30679206170000006) * t123;
-    t349 = R::fused(R::constant(-0.30678206170000005), t127, t348);
-    t350 = R::constant(0.30678206170000005) * t121;
-    t351 = R::fused(R::constant(0.30679206170000006), t126, t350);
+    t348 = R::constant(0.3067920617) * t123;
+    t349 = R::fused(R::constant(-0.3067820617), t127, t348);
+    t350 = R::constant(0.3067820617) * t121;
+    t351 = R::fused(R::constant(0.3067920617), t126, t350);
     // right_upper_leg: wrench that its motion needs
-    t352 = t147 * R::constant(0.47831350003000006);
-    t353 = R::constant(0.24091175000000004) * t142;
-    t354 = R::fused(R::constant(0.23740175003000002), t146, t353);
-    t355 = R::constant(0.23740175003000002) * t141;
-    t356 = R::fused(R::constant(-0.24091175000000004), t145, t355);
+    t352 = t147 * R::constant(0.47831350003);
+    t353 = R::constant(0.24091175) * t142;
+    t354 = R::fused(R::constant(0.23740175003), t146, t353);
+    t355 = R::constant(0.23740175003) * t141;
+    t356 = R::fused(R::constant(-0.24091175), t145, t355);
     t357 = R::fused(R::constant(-0.8932), t99, t352);
     t358 = R::fused(R::constant(-0.8932), t139, t354);
     // left_upper_leg: wrench that its motion needs
-    t359 = t170 * R::constant(0.47831350003000006);
-    t360 = R::constant(0.24091175000000004) * t165;
-    t361 = R::fused(R::constant(0.23740175003000002), t169, t360);
-    t362 = R::constant(0.23740175003000002) * t164;
-    t363 = R::fused(R::constant(-0.24091175000000004), t168, t362);
+    t359 = t170 * R::constant(0.47831350003);
+    t360 = R::constant(0.24091175) * t165;
+    t361 = R::fused(R::constant(0.23740175003), t169, t360);
+    t362 = R::constant(0.23740175003) * t164;
+    t363 = R::fused(R::constant(-0.24091175), t168, t362);
     t364 = R::fused(R::constant(-0.8932), t118, t359);
     t365 = R::fused(R::constant(-0.8932), t162, t361);
     // right_lower_leg: wrench that its motion needs
     t366 = t196 * R::constant(0.131797290003);
     t367 = R::constant(0.06634781167) * t191;
-    t368 = R::fused(R::constant(0.06544947833300001), t195, t367);
-    t369 = R::constant(0.06544947833300001) * t190;
+    t368 = R::fused(R::constant(0.065449478333), t195, t367);
+    t369 = R::constant(0.065449478333) * t190;
     t370 = R::fused(R::constant(-0.06634781167), t194, t369);
-    t371 = R::fused(R::constant(-0.29034000000000004), t175, t366);
-    t372 = R::fused(R::constant(-0.29034000000000004), t188, t368);
+    t371 = R::fused(R::constant(-0.29034), t175, t366);
+    t372 = R::fused(R::constant(-0.29034), t188, t368);
     // left_lower_leg: wrench that its motion needs
     t373 = t222 * R::constant(0.131797290003);
     t374 = R::constant(0.06634781167) * t217;
-    t375 = R::fused(R::constant(0.06544947833300001), t221, t374);
-    t376 = R::constant(0.06544947833300001) * t216;
+    t375 = R::fused(R::constant(0.065449478333), t221, t374);
+    t376 = R::constant(0.065449478333) * t216;
     t377 = R::fused(R::constant(-0.06634781167), t220, t376);
-    t378 = R::fused(R::constant(-0.29034000000000004), t201, t373);
-    t379 = R::fused(R::constant(-0.29034000000000004), t214, t375);
+    t378 = R::fused(R::constant(-0.29034), t201, t373);
+    t379 = R::fused(R::constant(-0.29034), t214, t375);
     // right_ankle: wrench that its motion needs
-    t380 = R::constant(0.017099999999999997) * t249;
+    t380 = R::constant(0.0171) * t249;
     t381 = R::constant(0.00383375) * t243;
     t382 = R::fused(R::constant(-0.00382375), t246, t381);
     t383 = R::constant(0.00382375) * t242;
     t384 = R::fused(R::constant(0.00383375), t245, t383);
-    t385 = R::fused(R::constant(0.017099999999999997), t238, t382);
-    t386 = R::fused(R::constant(-0.017099999999999997), t227, t384);
+    t385 = R::fused(R::constant(0.0171), t238, t382);
+    t386 = R::fused(R::constant(-0.0171), t227, t384);
     // left_ankle: wrench that its motion needs
-    t387 = R::constant(0.017099999999999997) * t275;
+    t387 = R::constant(0.0171) * t275;
     t388 = R::constant(0.00383375) * t269;
     t389 = R::fused(R::constant(-0.00382375), t272, t388);
     t390 = R::constant(0.00382375) * t268;
     t391 = R::fused(R::constant(0.00383375), t271, t390);
-    t392 = R::fused(R::constant(0.017099999999999997), t264, t389);
-    t393 = R::fused(R::constant(-0.017099999999999997), t253, t391);
+    t392 = R::fused(R::constant(0.0171), t264, t389);
+    t393 = R::fused(R::constant(-0.0171), t253, t391);
     // right_foot: wrench that its motion needs
-    t394 = R::constant(0.028499999999999998) * t298;
-    t395 = R::constant(0.028499999999999998) * t299;
+    t394 = R::constant(0.0285) * t298;
+    t395 = R::constant(0.0285) * t299;
     t396 = R::constant(0.00207575) * t290;
     t397 = R::fused(R::constant(-0.00092625), t295, t396);
     t398 = R::fused(R::constant(-0.000855), t297, t397);
@@ -568,11 +568,11 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t402 = R::fused(R::constant(0.000855), t401, t400);
     t403 = t293 * R::constant(0.0011495);
     t404 = R::fused(R::constant(0.000855), t298, t403);
-    t405 = R::fused(R::constant(0.028499999999999998), t287, t398);
-    t406 = R::fused(R::constant(-0.028499999999999998), t240, t402);
+    t405 = R::fused(R::constant(0.0285), t287, t398);
+    t406 = R::fused(R::constant(-0.0285), t240, t402);
     // left_foot: wrench that its motion needs
-    t407 = R::constant(0.028499999999999998) * t320;
-    t408 = R::constant(0.028499999999999998) * t321;
+    t407 = R::constant(0.0285) * t320;
+    t408 = R::constant(0.0285) * t321;
     t409 = R::constant(0.00207575) * t312;
     t410 = R::fused(R::constant(-0.00092625), t317, t409);
     t411 = R::fused(R::constant(-0.000855), t319, t410);
@@ -582,8 +582,8 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t415 = R::fused(R::constant(0.000855), t414, t413);
     t416 = t315 * R::constant(0.0011495);
     t417 = R::fused(R::constant(0.000855), t320, t416);
-    t418 = R::fused(R::constant(0.028499999999999998), t309, t411);
-    t419 = R::fused(R::constant(-0.028499999999999998), t266, t415);
+    t418 = R::fused(R::constant(0.0285), t309, t411);
+    t419 = R::fused(R::constant(-0.0285), t266, t415);
     // left_foot: sums of what it carries
     t420 = cos_q_left_ankle_roll * t407;
     t421 = R::fused(sin_q_left_ankle_roll, t408, t420);
@@ -593,10 +593,10 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t425 = R::fused(-sin_q_left_ankle_roll, t417, t424);
     t426 = sin_q_left_ankle_roll * t419;
     t427 = R::fused(cos_q_left_ankle_roll, t417, t426);
-    t428 = R::fused(R::constant(-0.028499999999999998), t318, t387);
-    t429 = R::fused(R::constant(0.017099999999999997), t276, -t421);
-    t430 = R::fused(R::constant(0.017099999999999997), t277, -t423);
-    t431 = R::fused(t274, R::constant(0.000010000000000000026), -t418);
+    t428 = R::fused(R::constant(-0.0285), t318, t387);
+    t429 = R::fused(R::constant(0.0171), t276, -t421);
+    t430 = R::fused(R::constant(0.0171), t277, -t423);
+    t431 = R::fused(t274, R::constant(0.00001), -t418);
     t432 = t392 + t425;
     t433 = t393 - t427;
     // right_foot: sums of what it carries
@@ -608,10 +608,10 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t439 = R::fused(-sin_q_right_ankle_roll, t404, t438);
     t440 = sin_q_right_ankle_roll * t406;
     t441 = R::fused(cos_q_right_ankle_roll, t404, t440);
-    t442 = R::fused(R::constant(-0.028499999999999998), t296, t380);
-    t443 = R::fused(R::constant(0.017099999999999997), t250, -t435);
-    t444 = R::fused(R::constant(0.017099999999999997), t251, -t437);
-    t445 = R::fused(t248, R::constant(0.000010000000000000026), -t405);
+    t442 = R::fused(R::constant(-0.0285), t296, t380);
+    t443 = R::fused(R::constant(0.0171), t250, -t435);
+    t444 = R::fused(R::constant(0.0171), t251, -t437);
+    t445 = R::fused(t248, R::constant(0.00001), -t405);
     t446 = t385 + t439;
     t447 = t386 - t441;
     // left_ankle: sums of what it carries
@@ -623,9 +623,9 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t453 = R::fused(-sin_q_left_ankle_pitch, t431, t452);
     t454 = sin_q_left_ankle_pitch * t433;
     t455 = R::fused(cos_q_left_ankle_pitch, t431, t454);
-    t456 = R::fused(R::constant(0.29034000000000004), t223, t451);
-    t457 = R::fused(R::constant(0.29034000000000004), t224, -t429);
-    t458 = R::fused(R::constant(0.29034000000000004), t225, t449);
+    t456 = R::fused(R::constant(0.29034), t223, t451);
+    t457 = R::fused(R::constant(0.29034), t224, -t429);
+    t458 = R::fused(R::constant(0.29034), t225, t449);
     t459 = t378 + t455;
     t460 = t379 + t432;
     t461 = t377 - t453;
@@ -640,9 +640,9 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t469 = R::fused(-sin_q_right_ankle_pitch, t445, t468);
     t470 = sin_q_right_ankle_pitch * t447;
     t471 = R::fused(cos_q_right_ankle_pitch, t445, t470);
-    t472 = R::fused(R::constant(0.29034000000000004), t197, t467);
-    t473 = R::fused(R::constant(0.29034000000000004), t198, -t443);
-    t474 = R::fused(R::constant(0.29034000000000004), t199, t465);
+    t472 = R::fused(R::constant(0.29034), t197, t467);
+    t473 = R::fused(R::constant(0.29034), t198, -t443);
+    t474 = R::fused(R::constant(0.29034), t199, t465);
     t475 = t371 + t471;
     t476 = t372 + t446;
     t477 = t370 - t469;
@@ -705,7 +705,7 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t519 = R::fused(-cos_q_left_hip_pitch, t494, t518);
     t520 = t349 - t519;
     t521 = t351 - t495;
-    t522 = R::fused(t125, R::constant(0.6135741234000001), -t517);
+    t522 = R::fused(t125, R::constant(0.6135741234), -t517);
     // right_upper_leg: sums of what it carries
     t523 = cos_q_right_hip_pitch * t506;
     t524 = R::fused(-sin_q_right_hip_pitch, t504, t523);
@@ -717,7 +717,7 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t530 = R::fused(-cos_q_right_hip_pitch, t510, t529);
     t531 = t345 - t530;
     t532 = t347 - t511;
-    t533 = R::fused(t106, R::constant(0.6135741234000001), -t528);
+    t533 = R::fused(t106, R::constant(0.6135741234), -t528);
     // left_hip_roll_link: sums of what it carries
     t534 = cos_q_left_hip_roll * t489;
     t535 = R::fused(sin_q_left_hip_roll, t513, t534);
@@ -728,7 +728,7 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t540 = sin_q_left_hip_roll * t521;
     t541 = R::fused(cos_q_left_hip_roll, t522, t540);
     t542 = t341 - t520;
-    t543 = R::fused(t88, R::constant(0.6135941234000002), -t539);
+    t543 = R::fused(t88, R::constant(0.6135941234), -t539);
     t544 = t343 + t541;
     // right_hip_roll_link: sums of what it carries
     t545 = cos_q_right_hip_roll * t505;
@@ -740,7 +740,7 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t551 = sin_q_right_hip_roll * t532;
     t552 = R::fused(cos_q_right_hip_roll, t533, t551);
     t553 = t337 - t531;
-    t554 = R::fused(t66, R::constant(0.6135941234000002), -t550);
+    t554 = R::fused(t66, R::constant(0.6135941234), -t550);
     t555 = t339 + t552;
     // left_hip_yaw_link: sums of what it carries
     t556 = cos_q_left_hip_yaw * t515;
@@ -804,22 +804,22 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t612 = t599 + t607;
     t613 = t602 + t609;
     t614 = t605 + t611;
-    t615 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t616 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t617 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t618 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    t615 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t616 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t617 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t618 = R::constant(0.0285) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t619 = cos_q_left_ankle_pitch * t616;
-    t620 = R::fused(R::constant(0.017099999999999997), sin_q_left_ankle_pitch, t619);
+    t620 = R::fused(R::constant(0.0171), sin_q_left_ankle_pitch, t619);
     t621 = sin_q_left_ankle_pitch * t616;
-    t622 = R::fused(R::constant(-0.017099999999999997), cos_q_left_ankle_pitch, t621);
-    t623 = R::constant(0.29034000000000004) + t620;
+    t622 = R::fused(R::constant(-0.0171), cos_q_left_ankle_pitch, t621);
+    t623 = R::constant(0.29034) + t620;
     // right_ankle: sums of what it carries
     t624 = cos_q_right_ankle_pitch * t618;
-    t625 = R::fused(R::constant(0.017099999999999997), sin_q_right_ankle_pitch, t624);
+    t625 = R::fused(R::constant(0.0171), sin_q_right_ankle_pitch, t624);
     t626 = sin_q_right_ankle_pitch * t618;
-    t627 = R::fused(R::constant(-0.017099999999999997), cos_q_right_ankle_pitch, t626);
-    t628 = R::constant(0.29034000000000004) + t625;
+    t627 = R::fused(R::constant(-0.0171), cos_q_right_ankle_pitch, t626);
+    t628 = R::constant(0.29034) + t625;
     // left_lower_leg: sums of what it carries
     t629 = cos_q_left_knee_pitch * t623;
     t630 = R::fused(-sin_q_left_knee_pitch, t622, t629);

@@ -157,8 +157,8 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t64 = t48 - v_right_ankle_roll; // right_foot: motion
     t65 = t59 - v_left_ankle_roll; // left_foot: motion
     // left_foot: sums of what it carries
-    t66 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll;
-    t67 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll;
+    t66 = R::constant(0.0285) * sin_q_left_ankle_roll;
+    t67 = R::constant(0.0285) * cos_q_left_ankle_roll;
     t68 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
     t69 = sin_q_left_ankle_roll * cos_q_left_ankle_roll;
     t70 = R::constant(0.00092625) * t68;
@@ -188,8 +188,8 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t94 = R::fused(-t65, t72, t93);
     t95 = t81 - t88;
     // right_foot: sums of what it carries
-    t96 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll;
-    t97 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll;
+    t96 = R::constant(0.0285) * sin_q_right_ankle_roll;
+    t97 = R::constant(0.0285) * cos_q_right_ankle_roll;
     t98 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
     t99 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
     t100 = R::constant(0.00092625) * t98;
@@ -219,19 +219,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t124 = R::fused(-t64, t102, t123);
     t125 = t111 - t118;
     // left_ankle: sums of what it carries
-    t126 = R::constant(0.0032589999999999997) + t73;
+    t126 = R::constant(0.003259) + t73;
     t127 = R::constant(0.003254) + t72;
-    t128 = R::fused(R::constant(-0.017099999999999997), t57, t78);
-    t129 = R::fused(R::constant(-0.017099999999999997), t55, t79);
-    t130 = R::fused(-t55, R::constant(0.000004999999999999796), t86);
+    t128 = R::fused(R::constant(-0.0171), t57, t78);
+    t129 = R::fused(R::constant(-0.0171), t55, t79);
+    t130 = R::fused(-t55, R::constant(0.000005), t86);
     t131 = R::fused(-t57, R::constant(0.003254), t87);
-    t132 = R::fused(-t59, R::constant(0.000004999999999999796), t91);
+    t132 = R::fused(-t59, R::constant(0.000005), t91);
     t133 = R::fused(-t55, R::constant(0.003254), t92);
     t134 = cos_t3 * t67;
-    t135 = R::fused(R::constant(0.017099999999999997), sin_t3, t134);
+    t135 = R::fused(R::constant(0.0171), sin_t3, t134);
     t136 = sin_t3 * t67;
-    t137 = R::fused(R::constant(-0.017099999999999997), cos_t3, t136);
-    t138 = R::constant(0.0020807499999999997) - t127;
+    t137 = R::fused(R::constant(-0.0171), cos_t3, t136);
+    t138 = R::constant(0.00208075) - t127;
     t139 = sin_t3 * sin_t3;
     t140 = sin_t3 * cos_t3;
     t141 = cos_q_left_ankle_roll * R::constant(0.00171);
@@ -245,7 +245,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t149 = sin_t3 * t71;
     t150 = R::fused(-cos_t3, t74, t149);
     t151 = t127 + t143;
-    t152 = R::constant(0.0020807499999999997) - t143;
+    t152 = R::constant(0.00208075) - t143;
     t153 = cos_t3 * t129;
     t154 = R::fused(sin_t3, t77, t153);
     t155 = sin_t3 * t129;
@@ -309,19 +309,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t213 = t196 + t204;
     t214 = t197 - t205;
     // right_ankle: sums of what it carries
-    t215 = R::constant(0.0032589999999999997) + t103;
+    t215 = R::constant(0.003259) + t103;
     t216 = R::constant(0.003254) + t102;
-    t217 = R::fused(R::constant(-0.017099999999999997), t46, t108);
-    t218 = R::fused(R::constant(-0.017099999999999997), t44, t109);
-    t219 = R::fused(-t44, R::constant(0.000004999999999999796), t116);
+    t217 = R::fused(R::constant(-0.0171), t46, t108);
+    t218 = R::fused(R::constant(-0.0171), t44, t109);
+    t219 = R::fused(-t44, R::constant(0.000005), t116);
     t220 = R::fused(-t46, R::constant(0.003254), t117);
-    t221 = R::fused(-t48, R::constant(0.000004999999999999796), t121);
+    t221 = R::fused(-t48, R::constant(0.000005), t121);
     t222 = R::fused(-t44, R::constant(0.003254), t122);
     t223 = cos_t2 * t97;
-    t224 = R::fused(R::constant(0.017099999999999997), sin_t2, t223);
+    t224 = R::fused(R::constant(0.0171), sin_t2, t223);
     t225 = sin_t2 * t97;
-    t226 = R::fused(R::constant(-0.017099999999999997), cos_t2, t225);
-    t227 = R::constant(0.0020807499999999997) - t216;
+    t226 = R::fused(R::constant(-0.0171), cos_t2, t225);
+    t227 = R::constant(0.00208075) - t216;
     t228 = sin_t2 * sin_t2;
     t229 = sin_t2 * cos_t2;
     t230 = cos_q_right_ankle_roll * R::constant(0.00171);
@@ -335,7 +335,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t238 = sin_t2 * t101;
     t239 = R::fused(-cos_t2, t104, t238);
     t240 = t216 + t232;
-    t241 = R::constant(0.0020807499999999997) - t232;
+    t241 = R::constant(0.00208075) - t232;
     t242 = cos_t2 * t218;
     t243 = R::fused(sin_t2, t107, t242);
     t244 = sin_t2 * t218;
@@ -416,14 +416,14 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t302 = t285 + t293;
     t303 = t286 - t294;
     // left_lower_leg: sums of what it carries
-    t304 = R::constant(0.29034000000000004) * cos_t1;
-    t305 = R::constant(0.29034000000000004) * sin_t1;
+    t304 = R::constant(0.29034) * cos_t1;
+    t305 = R::constant(0.29034) * sin_t1;
     t306 = sin_t1 * sin_t1;
     t307 = sin_t1 * cos_t1;
     t308 = R::constant(0.065449478333) * t306;
     t309 = R::constant(0.065449478333) * t307;
     t310 = R::constant(0.0658986450015) - t308;
-    t311 = R::constant(0.00044916666849999926) + t308;
+    t311 = R::constant(0.0004491666685) + t308;
     t312 = t25 * t305;
     t313 = R::fused(-t21, t304, t312);
     t314 = t37 * t309;
@@ -487,14 +487,14 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t372 = t355 + t363;
     t373 = t356 - t364;
     // right_lower_leg: sums of what it carries
-    t374 = R::constant(0.29034000000000004) * cos_t0;
-    t375 = R::constant(0.29034000000000004) * sin_t0;
+    t374 = R::constant(0.29034) * cos_t0;
+    t375 = R::constant(0.29034) * sin_t0;
     t376 = sin_t0 * sin_t0;
     t377 = sin_t0 * cos_t0;
     t378 = R::constant(0.065449478333) * t376;
     t379 = R::constant(0.065449478333) * t377;
     t380 = R::constant(0.0658986450015) - t378;
-    t381 = R::constant(0.00044916666849999926) + t378;
+    t381 = R::constant(0.0004491666685) + t378;
     t382 = t20 * t375;
     t383 = R::fused(-t16, t374, t382);
     t384 = t30 * t379;
@@ -562,10 +562,10 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t445 = R::constant(0.8932) * sin_q_left_hip_pitch;
     t446 = sin_q_left_hip_pitch * sin_q_left_hip_pitch;
     t447 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
-    t448 = R::constant(0.23740175003000002) * t446;
-    t449 = R::constant(0.23740175003000002) * t447;
-    t450 = R::constant(0.23915675001500003) - t448;
-    t451 = R::constant(0.0017549999850000053) + t448;
+    t448 = R::constant(0.23740175003) * t446;
+    t449 = R::constant(0.23740175003) * t447;
+    t450 = R::constant(0.239156750015) - t448;
+    t451 = R::constant(0.001754999985) + t448;
     t452 = t25 * t445;
     t453 = R::fused(-t21, t444, t452);
     t454 = t27 * t449;
@@ -577,7 +577,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t460 = t320 + t444;
     t461 = t342 - t449;
     t462 = t344 + t450;
-    t463 = R::constant(0.24091175000000004) + t345;
+    t463 = R::constant(0.24091175) + t345;
     t464 = t346 + t451;
     t465 = R::fused(-t27, t444, t325);
     t466 = t326 + t453;
@@ -593,10 +593,10 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t475 = R::constant(0.8932) * sin_q_right_hip_pitch;
     t476 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
     t477 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
-    t478 = R::constant(0.23740175003000002) * t476;
-    t479 = R::constant(0.23740175003000002) * t477;
-    t480 = R::constant(0.23915675001500003) - t478;
-    t481 = R::constant(0.0017549999850000053) + t478;
+    t478 = R::constant(0.23740175003) * t476;
+    t479 = R::constant(0.23740175003) * t477;
+    t480 = R::constant(0.239156750015) - t478;
+    t481 = R::constant(0.001754999985) + t478;
     t482 = t20 * t475;
     t483 = R::fused(-t16, t474, t482);
     t484 = t26 * t479;
@@ -608,7 +608,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t490 = t390 + t474;
     t491 = t412 - t479;
     t492 = t414 + t480;
-    t493 = R::constant(0.24091175000000004) + t415;
+    t493 = R::constant(0.24091175) + t415;
     t494 = t416 + t481;
     t495 = R::fused(-t26, t474, t395);
     t496 = t396 + t483;
@@ -620,13 +620,13 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t502 = t441 + t484;
     t503 = t443 - t484;
     // left_hip_roll_link: sums of what it carries
-    t504 = R::constant(0.0017316666834999717) + t462;
-    t505 = R::constant(0.0000050000000000050004) + t463;
-    t506 = R::constant(0.0017266666834999667) + t464;
-    t507 = R::fused(-t25, R::constant(0.0017266666834999667), t365);
-    t508 = R::fused(-t23, R::constant(0.0000050000000000050004), t468);
-    t509 = R::fused(t21, R::constant(0.0000050000000000050004), t470);
-    t510 = R::fused(t21, R::constant(0.0017266666834999667), t370);
+    t504 = R::constant(0.0017316666835) + t462;
+    t505 = R::constant(0.000005) + t463;
+    t506 = R::constant(0.0017266666835) + t464;
+    t507 = R::fused(-t25, R::constant(0.0017266666835), t365);
+    t508 = R::fused(-t23, R::constant(0.000005), t468);
+    t509 = R::fused(t21, R::constant(0.000005), t470);
+    t510 = R::fused(t21, R::constant(0.0017266666835), t370);
     t511 = cos_q_left_hip_roll * t66;
     t512 = R::fused(sin_q_left_hip_roll, t460, t511);
     t513 = sin_q_left_hip_roll * t66;
@@ -686,13 +686,13 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t550 = t372 - t537;
     t551 = t473 - t537;
     // right_hip_roll_link: sums of what it carries
-    t552 = R::constant(0.0017316666834999717) + t492;
-    t553 = R::constant(0.0000050000000000050004) + t493;
-    t554 = R::constant(0.0017266666834999667) + t494;
-    t555 = R::fused(-t20, R::constant(0.0017266666834999667), t435);
-    t556 = R::fused(-t18, R::constant(0.0000050000000000050004), t498);
-    t557 = R::fused(t16, R::constant(0.0000050000000000050004), t500);
-    t558 = R::fused(t16, R::constant(0.0017266666834999667), t440);
+    t552 = R::constant(0.0017316666835) + t492;
+    t553 = R::constant(0.000005) + t493;
+    t554 = R::constant(0.0017266666835) + t494;
+    t555 = R::fused(-t20, R::constant(0.0017266666835), t435);
+    t556 = R::fused(-t18, R::constant(0.000005), t498);
+    t557 = R::fused(t16, R::constant(0.000005), t500);
+    t558 = R::fused(t16, R::constant(0.0017266666835), t440);
     t559 = cos_q_right_hip_roll * t96;
     t560 = R::fused(sin_q_right_hip_roll, t490, t559);
     t561 = sin_q_right_hip_roll * t96;
@@ -735,13 +735,13 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t598 = t442 - t585;
     t599 = t503 - t585;
     // left_hip_yaw_link: sums of what it carries
-    t600 = R::constant(0.0000050000000000050004) + t504;
-    t601 = R::constant(0.000010000000000065512) + t528;
-    t602 = R::constant(0.000015000000000070512) + t529;
-    t603 = R::fused(-t11, R::constant(0.0000050000000000050004), t547);
-    t604 = R::fused(-t11, R::constant(0.000010000000000065512), t543);
-    t605 = R::fused(-t15, R::constant(0.000010000000000065512), t545);
-    t606 = R::fused(t13, R::constant(0.0000050000000000050004), t541);
+    t600 = R::constant(0.000005) + t504;
+    t601 = R::constant(0.00001) + t528;
+    t602 = R::constant(0.000015) + t529;
+    t603 = R::fused(-t11, R::constant(0.000005), t547);
+    t604 = R::fused(-t11, R::constant(0.00001), t543);
+    t605 = R::fused(-t15, R::constant(0.00001), t545);
+    t606 = R::fused(t13, R::constant(0.000005), t541);
     t607 = cos_q_left_hip_yaw * t459;
     t608 = R::fused(sin_q_left_hip_yaw, t512, t607);
     t609 = sin_q_left_hip_yaw * t459;
@@ -805,13 +805,13 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t667 = t647 - t661;
     t668 = t657 + t658;
     // right_hip_yaw_link: sums of what it carries
-    t669 = R::constant(0.0000050000000000050004) + t552;
-    t670 = R::constant(0.000010000000000065512) + t576;
-    t671 = R::constant(0.000015000000000070512) + t577;
-    t672 = R::fused(-t4, R::constant(0.0000050000000000050004), t595);
-    t673 = R::fused(-t4, R::constant(0.000010000000000065512), t591);
-    t674 = R::fused(-t8, R::constant(0.000010000000000065512), t593);
-    t675 = R::fused(t6, R::constant(0.0000050000000000050004), t589);
+    t669 = R::constant(0.000005) + t552;
+    t670 = R::constant(0.00001) + t576;
+    t671 = R::constant(0.000015) + t577;
+    t672 = R::fused(-t4, R::constant(0.000005), t595);
+    t673 = R::fused(-t4, R::constant(0.00001), t591);
+    t674 = R::fused(-t8, R::constant(0.00001), t593);
+    t675 = R::fused(t6, R::constant(0.000005), t589);
     t676 = cos_q_right_hip_yaw * t489;
     t677 = R::fused(sin_q_right_hip_yaw, t560, t676);
     t678 = sin_q_right_hip_yaw * t489;
@@ -897,17 +897,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t758 = t668 + t737;
     // torso: sums of what it carries
     t759 = R::constant(2.444) + t740;
-    t760 = R::constant(0.8841116669999997) + t744;
-    t761 = R::constant(0.7858166669999999) + t745;
-    t762 = R::constant(0.15445499999999998) + t746;
+    t760 = R::constant(0.884111667) + t744;
+    t761 = R::constant(0.785816667) + t745;
+    t762 = R::constant(0.154455) + t746;
     t763 = R::fused(R::constant(-2.444), v_base_angular_y, t747);
     t764 = R::fused(R::constant(2.444), v_base_angular_x, t748);
-    t765 = R::fused(-v_base_angular_z, R::constant(0.1263749999999999), t750);
-    t766 = R::fused(v_base_angular_y, R::constant(0.7577366669999998), t751);
-    t767 = R::fused(-v_base_angular_z, R::constant(0.028079999999999883), t752);
-    t768 = R::fused(-v_base_angular_x, R::constant(0.7577366669999998), t753);
-    t769 = R::fused(v_base_angular_y, R::constant(0.028079999999999883), t754);
-    t770 = R::fused(-v_base_angular_x, R::constant(0.1263749999999999), t755);
+    t765 = R::fused(-v_base_angular_z, R::constant(0.126375), t750);
+    t766 = R::fused(v_base_angular_y, R::constant(0.757736667), t751);
+    t767 = R::fused(-v_base_angular_z, R::constant(0.02808), t752);
+    t768 = R::fused(-v_base_angular_x, R::constant(0.757736667), t753);
+    t769 = R::fused(v_base_angular_y, R::constant(0.02808), t754);
+    t770 = R::fused(-v_base_angular_x, R::constant(0.126375), t755);
     // torso: answer of the forces to its motion
     t771 = R::constant(19.0) * v_base_angular_z;
     let (

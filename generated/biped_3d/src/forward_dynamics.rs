@@ -408,8 +408,8 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t264 = t254 - t259;
     t265 = t221 + t262;
     // left_foot: sums of what it carries
-    t266 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll;
-    t267 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll;
+    t266 = R::constant(0.0285) * sin_q_left_ankle_roll;
+    t267 = R::constant(0.0285) * cos_q_left_ankle_roll;
     t268 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
     t269 = sin_q_left_ankle_roll * cos_q_left_ankle_roll;
     t270 = R::constant(0.00092625) * t268;
@@ -447,8 +447,8 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t302 = R::fused(-t233, t267, t293);
     t303 = R::fused(t233, t266, t298);
     // right_foot: sums of what it carries
-    t304 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll;
-    t305 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll;
+    t304 = R::constant(0.0285) * sin_q_right_ankle_roll;
+    t305 = R::constant(0.0285) * cos_q_right_ankle_roll;
     t306 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
     t307 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
     t308 = R::constant(0.00092625) * t306;
@@ -486,12 +486,12 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t340 = R::fused(-t198, t305, t331);
     t341 = R::fused(t198, t304, t336);
     // left_ankle: sums of what it carries
-    t342 = t105 * R::constant(0.0032589999999999997);
+    t342 = t105 * R::constant(0.003259);
     t343 = R::fused(-t236, R::constant(0.003249), t342);
     t344 = t237 * R::constant(0.003254);
-    t345 = R::fused(R::constant(0.017099999999999997), t231, t343);
-    t346 = R::fused(R::constant(-0.017099999999999997), t216, t344);
-    t347 = R::fused(R::constant(0.017099999999999997), t235, t277);
+    t345 = R::fused(R::constant(0.0171), t231, t343);
+    t346 = R::fused(R::constant(-0.0171), t216, t344);
+    t347 = R::fused(R::constant(0.0171), t235, t277);
     t348 = sin_t3 * t347;
     t349 = cos_t3 * t347;
     t350 = cos_t3 * t267;
@@ -499,12 +499,12 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t352 = sin_t3 * sin_t3;
     t353 = sin_t3 * cos_t3;
     // right_ankle: sums of what it carries
-    t354 = t83 * R::constant(0.0032589999999999997);
+    t354 = t83 * R::constant(0.003259);
     t355 = R::fused(-t201, R::constant(0.003249), t354);
     t356 = t202 * R::constant(0.003254);
-    t357 = R::fused(R::constant(0.017099999999999997), t196, t355);
-    t358 = R::fused(R::constant(-0.017099999999999997), t181, t356);
-    t359 = R::fused(R::constant(0.017099999999999997), t200, t315);
+    t357 = R::fused(R::constant(0.0171), t196, t355);
+    t358 = R::fused(R::constant(-0.0171), t181, t356);
+    t359 = R::fused(R::constant(0.0171), t200, t315);
     t360 = sin_t2 * t359;
     t361 = cos_t2 * t359;
     t362 = cos_t2 * t305;
@@ -512,14 +512,14 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t364 = sin_t2 * sin_t2;
     t365 = sin_t2 * cos_t2;
     // left_lower_leg: sums of what it carries
-    t366 = R::constant(0.29034000000000004) * cos_t1;
-    t367 = R::constant(0.29034000000000004) * sin_t1;
+    t366 = R::constant(0.29034) * cos_t1;
+    t367 = R::constant(0.29034) * sin_t1;
     t368 = sin_t1 * sin_t1;
     t369 = sin_t1 * cos_t1;
     t370 = R::constant(0.065449478333) * t368;
     t371 = R::constant(0.065449478333) * t369;
     t372 = R::constant(0.0658986450015) - t370;
-    t373 = R::constant(0.00044916666849999926) + t370;
+    t373 = R::constant(0.0004491666685) + t370;
     t374 = t168 * t367;
     t375 = R::fused(t115, t366, t374);
     t376 = t169 * t367;
@@ -541,14 +541,14 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t392 = t386 + t390;
     t393 = R::fused(t162, t367, t388);
     // right_lower_leg: sums of what it carries
-    t394 = R::constant(0.29034000000000004) * cos_t0;
-    t395 = R::constant(0.29034000000000004) * sin_t0;
+    t394 = R::constant(0.29034) * cos_t0;
+    t395 = R::constant(0.29034) * sin_t0;
     t396 = sin_t0 * sin_t0;
     t397 = sin_t0 * cos_t0;
     t398 = R::constant(0.065449478333) * t396;
     t399 = R::constant(0.065449478333) * t397;
     t400 = R::constant(0.0658986450015) - t398;
-    t401 = R::constant(0.00044916666849999926) + t398;
+    t401 = R::constant(0.0004491666685) + t398;
     t402 = t149 * t395;
     t403 = R::fused(t93, t394, t402);
     t404 = t150 * t395;
@@ -574,10 +574,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t423 = R::constant(0.8932) * sin_q_left_hip_pitch;
     t424 = sin_q_left_hip_pitch * sin_q_left_hip_pitch;
     t425 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
-    t426 = R::constant(0.23740175003000002) * t424;
-    t427 = R::constant(0.23740175003000002) * t425;
-    t428 = R::constant(0.23915675001500003) - t426;
-    t429 = R::constant(0.0017549999850000053) + t426;
+    t426 = R::constant(0.23740175003) * t424;
+    t427 = R::constant(0.23740175003) * t425;
+    t428 = R::constant(0.239156750015) - t426;
+    t429 = R::constant(0.001754999985) + t426;
     t430 = t130 * t423;
     t431 = R::fused(t115, t422, t430);
     t432 = t131 * t423;
@@ -586,7 +586,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t435 = R::fused(-t133, t422, t434);
     t436 = t132 * t428;
     t437 = R::fused(-t131, t427, t436);
-    t438 = R::constant(0.24091175000000004) * t105;
+    t438 = R::constant(0.24091175) * t105;
     t439 = t428 - t429;
     t440 = R::fused(-t114, t439, t438);
     t441 = R::fused(-t385, t427, t440);
@@ -602,10 +602,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t450 = R::constant(0.8932) * sin_q_right_hip_pitch;
     t451 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
     t452 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
-    t453 = R::constant(0.23740175003000002) * t451;
-    t454 = R::constant(0.23740175003000002) * t452;
-    t455 = R::constant(0.23915675001500003) - t453;
-    t456 = R::constant(0.0017549999850000053) + t453;
+    t453 = R::constant(0.23740175003) * t451;
+    t454 = R::constant(0.23740175003) * t452;
+    t455 = R::constant(0.239156750015) - t453;
+    t456 = R::constant(0.001754999985) + t453;
     t457 = t122 * t450;
     t458 = R::fused(t93, t449, t457);
     t459 = t123 * t450;
@@ -614,7 +614,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t462 = R::fused(-t125, t449, t461);
     t463 = t124 * t455;
     t464 = R::fused(-t123, t454, t463);
-    t465 = R::constant(0.24091175000000004) * t83;
+    t465 = R::constant(0.24091175) * t83;
     t466 = t455 - t456;
     t467 = R::fused(-t92, t466, t465);
     t468 = R::fused(-t413, t454, t467);
@@ -626,13 +626,13 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t474 = t468 + t472;
     t475 = R::fused(t87, t450, t470);
     // left_hip_roll_link: sums of what it carries
-    t476 = t64 * R::constant(0.0017316666834999717);
-    t477 = R::fused(-t116, R::constant(0.0017216666834999617), t476);
+    t476 = t64 * R::constant(0.0017316666835);
+    t477 = R::fused(-t116, R::constant(0.0017216666835), t476);
     t478 = sin_q_left_hip_roll * sin_q_left_hip_roll;
     t479 = sin_q_left_hip_roll * cos_q_left_hip_roll;
     // right_hip_roll_link: sums of what it carries
-    t480 = t43 * R::constant(0.0017316666834999717);
-    t481 = R::fused(-t94, R::constant(0.0017216666834999617), t480);
+    t480 = t43 * R::constant(0.0017316666835);
+    t481 = R::fused(-t94, R::constant(0.0017216666835), t480);
     t482 = sin_q_right_hip_roll * sin_q_right_hip_roll;
     t483 = sin_q_right_hip_roll * cos_q_right_hip_roll;
     t484 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
@@ -646,8 +646,8 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t491 = R::fused(R::constant(19.0), t20, t488);
     t492 = R::fused(R::constant(19.0), t21, t489);
     t493 = R::fused(R::constant(-19.0), t22, t490);
-    t494 = t27 * R::constant(0.6313616669999998);
-    t495 = t24 * R::constant(0.7296566669999996);
+    t494 = t27 * R::constant(0.631361667);
+    t495 = t24 * R::constant(0.729656667);
     t496 = R::fused(R::constant(2.444), t21, t494);
     t497 = R::fused(R::constant(2.444), t20, t495);
     t498 = tau_right_ankle_roll + t339; // other
@@ -657,8 +657,8 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t502 = t498 * R::constant(481.7535830422739); // other
     t503 = t499 * R::constant(481.7535830422739); // other
     // left_foot: articulated inertia
-    t504 = cos_q_left_ankle_roll * R::constant(13.729977116704804);
-    t505 = sin_q_left_ankle_roll * R::constant(13.729977116704804);
+    t504 = cos_q_left_ankle_roll * R::constant(13.729977116704806);
+    t505 = sin_q_left_ankle_roll * R::constant(13.729977116704806);
     t506 = cos_q_left_ankle_roll * R::constant(0.41189931350114417);
     t507 = t267 * t504;
     t508 = t266 * t504;
@@ -691,8 +691,8 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t518 = R::fused(t274, t503, t302);
     t519 = R::fused(t275, t503, t303);
     // right_foot: articulated inertia
-    t520 = cos_q_right_ankle_roll * R::constant(13.729977116704804);
-    t521 = sin_q_right_ankle_roll * R::constant(13.729977116704804);
+    t520 = cos_q_right_ankle_roll * R::constant(13.729977116704806);
+    t521 = sin_q_right_ankle_roll * R::constant(13.729977116704806);
     t522 = cos_q_right_ankle_roll * R::constant(0.41189931350114417);
     t523 = t305 * t520;
     t524 = t304 * t520;
@@ -708,15 +708,15 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t534 = R::fused(t312, t502, t340);
     t535 = R::fused(t313, t502, t341);
     // left_ankle: articulated inertia
-    t536 = R::fused(-t274, t505, R::constant(0.017099999999999997));
-    t537 = R::fused(-t275, t504, R::constant(0.017099999999999997));
-    t538 = R::constant(0.0032589999999999997) + t512;
+    t536 = R::fused(-t274, t505, R::constant(0.0171));
+    t537 = R::fused(-t275, t504, R::constant(0.0171));
+    t538 = R::constant(0.003259) + t512;
     t539 = R::constant(0.003254) + t514;
-    t540 = R::fused(R::constant(0.017099999999999997), t237, -t515);
-    t541 = R::fused(R::constant(0.017099999999999997), t240, -t516);
+    t540 = R::fused(R::constant(0.0171), t237, -t515);
+    t541 = R::fused(R::constant(0.0171), t240, -t516);
     t542 = R::fused(cos_t3, t541, t348);
     t543 = R::fused(-sin_t3, t541, t349);
-    t544 = R::fused(t239, R::constant(0.000004999999999999796), t517);
+    t544 = R::fused(t239, R::constant(0.000005), t517);
     t545 = t345 + t518;
     t546 = t346 + t519;
     t547 = cos_t3 * t546;
@@ -738,11 +738,11 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t563 = sin_t3 * t537;
     t564 = R::fused(-cos_t3, t536, t351);
     t565 = R::fused(sin_t3, t536, t350);
-    t566 = R::constant(0.000004999999999999796) - t539;
+    t566 = R::constant(0.000005) - t539;
     t567 = t352 * t566;
     t568 = t353 * t566;
     t569 = t539 + t567;
-    t570 = R::constant(0.000004999999999999796) - t567;
+    t570 = R::constant(0.000005) - t567;
     t571 = cos_t3 * t513;
     t572 = sin_t3 * t513;
     t573 = tau_left_ankle_pitch + t545;
@@ -806,15 +806,15 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t631 = t600 - t629;
     t632 = R::fused(-t208, t597, t601);
     // right_ankle: articulated inertia
-    t633 = R::fused(-t312, t521, R::constant(0.017099999999999997));
-    t634 = R::fused(-t313, t520, R::constant(0.017099999999999997));
-    t635 = R::constant(0.0032589999999999997) + t528;
+    t633 = R::fused(-t312, t521, R::constant(0.0171));
+    t634 = R::fused(-t313, t520, R::constant(0.0171));
+    t635 = R::constant(0.003259) + t528;
     t636 = R::constant(0.003254) + t530;
-    t637 = R::fused(R::constant(0.017099999999999997), t202, -t531);
-    t638 = R::fused(R::constant(0.017099999999999997), t205, -t532);
+    t637 = R::fused(R::constant(0.0171), t202, -t531);
+    t638 = R::fused(R::constant(0.0171), t205, -t532);
     t639 = R::fused(cos_t2, t638, t360);
     t640 = R::fused(-sin_t2, t638, t361);
-    t641 = R::fused(t204, R::constant(0.000004999999999999796), t533);
+    t641 = R::fused(t204, R::constant(0.000005), t533);
     t642 = t357 + t534;
     t643 = t358 + t535;
     t644 = cos_t2 * t643;
@@ -836,11 +836,11 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t660 = sin_t2 * t634;
     t661 = R::fused(-cos_t2, t633, t363);
     t662 = R::fused(sin_t2, t633, t362);
-    t663 = R::constant(0.000004999999999999796) - t636;
+    t663 = R::constant(0.000005) - t636;
     t664 = t364 * t663;
     t665 = t365 * t663;
     t666 = t636 + t664;
-    t667 = R::constant(0.000004999999999999796) - t664;
+    t667 = R::constant(0.000005) - t664;
     t668 = cos_t2 * t529;
     t669 = sin_t2 * t529;
     t670 = tau_right_ankle_pitch + t642;
@@ -1077,7 +1077,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t881 = t423 + t784;
     t882 = t428 + t795;
     t883 = t427 + t797;
-    t884 = R::constant(0.24091175000000004) - t792;
+    t884 = R::constant(0.24091175) - t792;
     t885 = t429 + t798;
     t886 = t431 + t767;
     t887 = t433 + t768;
@@ -1121,7 +1121,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t924 = t450 + t858;
     t925 = t455 + t869;
     t926 = t454 + t871;
-    t927 = R::constant(0.24091175000000004) - t866;
+    t927 = R::constant(0.24091175) - t866;
     t928 = t456 + t872;
     t929 = t458 + t841;
     t930 = t460 + t842;
@@ -1159,15 +1159,15 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t962 = R::fused(-t927, t957, t933);
     t963 = R::fused(t868, t957, t934);
     // left_hip_roll_link: articulated inertia
-    t964 = R::constant(0.0017316666834999717) + t911;
-    t965 = R::constant(0.0017266666834999667) + t913;
+    t964 = R::constant(0.0017316666835) + t911;
+    t965 = R::constant(0.0017266666835) + t913;
     t966 = cos_q_left_hip_roll * t916;
     t967 = R::fused(-sin_q_left_hip_roll, t917, t966);
     t968 = sin_q_left_hip_roll * t916;
     t969 = R::fused(cos_q_left_hip_roll, t917, t968);
     t970 = t477 + t918;
-    t971 = R::fused(t115, R::constant(0.0000050000000000050004), t919);
-    t972 = R::fused(t113, R::constant(0.0017266666834999667), t920);
+    t971 = R::fused(t115, R::constant(0.000005), t919);
+    t972 = R::fused(t113, R::constant(0.0017266666835), t920);
     t973 = cos_q_left_hip_roll * t971;
     t974 = R::fused(sin_q_left_hip_roll, t972, t973);
     t975 = sin_q_left_hip_roll * t971;
@@ -1197,10 +1197,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t999 = R::fused(-sin_q_left_hip_roll, t907, t998);
     t1000 = sin_q_left_hip_roll * t906;
     t1001 = R::fused(cos_q_left_hip_roll, t907, t1000);
-    t1002 = R::constant(0.0000050000000000050004) - t965;
+    t1002 = R::constant(0.000005) - t965;
     t1003 = t478 * t1002;
     t1004 = t479 * t1002;
-    t1005 = R::constant(0.0000050000000000050004) - t1003;
+    t1005 = R::constant(0.000005) - t1003;
     t1006 = t965 + t1003;
     t1007 = sin_q_left_hip_roll * t912;
     t1008 = cos_q_left_hip_roll * t912;
@@ -1252,15 +1252,15 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t1036 = R::fused(-t1007, t1031, t974);
     t1037 = R::fused(t1008, t1031, t976);
     // right_hip_roll_link: articulated inertia
-    t1038 = R::constant(0.0017316666834999717) + t954;
-    t1039 = R::constant(0.0017266666834999667) + t956;
+    t1038 = R::constant(0.0017316666835) + t954;
+    t1039 = R::constant(0.0017266666835) + t956;
     t1040 = cos_q_right_hip_roll * t959;
     t1041 = R::fused(-sin_q_right_hip_roll, t960, t1040);
     t1042 = sin_q_right_hip_roll * t959;
     t1043 = R::fused(cos_q_right_hip_roll, t960, t1042);
     t1044 = t481 + t961;
-    t1045 = R::fused(t93, R::constant(0.0000050000000000050004), t962);
-    t1046 = R::fused(t91, R::constant(0.0017266666834999667), t963);
+    t1045 = R::fused(t93, R::constant(0.000005), t962);
+    t1046 = R::fused(t91, R::constant(0.0017266666835), t963);
     t1047 = cos_q_right_hip_roll * t1045;
     t1048 = R::fused(sin_q_right_hip_roll, t1046, t1047);
     t1049 = sin_q_right_hip_roll * t1045;
@@ -1290,10 +1290,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t1073 = R::fused(-sin_q_right_hip_roll, t950, t1072);
     t1074 = sin_q_right_hip_roll * t949;
     t1075 = R::fused(cos_q_right_hip_roll, t950, t1074);
-    t1076 = R::constant(0.0000050000000000050004) - t1039;
+    t1076 = R::constant(0.000005) - t1039;
     t1077 = t482 * t1076;
     t1078 = t483 * t1076;
-    t1079 = R::constant(0.0000050000000000050004) - t1077;
+    t1079 = R::constant(0.000005) - t1077;
     t1080 = t1039 + t1077;
     t1081 = sin_q_right_hip_roll * t955;
     t1082 = cos_q_right_hip_roll * t955;
@@ -1327,15 +1327,15 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t1110 = R::fused(-t1081, t1105, t1048);
     t1111 = R::fused(t1082, t1105, t1050);
     // left_hip_yaw_link: articulated inertia
-    t1112 = R::constant(0.000010000000000065512) + t1028;
-    t1113 = R::constant(0.000015000000000070512) + t1030;
+    t1112 = R::constant(0.00001) + t1028;
+    t1113 = R::constant(0.000015) + t1030;
     t1114 = cos_q_left_hip_yaw * t1032;
     t1115 = R::fused(sin_q_left_hip_yaw, t1033, t1114);
     t1116 = sin_q_left_hip_yaw * t1032;
     t1117 = R::fused(-cos_q_left_hip_yaw, t1033, t1116);
-    t1118 = R::fused(t73, R::constant(0.0000050000000000050004), t1035);
-    t1119 = R::fused(t72, R::constant(0.000010000000000065512), t1036);
-    t1120 = R::fused(t71, R::constant(0.000005000000000060512), t1037);
+    t1118 = R::fused(t73, R::constant(0.000005), t1035);
+    t1119 = R::fused(t72, R::constant(0.00001), t1036);
+    t1120 = R::fused(t71, R::constant(0.000005), t1037);
     t1121 = cos_q_left_hip_yaw * t1118;
     t1122 = R::fused(sin_q_left_hip_yaw, t1119, t1121);
     t1123 = sin_q_left_hip_yaw * t1118;
@@ -1365,10 +1365,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t1147 = R::fused(-sin_q_left_hip_yaw, t1026, t1146);
     t1148 = sin_q_left_hip_yaw * t1025;
     t1149 = R::fused(cos_q_left_hip_yaw, t1026, t1148);
-    t1150 = R::constant(0.0000050000000000050004) - t1112;
+    t1150 = R::constant(0.000005) - t1112;
     t1151 = t484 * t1150;
     t1152 = t485 * t1150;
-    t1153 = R::constant(0.0000050000000000050004) - t1151;
+    t1153 = R::constant(0.000005) - t1151;
     t1154 = t1112 + t1151;
     t1155 = sin_q_left_hip_yaw * t1029;
     t1156 = cos_q_left_hip_yaw * t1029;
@@ -1417,15 +1417,15 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t1199 = R::fused(R::constant(-0.075), t1182, t1183);
     t1200 = R::fused(R::constant(0.075), t1180, t1185);
     // right_hip_yaw_link: articulated inertia
-    t1201 = R::constant(0.000010000000000065512) + t1102;
-    t1202 = R::constant(0.000015000000000070512) + t1104;
+    t1201 = R::constant(0.00001) + t1102;
+    t1202 = R::constant(0.000015) + t1104;
     t1203 = cos_q_right_hip_yaw * t1106;
     t1204 = R::fused(sin_q_right_hip_yaw, t1107, t1203);
     t1205 = sin_q_right_hip_yaw * t1106;
     t1206 = R::fused(-cos_q_right_hip_yaw, t1107, t1205);
-    t1207 = R::fused(t52, R::constant(0.0000050000000000050004), t1109);
-    t1208 = R::fused(t51, R::constant(0.000010000000000065512), t1110);
-    t1209 = R::fused(t50, R::constant(0.000005000000000060512), t1111);
+    t1207 = R::fused(t52, R::constant(0.000005), t1109);
+    t1208 = R::fused(t51, R::constant(0.00001), t1110);
+    t1209 = R::fused(t50, R::constant(0.000005), t1111);
     t1210 = cos_q_right_hip_yaw * t1207;
     t1211 = R::fused(sin_q_right_hip_yaw, t1208, t1210);
     t1212 = sin_q_right_hip_yaw * t1207;
@@ -1455,10 +1455,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t1236 = R::fused(-sin_q_right_hip_yaw, t1100, t1235);
     t1237 = sin_q_right_hip_yaw * t1099;
     t1238 = R::fused(cos_q_right_hip_yaw, t1100, t1237);
-    t1239 = R::constant(0.0000050000000000050004) - t1201;
+    t1239 = R::constant(0.000005) - t1201;
     t1240 = t486 * t1239;
     t1241 = t487 * t1239;
-    t1242 = R::constant(0.0000050000000000050004) - t1240;
+    t1242 = R::constant(0.000005) - t1240;
     t1243 = t1201 + t1240;
     t1244 = sin_q_right_hip_yaw * t1103;
     t1245 = cos_q_right_hip_yaw * t1103;
@@ -1553,15 +1553,15 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t1315 = R::constant(19.0) - t1291;
     t1316 = R::constant(2.444) + t1293;
     t1317 = R::constant(2.444) + t1295;
-    t1318 = R::constant(0.8841116669999997) + t1301;
-    t1319 = R::constant(0.7858166669999999) + t1304;
-    t1320 = R::constant(0.15445499999999998) - t1306;
+    t1318 = R::constant(0.884111667) + t1301;
+    t1319 = R::constant(0.785816667) + t1304;
+    t1320 = R::constant(0.154455) - t1306;
     t1321 = t491 + t1307;
     t1322 = t492 + t1308;
     t1323 = t493 + t1309;
     t1324 = t496 - t1310;
     t1325 = t497 + t1311;
-    t1326 = R::fused(t23, R::constant(0.0982949999999998), t1312);
+    t1326 = R::fused(t23, R::constant(0.098295), t1312);
     t1327 = tau_base_linear_x - t1321;
     t1328 = tau_base_linear_y - t1322;
     t1329 = tau_base_linear_z + t1323;

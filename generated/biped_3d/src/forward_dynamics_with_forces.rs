@@ -517,9 +517,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t339 = t338 * t338; // left_lower_leg: motion
     t340 = t315 + t339; // left_lower_leg: motion
     // left_lower_leg: sums of what it carries
-    t341 = R::constant(0.29034000000000004) * sin_t1;
+    t341 = R::constant(0.29034) * sin_t1;
     t342 = t340 * t341;
-    t343 = R::constant(0.29034000000000004) * cos_t1;
+    t343 = R::constant(0.29034) * cos_t1;
     t344 = R::fused(t335, t343, t342);
     t345 = sin_q_left_hip_roll * t327; // left_hip_roll_link: motion
     t346 = R::fused(cos_q_left_hip_roll, t329, t345); // left_hip_roll_link: motion
@@ -540,19 +540,19 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t361 = v_left_ankle_roll - t360; // left_foot: motion
     t362 = t357 * t361; // left_foot: motion
     t363 = t358 - t362; // left_foot: motion
-    t364 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t364 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t365 = t363 * t364; // left_foot: sums of what it carries
     t366 = cos_t3 * t314; // left_ankle: motion
     t367 = R::fused(sin_t3, t333, t366); // left_ankle: motion
     t368 = R::fused(-v_left_ankle_roll, t367, t330); // left_foot: motion
     t369 = t367 * t361; // left_foot: motion
     t370 = t368 - t369; // left_foot: motion
-    t371 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t371 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t372 = R::fused(-t370, t371, t365); // left_foot: sums of what it carries
     t373 = t357 * t357; // left_ankle: motion
     t374 = t367 * t367; // left_ankle: motion
     t375 = t373 + t374; // left_ankle: motion
-    t376 = R::fused(R::constant(0.017099999999999997), t375, t372); // left_ankle: sums of what it carries
+    t376 = R::fused(R::constant(0.0171), t375, t372); // left_ankle: sums of what it carries
     t377 = cos_t3 * t376; // left_ankle: sums of what it carries
     // left_ankle: motion
     t378 = sin_t3 * t349;
@@ -660,11 +660,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t476 = R::fused(-t364, t475, t385); // left_foot: articulated inertia
     t477 = t367 * t360;
     t478 = t330 - t477;
-    t479 = R::fused(R::constant(0.017099999999999997), t478, -t476); // left_ankle: articulated inertia
+    t479 = R::fused(R::constant(0.0171), t478, -t476); // left_ankle: articulated inertia
     t480 = R::fused(-sin_t3, t479, t377); // left_ankle: articulated inertia
     t481 = cos_t3 * t371; // left_ankle: sums of what it carries
-    t482 = sin_q_left_ankle_roll * R::constant(13.729977116704804); // left_foot: articulated inertia
-    t483 = R::fused(-t406, t482, R::constant(0.017099999999999997)); // left_ankle: articulated inertia
+    t482 = sin_q_left_ankle_roll * R::constant(13.729977116704806); // left_foot: articulated inertia
+    t483 = R::fused(-t406, t482, R::constant(0.0171)); // left_ankle: articulated inertia
     t484 = R::fused(sin_t3, t483, t481); // left_ankle: articulated inertia
     // left_foot: external forces
     t485 = R::constant(0.08) * t135;
@@ -692,9 +692,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t507 = t504 - t506;
     t508 = R::fused(sin_q_left_ankle_roll, t507, t496); // left_foot: wrench handed to its parent
     t509 = tau_left_ankle_pitch + t508; // other
-    t510 = t330 * R::constant(0.0032589999999999997); // left_ankle: sums of what it carries
+    t510 = t330 * R::constant(0.003259); // left_ankle: sums of what it carries
     t511 = R::fused(-t477, R::constant(0.003249), t510); // left_ankle: sums of what it carries
-    t512 = R::fused(R::constant(0.017099999999999997), t458, t511); // left_ankle: sums of what it carries
+    t512 = R::fused(R::constant(0.0171), t458, t511); // left_ankle: sums of what it carries
     // left_foot: sums of what it carries
     t513 = t370 * t402;
     t514 = R::fused(-t363, t412, t513);
@@ -727,7 +727,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t524 = sin_q_left_ankle_roll * R::constant(0.41189931350114417); // factors of the mass matrix
     t525 = R::fused(-t406, t524, t402); // left_foot: articulated inertia
     // left_ankle: articulated inertia
-    t526 = R::constant(0.0032589999999999997) + t525;
+    t526 = R::constant(0.003259) + t525;
     t527 = R::constant(1.0) / t526;
     t528 = t523 * t527;
     t529 = R::fused(t484, t528, t480);
@@ -752,7 +752,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t547 = sin_t1 * sin_t1;
     t548 = R::constant(0.065449478333) * t547;
     t549 = R::constant(0.0658986450015) - t548;
-    t550 = R::constant(0.00044916666849999926) + t548;
+    t550 = R::constant(0.0004491666685) + t548;
     t551 = t549 - t550;
     t552 = R::fused(-t334, t551, t546);
     t553 = sin_t1 * cos_t1;
@@ -795,15 +795,15 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t588 = R::fused(R::constant(0.315), t155, t544); // left_lower_leg: wrench handed to its parent
     t589 = tau_left_hip_pitch + t588; // other
     // left_upper_leg: sums of what it carries
-    t590 = R::constant(0.24091175000000004) * t330;
+    t590 = R::constant(0.24091175) * t330;
     t591 = sin_q_left_hip_pitch * sin_q_left_hip_pitch;
-    t592 = R::constant(0.23740175003000002) * t591;
-    t593 = R::constant(0.23915675001500003) - t592;
-    t594 = R::constant(0.0017549999850000053) + t592;
+    t592 = R::constant(0.23740175003) * t591;
+    t593 = R::constant(0.239156750015) - t592;
+    t594 = R::constant(0.001754999985) + t592;
     t595 = t593 - t594;
     t596 = R::fused(-t334, t595, t590);
     t597 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
-    t598 = R::constant(0.23740175003000002) * t597;
+    t598 = R::constant(0.23740175003) * t597;
     t599 = R::fused(-t555, t598, t596);
     t600 = t451 * t336;
     t601 = R::fused(-t434, t321, t600);
@@ -826,7 +826,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t617 = R::fused(-t436, t616, t614);
     t618 = R::fused(-t436, t617, t613);
     // left_upper_leg: articulated inertia
-    t619 = R::constant(0.24091175000000004) - t618;
+    t619 = R::constant(0.24091175) - t618;
     t620 = R::constant(1.0) / t619;
     t621 = t612 * t620;
     t622 = R::fused(-t587, t621, t580);
@@ -836,7 +836,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t626 = R::fused(t409, t524, t412); // left_foot: articulated inertia
     t627 = sin_t3 * t626; // left_ankle: articulated inertia
     t628 = R::fused(-t627, t534, t625); // left_ankle: articulated inertia
-    t629 = cos_q_left_ankle_roll * R::constant(13.729977116704804); // left_foot: articulated inertia
+    t629 = cos_q_left_ankle_roll * R::constant(13.729977116704806); // left_foot: articulated inertia
     t630 = t364 * t629; // left_foot: articulated inertia
     t631 = sin_t3 * t630; // left_ankle: articulated inertia
     t632 = t406 * t629; // left_foot: articulated inertia
@@ -886,9 +886,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t674 = R::fused(R::constant(-0.315), t159, t673); // left_lower_leg: wrench handed to its parent
     t675 = R::fused(cos_q_left_hip_pitch, t674, t671); // left_upper_leg: wrench handed to its parent
     t676 = tau_left_hip_roll + t675; // other
-    t677 = t352 * R::constant(0.0017316666834999717); // left_hip_roll_link: sums of what it carries
+    t677 = t352 * R::constant(0.0017316666835); // left_hip_roll_link: sums of what it carries
     t678 = t317 * t314; // left_hip_roll_link: motion
-    t679 = R::fused(-t678, R::constant(0.0017216666834999617), t677); // left_hip_roll_link: sums of what it carries
+    t679 = R::fused(-t678, R::constant(0.0017216666835), t677); // left_hip_roll_link: sums of what it carries
     t680 = t464 * t593; // left_upper_leg: sums of what it carries
     t681 = R::fused(-t462, t598, t680); // left_upper_leg: sums of what it carries
     t682 = R::fused(-t461, t336, t681); // left_upper_leg: sums of what it carries
@@ -897,7 +897,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t685 = R::fused(-t466, t343, t684); // left_lower_leg: sums of what it carries
     t686 = R::fused(-t357, t360, t356); // left_ankle: motion
     t687 = t686 * R::constant(0.003254); // left_ankle: sums of what it carries
-    t688 = R::fused(R::constant(-0.017099999999999997), t471, t687); // left_ankle: sums of what it carries
+    t688 = R::fused(R::constant(-0.0171), t471, t687); // left_ankle: sums of what it carries
     t689 = t363 * t401; // left_foot: sums of what it carries
     t690 = t379 + t380; // left_ankle: motion
     // left_foot: sums of what it carries
@@ -910,14 +910,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t697 = t688 + t696; // left_ankle: articulated inertia
     t698 = sin_t3 * t697; // left_ankle: articulated inertia
     t699 = t473 - t474; // left_foot: articulated inertia
-    t700 = R::fused(t690, R::constant(0.000004999999999999796), t699); // left_ankle: articulated inertia
+    t700 = R::fused(t690, R::constant(0.000005), t699); // left_ankle: articulated inertia
     t701 = R::fused(-cos_t3, t700, t698); // left_ankle: articulated inertia
     t702 = R::fused(t627, t528, t701); // left_ankle: articulated inertia
     t703 = t374 + t383; // left_foot: motion
     t704 = t703 * t364;
     t705 = R::fused(t690, t371, t704);
     t706 = R::fused(-t371, t475, t705); // left_foot: articulated inertia
-    t707 = R::fused(R::constant(0.017099999999999997), t686, -t706); // left_ankle: articulated inertia
+    t707 = R::fused(R::constant(0.0171), t686, -t706); // left_ankle: articulated inertia
     t708 = R::fused(t632, t528, t707); // left_ankle: articulated inertia
     t709 = R::fused(t446, t708, t702); // left_ankle: articulated inertia
     t710 = t685 + t709; // left_lower_leg: articulated inertia
@@ -935,12 +935,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t722 = R::fused(-t409, t721, t401); // left_foot: articulated inertia
     // left_ankle: articulated inertia
     t723 = R::constant(0.003254) + t722;
-    t724 = R::constant(0.000004999999999999796) - t723;
+    t724 = R::constant(0.000005) - t723;
     t725 = t531 * t724;
-    t726 = R::constant(0.000004999999999999796) - t725;
+    t726 = R::constant(0.000005) - t725;
     t727 = t627 * t527;
     t728 = R::fused(-t627, t727, t726);
-    t729 = R::fused(-t409, t629, R::constant(0.017099999999999997));
+    t729 = R::fused(-t409, t629, R::constant(0.0171));
     t730 = sin_t3 * t729;
     t731 = R::fused(-t627, t642, t730);
     t732 = R::fused(t446, t731, t728);
@@ -962,7 +962,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t747 = t659 * t620; // left_upper_leg: articulated inertia
     t748 = R::fused(-t659, t747, t746); // left_upper_leg: articulated inertia
     // left_hip_roll_link: articulated inertia
-    t749 = R::constant(0.0017316666834999717) + t748;
+    t749 = R::constant(0.0017316666835) + t748;
     t750 = R::constant(1.0) / t749;
     t751 = t720 * t750;
     t752 = R::fused(-t661, t751, t622);
@@ -1064,7 +1064,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t826 = R::fused(cos_q_left_hip_roll, t825, t823); // left_hip_roll_link: wrench handed to its parent
     t827 = tau_left_hip_yaw + t826; // other
     t828 = R::fused(-t619, t621, t611); // left_upper_leg: articulated inertia
-    t829 = R::fused(t335, R::constant(0.0000050000000000050004), t828);
+    t829 = R::fused(t335, R::constant(0.000005), t828);
     t830 = sin_q_left_hip_roll * t829;
     t831 = t462 * t594; // left_upper_leg: sums of what it carries
     t832 = R::fused(-t464, t598, t831); // left_upper_leg: sums of what it carries
@@ -1083,11 +1083,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t844 = t833 + t843; // left_upper_leg: articulated inertia
     t845 = R::fused(t789, t621, t844); // left_upper_leg: articulated inertia
     t846 = R::fused(t333, t317, t346); // left_hip_roll_link: motion
-    t847 = R::fused(t846, R::constant(0.0017266666834999667), t845); // left_hip_roll_link: articulated inertia
+    t847 = R::fused(t846, R::constant(0.0017266666835), t845); // left_hip_roll_link: articulated inertia
     t848 = R::fused(-cos_q_left_hip_roll, t847, t830); // left_hip_roll_link: articulated inertia
     t849 = R::fused(t808, t751, t848); // left_hip_roll_link: articulated inertia
     t850 = t332 * t311; // left_hip_yaw_link: motion
-    t851 = R::fused(t850, R::constant(0.000005000000000060512), t849); // left_hip_yaw_link: articulated inertia
+    t851 = R::fused(t850, R::constant(0.000005), t849); // left_hip_yaw_link: articulated inertia
     t852 = t827 + t851; // left_hip_yaw_link: articulated inertia
     t853 = t723 + t725;
     t854 = t776 * t527;
@@ -1104,14 +1104,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t864 = t789 * t620; // left_upper_leg: articulated inertia
     t865 = R::fused(-t789, t864, t863); // left_upper_leg: articulated inertia
     // left_hip_roll_link: articulated inertia
-    t866 = R::constant(0.0017266666834999667) + t865;
-    t867 = R::constant(0.0000050000000000050004) - t866;
+    t866 = R::constant(0.0017266666835) + t865;
+    t867 = R::constant(0.000005) - t866;
     t868 = t814 * t867;
     t869 = t866 + t868;
     t870 = t808 * t750;
     t871 = R::fused(-t808, t870, t869);
     // left_hip_yaw_link: articulated inertia
-    t872 = R::constant(0.000015000000000070512) + t871;
+    t872 = R::constant(0.000015) + t871;
     t873 = R::constant(1.0) / t872;
     t874 = t852 * t873;
     t875 = R::fused(-t822, t874, t774);
@@ -1150,9 +1150,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t905 = t904 * t904; // right_lower_leg: motion
     t906 = t881 + t905; // right_lower_leg: motion
     // right_lower_leg: sums of what it carries
-    t907 = R::constant(0.29034000000000004) * sin_t0;
+    t907 = R::constant(0.29034) * sin_t0;
     t908 = t906 * t907;
-    t909 = R::constant(0.29034000000000004) * cos_t0;
+    t909 = R::constant(0.29034) * cos_t0;
     t910 = R::fused(t901, t909, t908);
     t911 = sin_q_right_hip_roll * t893; // right_hip_roll_link: motion
     t912 = R::fused(cos_q_right_hip_roll, t895, t911); // right_hip_roll_link: motion
@@ -1173,19 +1173,19 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t927 = v_right_ankle_roll - t926; // right_foot: motion
     t928 = t923 * t927; // right_foot: motion
     t929 = t924 - t928; // right_foot: motion
-    t930 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t930 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t931 = t929 * t930; // right_foot: sums of what it carries
     t932 = cos_t2 * t880; // right_ankle: motion
     t933 = R::fused(sin_t2, t899, t932); // right_ankle: motion
     t934 = R::fused(-v_right_ankle_roll, t933, t896); // right_foot: motion
     t935 = t933 * t927; // right_foot: motion
     t936 = t934 - t935; // right_foot: motion
-    t937 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    t937 = R::constant(0.0285) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t938 = R::fused(-t936, t937, t931); // right_foot: sums of what it carries
     t939 = t923 * t923; // right_ankle: motion
     t940 = t933 * t933; // right_ankle: motion
     t941 = t939 + t940; // right_ankle: motion
-    t942 = R::fused(R::constant(0.017099999999999997), t941, t938); // right_ankle: sums of what it carries
+    t942 = R::fused(R::constant(0.0171), t941, t938); // right_ankle: sums of what it carries
     t943 = cos_t2 * t942; // right_ankle: sums of what it carries
     // right_ankle: motion
     t944 = sin_t2 * t915;
@@ -1298,11 +1298,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1029 = R::fused(-t930, t1028, t951); // right_foot: articulated inertia
     t1030 = t933 * t926;
     t1031 = t896 - t1030;
-    t1032 = R::fused(R::constant(0.017099999999999997), t1031, -t1029); // right_ankle: articulated inertia
+    t1032 = R::fused(R::constant(0.0171), t1031, -t1029); // right_ankle: articulated inertia
     t1033 = R::fused(-sin_t2, t1032, t943); // right_ankle: articulated inertia
     t1034 = cos_t2 * t937; // right_ankle: sums of what it carries
-    t1035 = sin_q_right_ankle_roll * R::constant(13.729977116704804); // right_foot: articulated inertia
-    t1036 = R::fused(-t972, t1035, R::constant(0.017099999999999997)); // right_ankle: articulated inertia
+    t1035 = sin_q_right_ankle_roll * R::constant(13.729977116704806); // right_foot: articulated inertia
+    t1036 = R::fused(-t972, t1035, R::constant(0.0171)); // right_ankle: articulated inertia
     t1037 = R::fused(sin_t2, t1036, t1034); // right_ankle: articulated inertia
     // right_foot: external forces
     t1038 = t272 * R::constant(0.08);
@@ -1330,9 +1330,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1060 = t1057 - t1059;
     t1061 = R::fused(sin_q_right_ankle_roll, t1060, t1049); // right_foot: wrench handed to its parent
     t1062 = tau_right_ankle_pitch + t1061; // other
-    t1063 = t896 * R::constant(0.0032589999999999997); // right_ankle: sums of what it carries
+    t1063 = t896 * R::constant(0.003259); // right_ankle: sums of what it carries
     t1064 = R::fused(-t1030, R::constant(0.003249), t1063); // right_ankle: sums of what it carries
-    t1065 = R::fused(R::constant(0.017099999999999997), t1011, t1064); // right_ankle: sums of what it carries
+    t1065 = R::fused(R::constant(0.0171), t1011, t1064); // right_ankle: sums of what it carries
     // right_foot: sums of what it carries
     t1066 = t936 * t968;
     t1067 = R::fused(-t929, t978, t1066);
@@ -1348,7 +1348,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1077 = sin_q_right_ankle_roll * R::constant(0.41189931350114417); // factors of the mass matrix
     t1078 = R::fused(-t972, t1077, t968); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1079 = R::constant(0.0032589999999999997) + t1078;
+    t1079 = R::constant(0.003259) + t1078;
     t1080 = R::constant(1.0) / t1079;
     t1081 = t1076 * t1080;
     t1082 = R::fused(t1037, t1081, t1033);
@@ -1373,7 +1373,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1100 = sin_t0 * sin_t0;
     t1101 = R::constant(0.065449478333) * t1100;
     t1102 = R::constant(0.0658986450015) - t1101;
-    t1103 = R::constant(0.00044916666849999926) + t1101;
+    t1103 = R::constant(0.0004491666685) + t1101;
     t1104 = t1102 - t1103;
     t1105 = R::fused(-t900, t1104, t1099);
     t1106 = sin_t0 * cos_t0;
@@ -1416,15 +1416,15 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1141 = R::fused(R::constant(0.315), t292, t1097); // right_lower_leg: wrench handed to its parent
     t1142 = tau_right_hip_pitch + t1141; // other
     // right_upper_leg: sums of what it carries
-    t1143 = R::constant(0.24091175000000004) * t896;
+    t1143 = R::constant(0.24091175) * t896;
     t1144 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
-    t1145 = R::constant(0.23740175003000002) * t1144;
-    t1146 = R::constant(0.23915675001500003) - t1145;
-    t1147 = R::constant(0.0017549999850000053) + t1145;
+    t1145 = R::constant(0.23740175003) * t1144;
+    t1146 = R::constant(0.239156750015) - t1145;
+    t1147 = R::constant(0.001754999985) + t1145;
     t1148 = t1146 - t1147;
     t1149 = R::fused(-t900, t1148, t1143);
     t1150 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
-    t1151 = R::constant(0.23740175003000002) * t1150;
+    t1151 = R::constant(0.23740175003) * t1150;
     t1152 = R::fused(-t1108, t1151, t1149);
     t1153 = t1004 * t902;
     t1154 = R::fused(-t987, t887, t1153);
@@ -1447,7 +1447,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1170 = R::fused(-t989, t1169, t1167);
     t1171 = R::fused(-t989, t1170, t1166);
     // right_upper_leg: articulated inertia
-    t1172 = R::constant(0.24091175000000004) - t1171;
+    t1172 = R::constant(0.24091175) - t1171;
     t1173 = R::constant(1.0) / t1172;
     t1174 = t1165 * t1173;
     t1175 = R::fused(-t1140, t1174, t1133);
@@ -1457,7 +1457,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1179 = R::fused(t975, t1077, t978); // right_foot: articulated inertia
     t1180 = sin_t2 * t1179; // right_ankle: articulated inertia
     t1181 = R::fused(-t1180, t1087, t1178); // right_ankle: articulated inertia
-    t1182 = cos_q_right_ankle_roll * R::constant(13.729977116704804); // right_foot: articulated inertia
+    t1182 = cos_q_right_ankle_roll * R::constant(13.729977116704806); // right_foot: articulated inertia
     t1183 = t930 * t1182; // right_foot: articulated inertia
     t1184 = sin_t2 * t1183; // right_ankle: articulated inertia
     t1185 = t972 * t1182; // right_foot: articulated inertia
@@ -1507,9 +1507,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1227 = R::fused(R::constant(-0.315), t296, t1226); // right_lower_leg: wrench handed to its parent
     t1228 = R::fused(cos_q_right_hip_pitch, t1227, t1224); // right_upper_leg: wrench handed to its parent
     t1229 = tau_right_hip_roll + t1228; // other
-    t1230 = t918 * R::constant(0.0017316666834999717); // right_hip_roll_link: sums of what it carries
+    t1230 = t918 * R::constant(0.0017316666835); // right_hip_roll_link: sums of what it carries
     t1231 = t883 * t880; // right_hip_roll_link: motion
-    t1232 = R::fused(-t1231, R::constant(0.0017216666834999617), t1230); // right_hip_roll_link: sums of what it carries
+    t1232 = R::fused(-t1231, R::constant(0.0017216666835), t1230); // right_hip_roll_link: sums of what it carries
     t1233 = t1017 * t1146; // right_upper_leg: sums of what it carries
     t1234 = R::fused(-t1015, t1151, t1233); // right_upper_leg: sums of what it carries
     t1235 = R::fused(-t1014, t902, t1234); // right_upper_leg: sums of what it carries
@@ -1518,7 +1518,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1238 = R::fused(-t1019, t909, t1237); // right_lower_leg: sums of what it carries
     t1239 = R::fused(-t923, t926, t922); // right_ankle: motion
     t1240 = t1239 * R::constant(0.003254); // right_ankle: sums of what it carries
-    t1241 = R::fused(R::constant(-0.017099999999999997), t1024, t1240); // right_ankle: sums of what it carries
+    t1241 = R::fused(R::constant(-0.0171), t1024, t1240); // right_ankle: sums of what it carries
     t1242 = t929 * t967; // right_foot: sums of what it carries
     t1243 = t945 + t946; // right_ankle: motion
     // right_foot: sums of what it carries
@@ -1531,14 +1531,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1250 = t1241 + t1249; // right_ankle: articulated inertia
     t1251 = sin_t2 * t1250; // right_ankle: articulated inertia
     t1252 = t1026 - t1027; // right_foot: articulated inertia
-    t1253 = R::fused(t1243, R::constant(0.000004999999999999796), t1252); // right_ankle: articulated inertia
+    t1253 = R::fused(t1243, R::constant(0.000005), t1252); // right_ankle: articulated inertia
     t1254 = R::fused(-cos_t2, t1253, t1251); // right_ankle: articulated inertia
     t1255 = R::fused(t1180, t1081, t1254); // right_ankle: articulated inertia
     t1256 = t940 + t949; // right_foot: motion
     t1257 = t1256 * t930;
     t1258 = R::fused(t1243, t937, t1257);
     t1259 = R::fused(-t937, t1028, t1258); // right_foot: articulated inertia
-    t1260 = R::fused(R::constant(0.017099999999999997), t1239, -t1259); // right_ankle: articulated inertia
+    t1260 = R::fused(R::constant(0.0171), t1239, -t1259); // right_ankle: articulated inertia
     t1261 = R::fused(t1185, t1081, t1260); // right_ankle: articulated inertia
     t1262 = R::fused(t999, t1261, t1255); // right_ankle: articulated inertia
     t1263 = t1238 + t1262; // right_lower_leg: articulated inertia
@@ -1556,12 +1556,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1275 = R::fused(-t975, t1274, t967); // right_foot: articulated inertia
     // right_ankle: articulated inertia
     t1276 = R::constant(0.003254) + t1275;
-    t1277 = R::constant(0.000004999999999999796) - t1276;
+    t1277 = R::constant(0.000005) - t1276;
     t1278 = t1084 * t1277;
-    t1279 = R::constant(0.000004999999999999796) - t1278;
+    t1279 = R::constant(0.000005) - t1278;
     t1280 = t1180 * t1080;
     t1281 = R::fused(-t1180, t1280, t1279);
-    t1282 = R::fused(-t975, t1182, R::constant(0.017099999999999997));
+    t1282 = R::fused(-t975, t1182, R::constant(0.0171));
     t1283 = sin_t2 * t1282;
     let (
         t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299,
@@ -1601,7 +1601,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1300 = t1212 * t1173; // right_upper_leg: articulated inertia
     t1301 = R::fused(-t1212, t1300, t1299); // right_upper_leg: articulated inertia
     // right_hip_roll_link: articulated inertia
-    t1302 = R::constant(0.0017316666834999717) + t1301;
+    t1302 = R::constant(0.0017316666835) + t1301;
     t1303 = R::constant(1.0) / t1302;
     t1304 = t1273 * t1303;
     t1305 = R::fused(-t1214, t1304, t1175);
@@ -1686,7 +1686,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1379 = R::fused(cos_q_right_hip_roll, t1378, t1376); // right_hip_roll_link: wrench handed to its parent
     t1380 = tau_right_hip_yaw + t1379; // other
     t1381 = R::fused(-t1172, t1174, t1164); // right_upper_leg: articulated inertia
-    t1382 = R::fused(t901, R::constant(0.0000050000000000050004), t1381);
+    t1382 = R::fused(t901, R::constant(0.000005), t1381);
     t1383 = sin_q_right_hip_roll * t1382;
     t1384 = t1015 * t1147; // right_upper_leg: sums of what it carries
     t1385 = R::fused(-t1017, t1151, t1384); // right_upper_leg: sums of what it carries
@@ -1705,11 +1705,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1397 = t1386 + t1396; // right_upper_leg: articulated inertia
     t1398 = R::fused(t1342, t1174, t1397); // right_upper_leg: articulated inertia
     t1399 = R::fused(t899, t883, t912); // right_hip_roll_link: motion
-    t1400 = R::fused(t1399, R::constant(0.0017266666834999667), t1398); // right_hip_roll_link: articulated inertia
+    t1400 = R::fused(t1399, R::constant(0.0017266666835), t1398); // right_hip_roll_link: articulated inertia
     t1401 = R::fused(-cos_q_right_hip_roll, t1400, t1383); // right_hip_roll_link: articulated inertia
     t1402 = R::fused(t1361, t1304, t1401); // right_hip_roll_link: articulated inertia
     t1403 = t898 * t877; // right_hip_yaw_link: motion
-    t1404 = R::fused(t1403, R::constant(0.000005000000000060512), t1402); // right_hip_yaw_link: articulated inertia
+    t1404 = R::fused(t1403, R::constant(0.000005), t1402); // right_hip_yaw_link: articulated inertia
     t1405 = t1380 + t1404; // right_hip_yaw_link: articulated inertia
     t1406 = t1276 + t1278;
     t1407 = t1329 * t1080;
@@ -1726,14 +1726,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1417 = t1342 * t1173; // right_upper_leg: articulated inertia
     t1418 = R::fused(-t1342, t1417, t1416); // right_upper_leg: articulated inertia
     // right_hip_roll_link: articulated inertia
-    t1419 = R::constant(0.0017266666834999667) + t1418;
-    t1420 = R::constant(0.0000050000000000050004) - t1419;
+    t1419 = R::constant(0.0017266666835) + t1418;
+    t1420 = R::constant(0.000005) - t1419;
     t1421 = t1367 * t1420;
     t1422 = t1419 + t1421;
     t1423 = t1361 * t1303;
     t1424 = R::fused(-t1361, t1423, t1422);
     // right_hip_yaw_link: articulated inertia
-    t1425 = R::constant(0.000015000000000070512) + t1424;
+    t1425 = R::constant(0.000015) + t1424;
     t1426 = R::constant(1.0) / t1425;
     t1427 = t1405 * t1426;
     t1428 = R::fused(-t1375, t1427, t1327);
@@ -1749,7 +1749,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1438 = R::fused(-t1425, t1427, t1404);
     t1439 = R::fused(R::constant(-0.075), t1428, t1438);
     t1440 = t1437 + t1439;
-    t1441 = R::fused(t415, R::constant(0.0982949999999998), t1440); // torso: articulated inertia
+    t1441 = R::fused(R::constant(0.098295), t415, t1440); // torso: articulated inertia
     t1442 = t1435 + t1441; // torso: articulated inertia
     t1443 = R::fused(t587, t660, t582); // left_upper_leg: articulated inertia
     t1444 = R::fused(t661, t809, t1443); // left_hip_roll_link: articulated inertia
@@ -1809,7 +1809,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1494 = R::fused(R::constant(-0.075), t1493, t1468);
     t1495 = t1467 * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
     t1496 = R::fused(R::constant(0.005625), t1493, t1495);
-    t1497 = R::constant(0.15445499999999998) - t1496; // torso: articulated inertia
+    t1497 = R::constant(0.154455) - t1496; // torso: articulated inertia
     t1498 = R::constant(1.0) / t1497; // torso: acceleration
     t1499 = t1494 * t1498; // torso: acceleration
     t1500 = R::fused(-t1442, t1499, t1431); // torso: acceleration
@@ -1823,11 +1823,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1508 = R::fused(cos_q_right_hip_yaw, t1507, t1505); // right_hip_yaw_link: wrench handed to its parent
     t1509 = t1504 + t1508; // right_hip_yaw_link: wrench handed to its parent
     t1510 = tau_base_angular_y + t1509; // other
-    t1511 = t304 * R::constant(0.7296566669999996); // torso: sums of what it carries
+    t1511 = t304 * R::constant(0.729656667); // torso: sums of what it carries
     t1512 = R::fused(R::constant(2.444), t308, t1511); // torso: sums of what it carries
     t1513 = R::fused(t749, t751, t719); // left_hip_roll_link: articulated inertia
     t1514 = R::fused(-t313, t311, t352); // left_hip_yaw_link: motion
-    t1515 = R::fused(t1514, R::constant(0.0000050000000000050004), t1513); // left_hip_yaw_link: articulated inertia
+    t1515 = R::fused(t1514, R::constant(0.000005), t1513); // left_hip_yaw_link: articulated inertia
     t1516 = sin_q_left_hip_yaw * t1515; // left_hip_yaw_link: articulated inertia
     // left_hip_roll_link: articulated inertia
     t1517 = cos_q_left_hip_roll * t829;
@@ -1835,7 +1835,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1519 = sin_q_left_hip_roll * t807;
     t1520 = R::fused(-t1519, t751, t1518);
     t1521 = R::fused(t313, t332, t326); // left_hip_yaw_link: motion
-    t1522 = R::fused(t1521, R::constant(0.000010000000000065512), t1520); // left_hip_yaw_link: articulated inertia
+    t1522 = R::fused(R::constant(0.00001), t1521, t1520); // left_hip_yaw_link: articulated inertia
     t1523 = R::fused(-cos_q_left_hip_yaw, t1522, t1516); // left_hip_yaw_link: articulated inertia
     t1524 = t816 * t867;
     t1525 = t1519 * t750;
@@ -1844,7 +1844,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1528 = R::fused(t1527, t874, t1523); // left_hip_yaw_link: articulated inertia
     t1529 = R::fused(t1302, t1304, t1272); // right_hip_roll_link: articulated inertia
     t1530 = R::fused(-t879, t877, t918); // right_hip_yaw_link: motion
-    t1531 = R::fused(t1530, R::constant(0.0000050000000000050004), t1529); // right_hip_yaw_link: articulated inertia
+    t1531 = R::fused(t1530, R::constant(0.000005), t1529); // right_hip_yaw_link: articulated inertia
     t1532 = sin_q_right_hip_yaw * t1531; // right_hip_yaw_link: articulated inertia
     // right_hip_roll_link: articulated inertia
     t1533 = cos_q_right_hip_roll * t1382;
@@ -1852,7 +1852,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1535 = sin_q_right_hip_roll * t1360;
     t1536 = R::fused(-t1535, t1304, t1534);
     t1537 = R::fused(t879, t898, t892); // right_hip_yaw_link: motion
-    t1538 = R::fused(t1537, R::constant(0.000010000000000065512), t1536); // right_hip_yaw_link: articulated inertia
+    t1538 = R::fused(R::constant(0.00001), t1537, t1536); // right_hip_yaw_link: articulated inertia
     t1539 = R::fused(-cos_q_right_hip_yaw, t1538, t1532); // right_hip_yaw_link: articulated inertia
     let (
         t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555,
@@ -1907,26 +1907,26 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1570 = t1556 + t1566;
     t1571 = R::constant(2.444) + t1570; // torso: articulated inertia
     t1572 = R::fused(t1494, t1568, t1571); // torso: acceleration
-    t1573 = R::constant(0.0000050000000000050004) - t868; // left_hip_roll_link: articulated inertia
+    t1573 = R::constant(0.000005) - t868; // left_hip_roll_link: articulated inertia
     t1574 = R::fused(-t1519, t1525, t1573); // left_hip_roll_link: articulated inertia
     // left_hip_yaw_link: articulated inertia
-    t1575 = R::constant(0.000010000000000065512) + t1574;
-    t1576 = R::constant(0.0000050000000000050004) - t1575;
+    t1575 = R::constant(0.00001) + t1574;
+    t1576 = R::constant(0.000005) - t1575;
     t1577 = t1445 * t1576;
     t1578 = t1575 + t1577;
     t1579 = t1527 * t873;
     t1580 = R::fused(-t1527, t1579, t1578);
-    t1581 = R::constant(0.0000050000000000050004) - t1421; // right_hip_roll_link: articulated inertia
+    t1581 = R::constant(0.000005) - t1421; // right_hip_roll_link: articulated inertia
     t1582 = R::fused(-t1535, t1541, t1581); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1583 = R::constant(0.000010000000000065512) + t1582;
-    t1584 = R::constant(0.0000050000000000050004) - t1583;
+    t1583 = R::constant(0.00001) + t1582;
+    t1584 = R::constant(0.000005) - t1583;
     t1585 = t1471 * t1584;
     t1586 = t1583 + t1585;
     t1587 = t1543 * t1426;
     t1588 = R::fused(-t1543, t1587, t1586);
     t1589 = t1580 + t1588;
-    t1590 = R::constant(0.7858166669999999) + t1589; // torso: articulated inertia
+    t1590 = R::constant(0.785816667) + t1589; // torso: articulated inertia
     // torso: acceleration
     t1591 = R::fused(-t1567, t1568, t1590);
     t1592 = R::constant(1.0) / t1591;
@@ -1944,7 +1944,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1604 = R::fused(cos_q_right_hip_roll, t299, t1603); // right_hip_roll_link: wrench handed to its parent
     t1605 = R::fused(R::constant(0.075), t1604, t1602); // right_hip_yaw_link: wrench handed to its parent
     t1606 = tau_base_angular_x + t1605; // other
-    t1607 = t431 * R::constant(0.6313616669999998); // torso: sums of what it carries
+    t1607 = t431 * R::constant(0.631361667); // torso: sums of what it carries
     t1608 = R::fused(R::constant(2.444), t421, t1607); // torso: sums of what it carries
     // left_hip_yaw_link: articulated inertia
     t1609 = cos_q_left_hip_yaw * t1515;
@@ -2049,7 +2049,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1698 = R::fused(t1494, t1671, t1697); // torso: acceleration
     t1699 = R::fused(t1572, t1691, t1698); // torso: acceleration
     // left_hip_yaw_link: articulated inertia
-    t1700 = R::constant(0.0000050000000000050004) - t1577;
+    t1700 = R::constant(0.000005) - t1577;
     t1701 = R::fused(-t1611, t1674, t1700);
     t1702 = sin_q_left_hip_yaw * t1676;
     t1703 = R::fused(t1611, t1678, t1702);
@@ -2060,7 +2060,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1708 = R::fused(R::constant(0.075), t1707, t1703);
     t1709 = R::fused(R::constant(-0.075), t1708, t1704);
     // right_hip_yaw_link: articulated inertia
-    t1710 = R::constant(0.0000050000000000050004) - t1585;
+    t1710 = R::constant(0.000005) - t1585;
     t1711 = R::fused(-t1625, t1682, t1710);
     t1712 = sin_q_right_hip_yaw * t1684;
     t1713 = R::fused(t1625, t1686, t1712);
@@ -2071,7 +2071,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1718 = R::fused(R::constant(-0.075), t1717, t1713);
     t1719 = R::fused(R::constant(0.075), t1718, t1714);
     t1720 = t1709 + t1719;
-    t1721 = R::constant(0.8841116669999997) + t1720; // torso: articulated inertia
+    t1721 = R::constant(0.884111667) + t1720; // torso: articulated inertia
     // torso: acceleration
     t1722 = R::fused(-t1670, t1671, t1721);
     t1723 = R::fused(-t1690, t1691, t1722);

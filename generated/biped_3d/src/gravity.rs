@@ -125,17 +125,17 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t54 = R::fused(-t46, sin_q_right_ankle_roll, t53); // right_foot: motion
     let t55 = t26 * cos_q_left_ankle_roll; // left_foot: motion
     let t56 = R::fused(-t50, sin_q_left_ankle_roll, t55); // left_foot: motion
-    let t57 = t6 * R::constant(186.39000000000001); // torso: wrench that its motion needs
-    let t58 = t7 * R::constant(186.39000000000001); // torso: wrench that its motion needs
-    let t59 = t9 * R::constant(186.39000000000001); // torso: wrench that its motion needs
-    let t60 = R::constant(0.017099999999999997) * t46; // right_ankle: wrench that its motion needs
-    let t61 = R::constant(0.017099999999999997) * t22; // right_ankle: wrench that its motion needs
-    let t62 = R::constant(0.017099999999999997) * t50; // left_ankle: wrench that its motion needs
-    let t63 = R::constant(0.017099999999999997) * t26; // left_ankle: wrench that its motion needs
-    let t64 = R::constant(0.028499999999999998) * t54; // right_foot: wrench that its motion needs
-    let t65 = R::constant(0.028499999999999998) * t48; // right_foot: wrench that its motion needs
-    let t66 = R::constant(0.028499999999999998) * t56; // left_foot: wrench that its motion needs
-    let t67 = R::constant(0.028499999999999998) * t52; // left_foot: wrench that its motion needs
+    let t57 = t6 * R::constant(186.39); // torso: wrench that its motion needs
+    let t58 = t7 * R::constant(186.39); // torso: wrench that its motion needs
+    let t59 = t9 * R::constant(186.39); // torso: wrench that its motion needs
+    let t60 = R::constant(0.0171) * t46; // right_ankle: wrench that its motion needs
+    let t61 = R::constant(0.0171) * t22; // right_ankle: wrench that its motion needs
+    let t62 = R::constant(0.0171) * t50; // left_ankle: wrench that its motion needs
+    let t63 = R::constant(0.0171) * t26; // left_ankle: wrench that its motion needs
+    let t64 = R::constant(0.0285) * t54; // right_foot: wrench that its motion needs
+    let t65 = R::constant(0.0285) * t48; // right_foot: wrench that its motion needs
+    let t66 = R::constant(0.0285) * t56; // left_foot: wrench that its motion needs
+    let t67 = R::constant(0.0285) * t52; // left_foot: wrench that its motion needs
     let t68 = R::fused(-cos_q_left_ankle_roll, t67, t62); // left_foot: wrench handed to its parent
     let t69 = R::fused(-sin_q_left_ankle_roll, t67, t63); // left_foot: wrench handed to its parent
     let t70 = R::fused(-cos_q_right_ankle_roll, t65, t60); // right_foot: wrench handed to its parent
@@ -145,15 +145,15 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t73 = R::fused(-sin_q_left_ankle_pitch, t66, t72);
     let t74 = sin_q_left_ankle_pitch * t69;
     let t75 = R::fused(cos_q_left_ankle_pitch, t66, t74);
-    let t76 = R::fused(R::constant(0.29034000000000004), t26, t75);
-    let t77 = R::fused(R::constant(0.29034000000000004), t44, -t68);
+    let t76 = R::fused(R::constant(0.29034), t26, t75);
+    let t77 = R::fused(R::constant(0.29034), t44, -t68);
     // right_ankle: wrench handed to its parent
     let t78 = cos_q_right_ankle_pitch * t71;
     let t79 = R::fused(-sin_q_right_ankle_pitch, t64, t78);
     let t80 = sin_q_right_ankle_pitch * t71;
     let t81 = R::fused(cos_q_right_ankle_pitch, t64, t80);
-    let t82 = R::fused(R::constant(0.29034000000000004), t22, t81);
-    let t83 = R::fused(R::constant(0.29034000000000004), t40, -t70);
+    let t82 = R::fused(R::constant(0.29034), t22, t81);
+    let t83 = R::fused(R::constant(0.29034), t40, -t70);
     // left_lower_leg: wrench handed to its parent
     let t84 = cos_q_left_knee_pitch * t73;
     let t85 = R::fused(-sin_q_left_knee_pitch, t76, t84);
@@ -193,8 +193,8 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t113 = R::fused(sin_q_left_hip_yaw, t105, t112);
     let t114 = sin_q_left_hip_yaw * t99;
     let t115 = R::fused(-cos_q_left_hip_yaw, t105, t114);
-    let t116 = R::fused(t7, R::constant(23.975640000000002), t113);
-    let t117 = R::fused(t6, R::constant(23.975640000000002), -t115);
+    let t116 = R::fused(t7, R::constant(23.97564), t113);
+    let t117 = R::fused(t6, R::constant(23.97564), -t115);
     // right_hip_yaw_link: wrench handed to its parent
     let t118 = cos_q_right_hip_yaw * t103;
     let t119 = R::fused(sin_q_right_hip_yaw, t109, t118);

@@ -483,81 +483,81 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t332 = R::fused(-t39, R::constant(1.2449557904), t331);
     t333 = R::constant(1.3994107904) * a_base_angular_y;
     t334 = R::fused(t38, R::constant(1.3432507904), t333);
-    t335 = R::constant(0.15445499999999998) * a_base_angular_z;
-    t336 = R::fused(-t37, R::constant(0.09829500000000002), t335);
+    t335 = R::constant(0.154455) * a_base_angular_z;
+    t336 = R::fused(-t37, R::constant(0.098295), t335);
     t337 = R::fused(R::constant(-2.444), t34, t332);
     t338 = R::fused(R::constant(2.444), t33, t334);
     // right_hip_yaw_link: wrench that its motion needs
-    t339 = R::constant(0.30679206170000006) * t64;
-    t340 = R::fused(R::constant(0.3068020617000001), t70, t339);
-    t341 = R::constant(0.3068020617000001) * t66;
-    t342 = R::fused(R::constant(-0.30679206170000006), t68, t341);
+    t339 = R::constant(0.3067920617) * t64;
+    t340 = R::fused(R::constant(0.3068020617), t70, t339);
+    t341 = R::constant(0.3068020617) * t66;
+    t342 = R::fused(R::constant(-0.3067920617), t68, t341);
     // left_hip_yaw_link: wrench that its motion needs
-    t343 = R::constant(0.30679206170000006) * t86;
-    t344 = R::fused(R::constant(0.3068020617000001), t92, t343);
-    t345 = R::constant(0.3068020617000001) * t88;
-    t346 = R::fused(R::constant(-0.30679206170000006), t90, t345);
+    t343 = R::constant(0.3067920617) * t86;
+    t344 = R::fused(R::constant(0.3068020617), t92, t343);
+    t345 = R::constant(0.3068020617) * t88;
+    t346 = R::fused(R::constant(-0.3067920617), t90, t345);
     // right_hip_roll_link: wrench that its motion needs
-    t347 = R::constant(0.30679206170000006) * t107;
-    t348 = R::fused(R::constant(-0.30678206170000005), t111, t347);
-    t349 = R::constant(0.30678206170000005) * t105;
-    t350 = R::fused(R::constant(0.30679206170000006), t110, t349);
+    t347 = R::constant(0.3067920617) * t107;
+    t348 = R::fused(R::constant(-0.3067820617), t111, t347);
+    t349 = R::constant(0.3067820617) * t105;
+    t350 = R::fused(R::constant(0.3067920617), t110, t349);
     // left_hip_roll_link: wrench that its motion needs
-    t351 = R::constant(0.30679206170000006) * t126;
-    t352 = R::fused(R::constant(-0.30678206170000005), t130, t351);
-    t353 = R::constant(0.30678206170000005) * t124;
-    t354 = R::fused(R::constant(0.30679206170000006), t129, t353);
+    t351 = R::constant(0.3067920617) * t126;
+    t352 = R::fused(R::constant(-0.3067820617), t130, t351);
+    t353 = R::constant(0.3067820617) * t124;
+    t354 = R::fused(R::constant(0.3067920617), t129, t353);
     // right_upper_leg: wrench that its motion needs
-    t355 = t150 * R::constant(0.47831350003000006);
-    t356 = R::constant(0.24091175000000004) * t145;
-    t357 = R::fused(R::constant(0.23740175003000002), t149, t356);
-    t358 = R::constant(0.23740175003000002) * t144;
-    t359 = R::fused(R::constant(-0.24091175000000004), t148, t358);
+    t355 = t150 * R::constant(0.47831350003);
+    t356 = R::constant(0.24091175) * t145;
+    t357 = R::fused(R::constant(0.23740175003), t149, t356);
+    t358 = R::constant(0.23740175003) * t144;
+    t359 = R::fused(R::constant(-0.24091175), t148, t358);
     t360 = R::fused(R::constant(-0.8932), t102, t355);
     t361 = R::fused(R::constant(-0.8932), t142, t357);
     // left_upper_leg: wrench that its motion needs
-    t362 = t173 * R::constant(0.47831350003000006);
-    t363 = R::constant(0.24091175000000004) * t168;
-    t364 = R::fused(R::constant(0.23740175003000002), t172, t363);
-    t365 = R::constant(0.23740175003000002) * t167;
-    t366 = R::fused(R::constant(-0.24091175000000004), t171, t365);
+    t362 = t173 * R::constant(0.47831350003);
+    t363 = R::constant(0.24091175) * t168;
+    t364 = R::fused(R::constant(0.23740175003), t172, t363);
+    t365 = R::constant(0.23740175003) * t167;
+    t366 = R::fused(R::constant(-0.24091175), t171, t365);
     t367 = R::fused(R::constant(-0.8932), t121, t362);
     t368 = R::fused(R::constant(-0.8932), t165, t364);
     // right_lower_leg: wrench that its motion needs
     t369 = t199 * R::constant(0.131797290003);
     t370 = R::constant(0.06634781167) * t194;
-    t371 = R::fused(R::constant(0.06544947833300001), t198, t370);
-    t372 = R::constant(0.06544947833300001) * t193;
+    t371 = R::fused(R::constant(0.065449478333), t198, t370);
+    t372 = R::constant(0.065449478333) * t193;
     t373 = R::fused(R::constant(-0.06634781167), t197, t372);
-    t374 = R::fused(R::constant(-0.29034000000000004), t178, t369);
-    t375 = R::fused(R::constant(-0.29034000000000004), t191, t371);
+    t374 = R::fused(R::constant(-0.29034), t178, t369);
+    t375 = R::fused(R::constant(-0.29034), t191, t371);
     // left_lower_leg: wrench that its motion needs
     t376 = t225 * R::constant(0.131797290003);
     t377 = R::constant(0.06634781167) * t220;
-    t378 = R::fused(R::constant(0.06544947833300001), t224, t377);
-    t379 = R::constant(0.06544947833300001) * t219;
+    t378 = R::fused(R::constant(0.065449478333), t224, t377);
+    t379 = R::constant(0.065449478333) * t219;
     t380 = R::fused(R::constant(-0.06634781167), t223, t379);
-    t381 = R::fused(R::constant(-0.29034000000000004), t204, t376);
-    t382 = R::fused(R::constant(-0.29034000000000004), t217, t378);
+    t381 = R::fused(R::constant(-0.29034), t204, t376);
+    t382 = R::fused(R::constant(-0.29034), t217, t378);
     // right_ankle: wrench that its motion needs
-    t383 = R::constant(0.017099999999999997) * t252;
+    t383 = R::constant(0.0171) * t252;
     t384 = R::constant(0.00383375) * t246;
     t385 = R::fused(R::constant(-0.00382375), t249, t384);
     t386 = R::constant(0.00382375) * t245;
     t387 = R::fused(R::constant(0.00383375), t248, t386);
-    t388 = R::fused(R::constant(0.017099999999999997), t241, t385);
-    t389 = R::fused(R::constant(-0.017099999999999997), t230, t387);
+    t388 = R::fused(R::constant(0.0171), t241, t385);
+    t389 = R::fused(R::constant(-0.0171), t230, t387);
     // left_ankle: wrench that its motion needs
-    t390 = R::constant(0.017099999999999997) * t278;
+    t390 = R::constant(0.0171) * t278;
     t391 = R::constant(0.00383375) * t272;
     t392 = R::fused(R::constant(-0.00382375), t275, t391);
     t393 = R::constant(0.00382375) * t271;
     t394 = R::fused(R::constant(0.00383375), t274, t393);
-    t395 = R::fused(R::constant(0.017099999999999997), t267, t392);
-    t396 = R::fused(R::constant(-0.017099999999999997), t256, t394);
+    t395 = R::fused(R::constant(0.0171), t267, t392);
+    t396 = R::fused(R::constant(-0.0171), t256, t394);
     // right_foot: wrench that its motion needs
-    t397 = R::constant(0.028499999999999998) * t301;
-    t398 = R::constant(0.028499999999999998) * t302;
+    t397 = R::constant(0.0285) * t301;
+    t398 = R::constant(0.0285) * t302;
     t399 = R::constant(0.00207575) * t293;
     t400 = R::fused(R::constant(-0.00092625), t298, t399);
     t401 = R::fused(R::constant(-0.000855), t300, t400);
@@ -567,11 +567,11 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t405 = R::fused(R::constant(0.000855), t404, t403);
     t406 = t296 * R::constant(0.0011495);
     t407 = R::fused(R::constant(0.000855), t301, t406);
-    t408 = R::fused(R::constant(0.028499999999999998), t290, t401);
-    t409 = R::fused(R::constant(-0.028499999999999998), t243, t405);
+    t408 = R::fused(R::constant(0.0285), t290, t401);
+    t409 = R::fused(R::constant(-0.0285), t243, t405);
     // left_foot: wrench that its motion needs
-    t410 = R::constant(0.028499999999999998) * t323;
-    t411 = R::constant(0.028499999999999998) * t324;
+    t410 = R::constant(0.0285) * t323;
+    t411 = R::constant(0.0285) * t324;
     t412 = R::constant(0.00207575) * t315;
     t413 = R::fused(R::constant(-0.00092625), t320, t412);
     t414 = R::fused(R::constant(-0.000855), t322, t413);
@@ -581,8 +581,8 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t418 = R::fused(R::constant(0.000855), t417, t416);
     t419 = t318 * R::constant(0.0011495);
     t420 = R::fused(R::constant(0.000855), t323, t419);
-    t421 = R::fused(R::constant(0.028499999999999998), t312, t414);
-    t422 = R::fused(R::constant(-0.028499999999999998), t269, t418);
+    t421 = R::fused(R::constant(0.0285), t312, t414);
+    t422 = R::fused(R::constant(-0.0285), t269, t418);
     // left_foot: sums of what it carries
     t423 = cos_q_left_ankle_roll * t410;
     t424 = R::fused(sin_q_left_ankle_roll, t411, t423);
@@ -592,10 +592,10 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t428 = R::fused(-sin_q_left_ankle_roll, t420, t427);
     t429 = sin_q_left_ankle_roll * t422;
     t430 = R::fused(cos_q_left_ankle_roll, t420, t429);
-    t431 = R::fused(R::constant(-0.028499999999999998), t321, t390);
-    t432 = R::fused(R::constant(0.017099999999999997), t279, -t424);
-    t433 = R::fused(R::constant(0.017099999999999997), t280, -t426);
-    t434 = R::fused(t277, R::constant(0.000010000000000000026), -t421);
+    t431 = R::fused(R::constant(-0.0285), t321, t390);
+    t432 = R::fused(R::constant(0.0171), t279, -t424);
+    t433 = R::fused(R::constant(0.0171), t280, -t426);
+    t434 = R::fused(t277, R::constant(0.00001), -t421);
     t435 = t395 + t428;
     t436 = t396 - t430;
     // right_foot: sums of what it carries
@@ -607,10 +607,10 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t442 = R::fused(-sin_q_right_ankle_roll, t407, t441);
     t443 = sin_q_right_ankle_roll * t409;
     t444 = R::fused(cos_q_right_ankle_roll, t407, t443);
-    t445 = R::fused(R::constant(-0.028499999999999998), t299, t383);
-    t446 = R::fused(R::constant(0.017099999999999997), t253, -t438);
-    t447 = R::fused(R::constant(0.017099999999999997), t254, -t440);
-    t448 = R::fused(t251, R::constant(0.000010000000000000026), -t408);
+    t445 = R::fused(R::constant(-0.0285), t299, t383);
+    t446 = R::fused(R::constant(0.0171), t253, -t438);
+    t447 = R::fused(R::constant(0.0171), t254, -t440);
+    t448 = R::fused(t251, R::constant(0.00001), -t408);
     t449 = t388 + t442;
     t450 = t389 - t444;
     // left_ankle: sums of what it carries
@@ -622,9 +622,9 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t456 = R::fused(-sin_q_left_ankle_pitch, t434, t455);
     t457 = sin_q_left_ankle_pitch * t436;
     t458 = R::fused(cos_q_left_ankle_pitch, t434, t457);
-    t459 = R::fused(R::constant(0.29034000000000004), t226, t454);
-    t460 = R::fused(R::constant(0.29034000000000004), t227, -t432);
-    t461 = R::fused(R::constant(0.29034000000000004), t228, t452);
+    t459 = R::fused(R::constant(0.29034), t226, t454);
+    t460 = R::fused(R::constant(0.29034), t227, -t432);
+    t461 = R::fused(R::constant(0.29034), t228, t452);
     t462 = t381 + t458;
     t463 = t382 + t435;
     t464 = t380 - t456;
@@ -639,9 +639,9 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t472 = R::fused(-sin_q_right_ankle_pitch, t448, t471);
     t473 = sin_q_right_ankle_pitch * t450;
     t474 = R::fused(cos_q_right_ankle_pitch, t448, t473);
-    t475 = R::fused(R::constant(0.29034000000000004), t200, t470);
-    t476 = R::fused(R::constant(0.29034000000000004), t201, -t446);
-    t477 = R::fused(R::constant(0.29034000000000004), t202, t468);
+    t475 = R::fused(R::constant(0.29034), t200, t470);
+    t476 = R::fused(R::constant(0.29034), t201, -t446);
+    t477 = R::fused(R::constant(0.29034), t202, t468);
     t478 = t374 + t474;
     t479 = t375 + t449;
     t480 = t373 - t472;
@@ -700,7 +700,7 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t522 = R::fused(-cos_q_left_hip_pitch, t497, t521);
     t523 = t352 - t522;
     t524 = t354 - t498;
-    t525 = R::fused(t128, R::constant(0.6135741234000001), -t520);
+    t525 = R::fused(t128, R::constant(0.6135741234), -t520);
     // right_upper_leg: sums of what it carries
     t526 = cos_q_right_hip_pitch * t509;
     t527 = R::fused(-sin_q_right_hip_pitch, t507, t526);
@@ -712,7 +712,7 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t533 = R::fused(-cos_q_right_hip_pitch, t513, t532);
     t534 = t348 - t533;
     t535 = t350 - t514;
-    t536 = R::fused(t109, R::constant(0.6135741234000001), -t531);
+    t536 = R::fused(t109, R::constant(0.6135741234), -t531);
     // left_hip_roll_link: sums of what it carries
     t537 = cos_q_left_hip_roll * t492;
     t538 = R::fused(sin_q_left_hip_roll, t516, t537);
@@ -723,7 +723,7 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t543 = sin_q_left_hip_roll * t524;
     t544 = R::fused(cos_q_left_hip_roll, t525, t543);
     t545 = t344 - t523;
-    t546 = R::fused(t91, R::constant(0.6135941234000002), -t542);
+    t546 = R::fused(t91, R::constant(0.6135941234), -t542);
     t547 = t346 + t544;
     // right_hip_roll_link: sums of what it carries
     t548 = cos_q_right_hip_roll * t508;
@@ -735,7 +735,7 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     t554 = sin_q_right_hip_roll * t535;
     t555 = R::fused(cos_q_right_hip_roll, t536, t554);
     t556 = t340 - t534;
-    t557 = R::fused(t69, R::constant(0.6135941234000002), -t553);
+    t557 = R::fused(t69, R::constant(0.6135941234), -t553);
     t558 = t342 + t555;
     // left_hip_yaw_link: sums of what it carries
     t559 = cos_q_left_hip_yaw * t518;

@@ -96,7 +96,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
         t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
         t254, t255,
     );
-    t0 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t0 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     // left_foot: mass matrix
     t1 = cos_q_left_ankle_pitch * t0;
     t2 = cos_q_left_knee_pitch * t1;
@@ -107,7 +107,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t7 = R::fused(cos_q_left_knee_pitch, t3, t6);
     t8 = R::fused(cos_q_left_hip_pitch, t7, t5);
     t9 = cos_q_left_hip_yaw * t8;
-    t10 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t10 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t11 = cos_q_left_hip_roll * t10;
     t12 = cos_q_left_hip_pitch * t4;
     t13 = R::fused(-sin_q_left_hip_pitch, t7, t12);
@@ -115,7 +115,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t15 = R::fused(-sin_q_left_hip_yaw, t14, t9);
     t16 = t15 * R::constant(481.7535830422739); // factors of the mass matrix
     t17 = R::fused(-t15, t16, R::constant(19.0)); // factors of the mass matrix
-    t18 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t18 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     // right_foot: mass matrix
     t19 = cos_q_right_ankle_pitch * t18;
     t20 = cos_q_right_knee_pitch * t19;
@@ -126,7 +126,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t25 = R::fused(cos_q_right_knee_pitch, t21, t24);
     t26 = R::fused(cos_q_right_hip_pitch, t25, t23);
     t27 = cos_q_right_hip_yaw * t26;
-    t28 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    t28 = R::constant(0.0285) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t29 = cos_q_right_hip_roll * t28;
     t30 = cos_q_right_hip_pitch * t22;
     t31 = R::fused(-sin_q_right_hip_pitch, t25, t30);
@@ -135,10 +135,10 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t34 = t33 * R::constant(481.7535830422739); // factors of the mass matrix
     t35 = R::fused(-t33, t34, t17); // factors of the mass matrix
     t36 = sin_q_left_ankle_pitch * t10; // left_ankle: sums of what it carries
-    t37 = R::fused(R::constant(-0.017099999999999997), cos_q_left_ankle_pitch, t36); // left_ankle
+    t37 = R::fused(R::constant(-0.0171), cos_q_left_ankle_pitch, t36); // left_ankle: sums of what it carries
     t38 = cos_q_left_knee_pitch * t37; // left_lower_leg: sums of what it carries
     t39 = cos_q_left_ankle_pitch * t10; // left_ankle: sums of what it carries
-    t40 = R::fused(R::constant(0.017099999999999997), sin_q_left_ankle_pitch, t39); // left_ankle
+    t40 = R::fused(R::constant(0.0171), sin_q_left_ankle_pitch, t39); // left_ankle: sums of what it carries
     t41 = R::fused(sin_q_left_knee_pitch, t40, t38); // left_ankle: mass matrix
     t42 = sin_q_left_hip_pitch * t41; // left_ankle: mass matrix
     t43 = sin_q_left_knee_pitch * t37; // left_lower_leg: sums of what it carries
@@ -164,10 +164,10 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t60 = t52 * t59;
     t61 = R::fused(-t52, t60, t35);
     t62 = sin_q_right_ankle_pitch * t28; // right_ankle: sums of what it carries
-    t63 = R::fused(R::constant(-0.017099999999999997), cos_q_right_ankle_pitch, t62); // right_ankle
+    t63 = R::fused(R::constant(-0.0171), cos_q_right_ankle_pitch, t62); // right_ankle: sums of what it carries
     t64 = cos_q_right_knee_pitch * t63; // right_lower_leg: sums of what it carries
     t65 = cos_q_right_ankle_pitch * t28; // right_ankle: sums of what it carries
-    t66 = R::fused(R::constant(0.017099999999999997), sin_q_right_ankle_pitch, t65); // right_ankle
+    t66 = R::fused(R::constant(0.0171), sin_q_right_ankle_pitch, t65); // right_ankle: sums of what it carries
     t67 = R::fused(sin_q_right_knee_pitch, t66, t64); // right_ankle: mass matrix
     t68 = sin_q_right_hip_pitch * t67; // right_ankle: mass matrix
     t69 = sin_q_right_knee_pitch * t63; // right_lower_leg: sums of what it carries
@@ -192,7 +192,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t85 = R::constant(1.0) / t84;
     t86 = t78 * t85;
     t87 = R::fused(-t78, t86, t61);
-    t88 = R::constant(0.29034000000000004) + t40; // left_ankle: sums of what it carries
+    t88 = R::constant(0.29034) + t40; // left_ankle: sums of what it carries
     t89 = R::fused(sin_q_left_knee_pitch, t88, t38); // left_lower_leg: sums of what it carries
     t90 = sin_q_left_hip_pitch * t89; // left_upper_leg: sums of what it carries
     t91 = R::fused(cos_q_left_knee_pitch, t88, -t43); // left_lower_leg: sums of what it carries
@@ -217,7 +217,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t110 = R::constant(1.0) / t109;
     t111 = t104 * t110;
     t112 = R::fused(-t104, t111, t87);
-    t113 = R::constant(0.29034000000000004) + t66; // right_ankle: sums of what it carries
+    t113 = R::constant(0.29034) + t66; // right_ankle: sums of what it carries
     t114 = R::fused(sin_q_right_knee_pitch, t113, t64); // right_lower_leg: sums of what it carries
     t115 = sin_q_right_hip_pitch * t114; // right_upper_leg: sums of what it carries
     t116 = R::fused(cos_q_right_knee_pitch, t113, -t69); // right_lower_leg: sums of what it carries
@@ -262,7 +262,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t155 = R::fused(t104, t154, t150);
     t156 = t91 * R::constant(0.63); // left_lower_leg: sums of what it carries
     t157 = t107 + t156; // left_lower_leg: sums of what it carries
-    t158 = R::constant(0.24091175000000004) + t157; // left_lower_leg: sums of what it carries
+    t158 = R::constant(0.24091175) + t157; // left_lower_leg: sums of what it carries
     t159 = R::fused(-t144, t145, t158);
     t160 = R::fused(-t148, t149, t159);
     t161 = R::fused(-t153, t154, t160);
@@ -289,7 +289,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t182 = R::fused(t129, t181, t177);
     t183 = R::constant(0.63) * t116; // right_lower_leg: sums of what it carries
     t184 = t132 + t183; // right_lower_leg: sums of what it carries
-    t185 = R::constant(0.24091175000000004) + t184; // right_lower_leg: sums of what it carries
+    t185 = R::constant(0.24091175) + t184; // right_lower_leg: sums of what it carries
     t186 = R::fused(-t171, t172, t185);
     t187 = R::fused(-t175, t176, t186);
     t188 = R::fused(-t180, t181, t187);
@@ -359,7 +359,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t249 = t248 + t105;
     t250 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t251 = t242 + t247;
-    t252 = R::constant(0.06544947833300001) - t251;
+    t252 = R::constant(0.065449478333) - t251;
     t253 = t249 + t252; // left_lower_leg: sums of what it carries
     t254 = t250 * t253; // left_lower_leg: sums of what it carries
     t255 = t195 * t241;
@@ -391,7 +391,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t263 = t262 + t156;
     t264 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t265 = t252 - t261;
-    t266 = R::constant(0.23740175003000002) + t265;
+    t266 = R::constant(0.23740175003) + t265;
     t267 = t263 + t266; // left_upper_leg: sums of what it carries
     t268 = t264 * t267; // left_upper_leg: sums of what it carries
     t269 = t258 * t250;
@@ -403,7 +403,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t274 = t272 * t273;
     t275 = R::fused(R::constant(-2.0), t274, t268);
     t276 = t263 - t275;
-    t277 = R::constant(0.30679206170000006) + t276;
+    t277 = R::constant(0.3067920617) + t276;
     // factors of the mass matrix
     t278 = R::fused(-t207, t208, t277);
     t279 = R::fused(-t222, t223, t278);
@@ -475,7 +475,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t342 = t341 + t130;
     t343 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t344 = t335 + t340;
-    t345 = R::constant(0.06544947833300001) - t344;
+    t345 = R::constant(0.065449478333) - t344;
     t346 = t342 + t345; // right_lower_leg: sums of what it carries
     t347 = t343 * t346; // right_lower_leg: sums of what it carries
     t348 = t288 * t334;
@@ -490,7 +490,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t356 = t355 + t183;
     t357 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t358 = t345 - t354;
-    t359 = R::constant(0.23740175003000002) + t358;
+    t359 = R::constant(0.23740175003) + t358;
     t360 = t356 + t359; // right_upper_leg: sums of what it carries
     t361 = t357 * t360; // right_upper_leg: sums of what it carries
     t362 = t351 * t343;
@@ -502,7 +502,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t367 = t365 * t366;
     t368 = R::fused(R::constant(-2.0), t367, t361);
     t369 = t356 - t368;
-    t370 = R::constant(0.30679206170000006) + t369;
+    t370 = R::constant(0.3067920617) + t369;
     // factors of the mass matrix
     t371 = R::fused(-t300, t301, t370);
     t372 = R::fused(-t315, t316, t371);
@@ -560,7 +560,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t421 = R::fused(-t240, t420, t410);
     t422 = t266 - t275; // left_upper_leg: sums of what it carries
     t423 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
-    t424 = R::constant(0.30678206170000005) - t158; // left_upper_leg: sums of what it carries
+    t424 = R::constant(0.3067820617) - t158; // left_upper_leg: sums of what it carries
     // left_hip_roll_link: sums of what it carries
     t425 = t422 - t424;
     t426 = t423 * t425;
@@ -568,7 +568,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t428 = t404 * t427;
     t429 = R::fused(R::constant(2.0), t428, t426);
     t430 = t422 - t429;
-    t431 = R::constant(0.3068020617000001) - t430;
+    t431 = R::constant(0.3068020617) - t430;
     // factors of the mass matrix
     t432 = R::fused(-t385, t386, t431);
     t433 = R::fused(-t392, t393, t432);
@@ -627,7 +627,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t483 = R::fused(-t333, t482, t472);
     t484 = t359 - t368; // right_upper_leg: sums of what it carries
     t485 = sin_q_right_hip_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t486 = R::constant(0.30678206170000005) - t185; // right_upper_leg: sums of what it carries
+    t486 = R::constant(0.3067820617) - t185; // right_upper_leg: sums of what it carries
     // right_hip_roll_link: sums of what it carries
     t487 = t484 - t486;
     t488 = t485 * t487;
@@ -635,7 +635,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t490 = t466 * t489;
     t491 = R::fused(R::constant(2.0), t490, t488);
     t492 = t484 - t491;
-    t493 = R::constant(0.3068020617000001) - t492;
+    t493 = R::constant(0.3068020617) - t492;
     // factors of the mass matrix
     t494 = R::fused(-t447, t448, t493);
     t495 = R::fused(-t454, t455, t494);
@@ -731,7 +731,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t568 = R::fused(-t483, t567, t560);
     t569 = R::constant(0.15) * t381; // left_hip_yaw_link: sums of what it carries
     t570 = t431 - t569; // left_hip_yaw_link: sums of what it carries
-    t571 = R::constant(0.15445499999999998) + t570; // left_hip_yaw_link: sums of what it carries
+    t571 = R::constant(0.154455) + t570; // left_hip_yaw_link: sums of what it carries
     t572 = R::constant(0.15) * t443; // right_hip_yaw_link: sums of what it carries
     t573 = t493 + t572; // right_hip_yaw_link: sums of what it carries
     t574 = t571 + t573; // right_hip_yaw_link: sums of what it carries
@@ -887,7 +887,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t712 = R::fused(-t568, t711, t695);
     t713 = t424 + t429; // left_hip_roll_link: sums of what it carries
     t714 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
-    t715 = R::constant(0.30679206170000006) - t277; // left_hip_roll_link: sums of what it carries
+    t715 = R::constant(0.3067920617) - t277; // left_hip_roll_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
     t716 = t713 - t715;
     t717 = t714 * t716;
@@ -898,7 +898,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t722 = R::constant(1.3994107904) - t721;
     t723 = t486 + t491; // right_hip_roll_link: sums of what it carries
     t724 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t725 = R::constant(0.30679206170000006) - t370; // right_hip_roll_link: sums of what it carries
+    t725 = R::constant(0.3067920617) - t370; // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
     t726 = t723 - t725;
     t727 = t724 * t726;
@@ -3907,12 +3907,12 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t44 = t42 * t43;
     t45 = R::fused(R::constant(-2.0), t44, t41);
     t46 = t38 + t45;
-    t47 = R::constant(0.06544947833300001) - t46;
+    t47 = R::constant(0.065449478333) - t46;
     t48 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t49 = R::constant(0.00207575) - t45;
-    t50 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t50 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t51 = cos_q_left_ankle_pitch * t50;
-    t52 = R::fused(R::constant(0.017099999999999997), sin_q_left_ankle_pitch, t51);
+    t52 = R::fused(R::constant(0.0171), sin_q_left_ankle_pitch, t51);
     t53 = t52 * R::constant(0.546);
     t54 = t49 + t53;
     t55 = t54 + t47; // left_lower_leg: sums of what it carries
@@ -3921,18 +3921,18 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t58 = R::fused(R::constant(-2.0), t57, t42);
     t59 = R::fused(-t43, t40, t58);
     t60 = sin_q_left_ankle_pitch * t50;
-    t61 = R::fused(R::constant(-0.017099999999999997), cos_q_left_ankle_pitch, t60);
+    t61 = R::fused(R::constant(-0.0171), cos_q_left_ankle_pitch, t60);
     t62 = R::fused(R::constant(-0.273), t61, t59);
     // left_lower_leg: sums of what it carries
     t63 = sin_q_left_knee_pitch * cos_q_left_knee_pitch;
     t64 = t62 * t63;
     t65 = R::fused(R::constant(-2.0), t64, t56);
     t66 = t47 - t65;
-    t67 = R::constant(0.23740175003000002) + t66;
+    t67 = R::constant(0.23740175003) + t66;
     t68 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t69 = t54 - t65;
     t70 = sin_q_left_knee_pitch * t61;
-    t71 = R::constant(0.29034000000000004) + t52; // left_ankle: sums of what it carries
+    t71 = R::constant(0.29034) + t52; // left_ankle: sums of what it carries
     t72 = R::fused(cos_q_left_knee_pitch, t71, -t70);
     t73 = t72 * R::constant(0.63);
     t74 = t69 + t73;
@@ -3955,8 +3955,8 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t90 = t89 + t53; // left_ankle: sums of what it carries
     t91 = R::constant(0.06634781167) + t90; // left_ankle: sums of what it carries
     t92 = t91 + t73; // left_lower_leg: sums of what it carries
-    t93 = R::constant(0.24091175000000004) + t92; // left_lower_leg: sums of what it carries
-    t94 = R::constant(0.30678206170000005) - t93;
+    t93 = R::constant(0.24091175) + t92; // left_lower_leg: sums of what it carries
+    t94 = R::constant(0.3067820617) - t93;
     t95 = t86 - t94; // left_hip_roll_link: sums of what it carries
     t96 = t87 * t95; // left_hip_roll_link: sums of what it carries
     t97 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
@@ -3979,12 +3979,12 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t113 = t111 * t112;
     t114 = R::fused(R::constant(2.0), t113, t96);
     t115 = t86 - t114;
-    t116 = R::constant(0.3068020617000001) - t115;
+    t116 = R::constant(0.3068020617) - t115;
     t117 = cos_q_left_hip_pitch * t81; // left_upper_leg: sums of what it carries
     t118 = R::constant(0.8932) + t72; // left_lower_leg: sums of what it carries
     t119 = R::fused(sin_q_left_hip_pitch, t118, t117); // left_upper_leg: sums of what it carries
     t120 = sin_q_left_hip_yaw * t119; // left_hip_yaw_link: sums of what it carries
-    t121 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t121 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t122 = cos_q_left_hip_roll * t121;
     t123 = sin_q_left_hip_pitch * t81; // left_upper_leg: sums of what it carries
     t124 = R::fused(cos_q_left_hip_pitch, t118, -t123); // left_upper_leg: sums of what it carries
@@ -3993,7 +3993,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t127 = R::fused(R::constant(-0.075), t126, t116); // left_hip_yaw_link: mass matrix
     t128 = R::constant(0.15) * t126; // left_hip_yaw_link: sums of what it carries
     t129 = t116 - t128; // left_hip_yaw_link: sums of what it carries
-    t130 = R::constant(0.15445499999999998) + t129; // left_hip_yaw_link: sums of what it carries
+    t130 = R::constant(0.154455) + t129; // left_hip_yaw_link: sums of what it carries
     t131 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t132 = R::constant(0.00092625) * t131; // right_foot: sums of what it carries
     t133 = R::constant(0.00382375) + t132; // right_foot: sums of what it carries
@@ -4006,12 +4006,12 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t139 = t137 * t138;
     t140 = R::fused(R::constant(-2.0), t139, t136);
     t141 = t133 + t140;
-    t142 = R::constant(0.06544947833300001) - t141;
+    t142 = R::constant(0.065449478333) - t141;
     t143 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t144 = R::constant(0.00207575) - t140;
-    t145 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    t145 = R::constant(0.0285) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t146 = cos_q_right_ankle_pitch * t145;
-    t147 = R::fused(R::constant(0.017099999999999997), sin_q_right_ankle_pitch, t146);
+    t147 = R::fused(R::constant(0.0171), sin_q_right_ankle_pitch, t146);
     t148 = R::constant(0.546) * t147;
     t149 = t144 + t148;
     t150 = t149 + t142; // right_lower_leg: sums of what it carries
@@ -4020,18 +4020,18 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t153 = R::fused(R::constant(-2.0), t152, t137);
     t154 = R::fused(-t138, t135, t153);
     t155 = sin_q_right_ankle_pitch * t145;
-    t156 = R::fused(R::constant(-0.017099999999999997), cos_q_right_ankle_pitch, t155);
+    t156 = R::fused(R::constant(-0.0171), cos_q_right_ankle_pitch, t155);
     t157 = R::fused(R::constant(-0.273), t156, t154);
     // right_lower_leg: sums of what it carries
     t158 = sin_q_right_knee_pitch * cos_q_right_knee_pitch;
     t159 = t157 * t158;
     t160 = R::fused(R::constant(-2.0), t159, t151);
     t161 = t142 - t160;
-    t162 = R::constant(0.23740175003000002) + t161;
+    t162 = R::constant(0.23740175003) + t161;
     t163 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t164 = t149 - t160;
     t165 = sin_q_right_knee_pitch * t156;
-    t166 = R::constant(0.29034000000000004) + t147; // right_ankle: sums of what it carries
+    t166 = R::constant(0.29034) + t147; // right_ankle: sums of what it carries
     t167 = R::fused(cos_q_right_knee_pitch, t166, -t165);
     t168 = R::constant(0.63) * t167;
     t169 = t164 + t168;
@@ -4054,8 +4054,8 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t185 = t184 + t148; // right_ankle: sums of what it carries
     t186 = R::constant(0.06634781167) + t185; // right_ankle: sums of what it carries
     t187 = t186 + t168; // right_lower_leg: sums of what it carries
-    t188 = R::constant(0.24091175000000004) + t187; // right_lower_leg: sums of what it carries
-    t189 = R::constant(0.30678206170000005) - t188;
+    t188 = R::constant(0.24091175) + t187; // right_lower_leg: sums of what it carries
+    t189 = R::constant(0.3067820617) - t188;
     t190 = t181 - t189; // right_hip_roll_link: sums of what it carries
     t191 = t182 * t190; // right_hip_roll_link: sums of what it carries
     t192 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
@@ -4078,12 +4078,12 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t208 = t206 * t207;
     t209 = R::fused(R::constant(2.0), t208, t191);
     t210 = t181 - t209;
-    t211 = R::constant(0.3068020617000001) - t210;
+    t211 = R::constant(0.3068020617) - t210;
     t212 = cos_q_right_hip_pitch * t176; // right_upper_leg: sums of what it carries
     t213 = R::constant(0.8932) + t167; // right_lower_leg: sums of what it carries
     t214 = R::fused(sin_q_right_hip_pitch, t213, t212); // right_upper_leg: sums of what it carries
     t215 = sin_q_right_hip_yaw * t214; // right_hip_yaw_link: sums of what it carries
-    t216 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t216 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t217 = cos_q_right_hip_roll * t216;
     t218 = sin_q_right_hip_pitch * t176; // right_upper_leg: sums of what it carries
     t219 = R::fused(cos_q_right_hip_pitch, t213, -t218); // right_upper_leg: sums of what it carries
@@ -4263,7 +4263,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t367 = t366 * t334;
     t368 = R::fused(t330, t367, t363);
     t369 = t169 - t180; // right_upper_leg: sums of what it carries
-    t370 = R::constant(0.30679206170000006) + t369; // right_upper_leg: sums of what it carries
+    t370 = R::constant(0.3067920617) + t369; // right_upper_leg: sums of what it carries
     t371 = R::fused(-t351, t352, t370);
     t372 = R::fused(-t356, t357, t371);
     t373 = R::fused(-t361, t362, t372);
@@ -4716,8 +4716,8 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t770 = t476 * t438; // other
     t771 = R::fused(-t225, t508, t770); // other
     t772 = t74 - t85; // left_upper_leg: sums of what it carries
-    t773 = R::constant(0.30679206170000006) + t772; // left_upper_leg: sums of what it carries
-    t774 = R::constant(0.30679206170000006) - t773; // left_hip_roll_link: sums of what it carries
+    t773 = R::constant(0.3067920617) + t772; // left_upper_leg: sums of what it carries
+    t774 = R::constant(0.3067920617) - t773; // left_hip_roll_link: sums of what it carries
     t775 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t776 = t94 + t114; // left_hip_roll_link: sums of what it carries
     t777 = t776 - t774; // left_hip_yaw_link: sums of what it carries
@@ -4731,7 +4731,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t784 = t774 + t783;
     t785 = t784 + t128;
     t786 = R::constant(1.4977057904) - t785;
-    t787 = R::constant(0.30679206170000006) - t370; // right_hip_roll_link: sums of what it carries
+    t787 = R::constant(0.3067920617) - t370; // right_hip_roll_link: sums of what it carries
     t788 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t789 = t189 + t209; // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries

@@ -466,81 +466,81 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t318 = R::fused(-t25, R::constant(1.2449557904), t317);
     t319 = R::constant(1.3994107904) * a_base_angular_y;
     t320 = R::fused(t24, R::constant(1.3432507904), t319);
-    t321 = R::constant(0.15445499999999998) * a_base_angular_z;
-    t322 = R::fused(-t23, R::constant(0.09829500000000002), t321);
+    t321 = R::constant(0.154455) * a_base_angular_z;
+    t322 = R::fused(-t23, R::constant(0.098295), t321);
     t323 = R::fused(R::constant(-2.444), t20, t318);
     t324 = R::fused(R::constant(2.444), t19, t320);
     // right_hip_yaw_link: wrench that its motion needs
-    t325 = R::constant(0.30679206170000006) * t50;
-    t326 = R::fused(R::constant(0.3068020617000001), t56, t325);
-    t327 = R::constant(0.3068020617000001) * t52;
-    t328 = R::fused(R::constant(-0.30679206170000006), t54, t327);
+    t325 = R::constant(0.3067920617) * t50;
+    t326 = R::fused(R::constant(0.3068020617), t56, t325);
+    t327 = R::constant(0.3068020617) * t52;
+    t328 = R::fused(R::constant(-0.3067920617), t54, t327);
     // left_hip_yaw_link: wrench that its motion needs
-    t329 = R::constant(0.30679206170000006) * t72;
-    t330 = R::fused(R::constant(0.3068020617000001), t78, t329);
-    t331 = R::constant(0.3068020617000001) * t74;
-    t332 = R::fused(R::constant(-0.30679206170000006), t76, t331);
+    t329 = R::constant(0.3067920617) * t72;
+    t330 = R::fused(R::constant(0.3068020617), t78, t329);
+    t331 = R::constant(0.3068020617) * t74;
+    t332 = R::fused(R::constant(-0.3067920617), t76, t331);
     // right_hip_roll_link: wrench that its motion needs
-    t333 = R::constant(0.30679206170000006) * t93;
-    t334 = R::fused(R::constant(-0.30678206170000005), t97, t333);
-    t335 = R::constant(0.30678206170000005) * t91;
-    t336 = R::fused(R::constant(0.30679206170000006), t96, t335);
+    t333 = R::constant(0.3067920617) * t93;
+    t334 = R::fused(R::constant(-0.3067820617), t97, t333);
+    t335 = R::constant(0.3067820617) * t91;
+    t336 = R::fused(R::constant(0.3067920617), t96, t335);
     // left_hip_roll_link: wrench that its motion needs
-    t337 = R::constant(0.30679206170000006) * t112;
-    t338 = R::fused(R::constant(-0.30678206170000005), t116, t337);
-    t339 = R::constant(0.30678206170000005) * t110;
-    t340 = R::fused(R::constant(0.30679206170000006), t115, t339);
+    t337 = R::constant(0.3067920617) * t112;
+    t338 = R::fused(R::constant(-0.3067820617), t116, t337);
+    t339 = R::constant(0.3067820617) * t110;
+    t340 = R::fused(R::constant(0.3067920617), t115, t339);
     // right_upper_leg: wrench that its motion needs
-    t341 = t136 * R::constant(0.47831350003000006);
-    t342 = R::constant(0.24091175000000004) * t131;
-    t343 = R::fused(R::constant(0.23740175003000002), t135, t342);
-    t344 = R::constant(0.23740175003000002) * t130;
-    t345 = R::fused(R::constant(-0.24091175000000004), t134, t344);
+    t341 = t136 * R::constant(0.47831350003);
+    t342 = R::constant(0.24091175) * t131;
+    t343 = R::fused(R::constant(0.23740175003), t135, t342);
+    t344 = R::constant(0.23740175003) * t130;
+    t345 = R::fused(R::constant(-0.24091175), t134, t344);
     t346 = R::fused(R::constant(-0.8932), t88, t341);
     t347 = R::fused(R::constant(-0.8932), t128, t343);
     // left_upper_leg: wrench that its motion needs
-    t348 = t159 * R::constant(0.47831350003000006);
-    t349 = R::constant(0.24091175000000004) * t154;
-    t350 = R::fused(R::constant(0.23740175003000002), t158, t349);
-    t351 = R::constant(0.23740175003000002) * t153;
-    t352 = R::fused(R::constant(-0.24091175000000004), t157, t351);
+    t348 = t159 * R::constant(0.47831350003);
+    t349 = R::constant(0.24091175) * t154;
+    t350 = R::fused(R::constant(0.23740175003), t158, t349);
+    t351 = R::constant(0.23740175003) * t153;
+    t352 = R::fused(R::constant(-0.24091175), t157, t351);
     t353 = R::fused(R::constant(-0.8932), t107, t348);
     t354 = R::fused(R::constant(-0.8932), t151, t350);
     // right_lower_leg: wrench that its motion needs
     t355 = t185 * R::constant(0.131797290003);
     t356 = R::constant(0.06634781167) * t180;
-    t357 = R::fused(R::constant(0.06544947833300001), t184, t356);
-    t358 = R::constant(0.06544947833300001) * t179;
+    t357 = R::fused(R::constant(0.065449478333), t184, t356);
+    t358 = R::constant(0.065449478333) * t179;
     t359 = R::fused(R::constant(-0.06634781167), t183, t358);
-    t360 = R::fused(R::constant(-0.29034000000000004), t164, t355);
-    t361 = R::fused(R::constant(-0.29034000000000004), t177, t357);
+    t360 = R::fused(R::constant(-0.29034), t164, t355);
+    t361 = R::fused(R::constant(-0.29034), t177, t357);
     // left_lower_leg: wrench that its motion needs
     t362 = t211 * R::constant(0.131797290003);
     t363 = R::constant(0.06634781167) * t206;
-    t364 = R::fused(R::constant(0.06544947833300001), t210, t363);
-    t365 = R::constant(0.06544947833300001) * t205;
+    t364 = R::fused(R::constant(0.065449478333), t210, t363);
+    t365 = R::constant(0.065449478333) * t205;
     t366 = R::fused(R::constant(-0.06634781167), t209, t365);
-    t367 = R::fused(R::constant(-0.29034000000000004), t190, t362);
-    t368 = R::fused(R::constant(-0.29034000000000004), t203, t364);
+    t367 = R::fused(R::constant(-0.29034), t190, t362);
+    t368 = R::fused(R::constant(-0.29034), t203, t364);
     // right_ankle: wrench that its motion needs
-    t369 = R::constant(0.017099999999999997) * t238;
+    t369 = R::constant(0.0171) * t238;
     t370 = R::constant(0.00383375) * t232;
     t371 = R::fused(R::constant(-0.00382375), t235, t370);
     t372 = R::constant(0.00382375) * t231;
     t373 = R::fused(R::constant(0.00383375), t234, t372);
-    t374 = R::fused(R::constant(0.017099999999999997), t227, t371);
-    t375 = R::fused(R::constant(-0.017099999999999997), t216, t373);
+    t374 = R::fused(R::constant(0.0171), t227, t371);
+    t375 = R::fused(R::constant(-0.0171), t216, t373);
     // left_ankle: wrench that its motion needs
-    t376 = R::constant(0.017099999999999997) * t264;
+    t376 = R::constant(0.0171) * t264;
     t377 = R::constant(0.00383375) * t258;
     t378 = R::fused(R::constant(-0.00382375), t261, t377);
     t379 = R::constant(0.00382375) * t257;
     t380 = R::fused(R::constant(0.00383375), t260, t379);
-    t381 = R::fused(R::constant(0.017099999999999997), t253, t378);
-    t382 = R::fused(R::constant(-0.017099999999999997), t242, t380);
+    t381 = R::fused(R::constant(0.0171), t253, t378);
+    t382 = R::fused(R::constant(-0.0171), t242, t380);
     // right_foot: wrench that its motion needs
-    t383 = R::constant(0.028499999999999998) * t287;
-    t384 = R::constant(0.028499999999999998) * t288;
+    t383 = R::constant(0.0285) * t287;
+    t384 = R::constant(0.0285) * t288;
     t385 = R::constant(0.00207575) * t279;
     t386 = R::fused(R::constant(-0.00092625), t284, t385);
     t387 = R::fused(R::constant(-0.000855), t286, t386);
@@ -550,11 +550,11 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t391 = R::fused(R::constant(0.000855), t390, t389);
     t392 = t282 * R::constant(0.0011495);
     t393 = R::fused(R::constant(0.000855), t287, t392);
-    t394 = R::fused(R::constant(0.028499999999999998), t276, t387);
-    t395 = R::fused(R::constant(-0.028499999999999998), t229, t391);
+    t394 = R::fused(R::constant(0.0285), t276, t387);
+    t395 = R::fused(R::constant(-0.0285), t229, t391);
     // left_foot: wrench that its motion needs
-    t396 = R::constant(0.028499999999999998) * t309;
-    t397 = R::constant(0.028499999999999998) * t310;
+    t396 = R::constant(0.0285) * t309;
+    t397 = R::constant(0.0285) * t310;
     t398 = R::constant(0.00207575) * t301;
     t399 = R::fused(R::constant(-0.00092625), t306, t398);
     t400 = R::fused(R::constant(-0.000855), t308, t399);
@@ -564,8 +564,8 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t404 = R::fused(R::constant(0.000855), t403, t402);
     t405 = t304 * R::constant(0.0011495);
     t406 = R::fused(R::constant(0.000855), t309, t405);
-    t407 = R::fused(R::constant(0.028499999999999998), t298, t400);
-    t408 = R::fused(R::constant(-0.028499999999999998), t255, t404);
+    t407 = R::fused(R::constant(0.0285), t298, t400);
+    t408 = R::fused(R::constant(-0.0285), t255, t404);
     // left_foot: wrench handed to its parent
     t409 = cos_q_left_ankle_roll * t396;
     t410 = R::fused(sin_q_left_ankle_roll, t397, t409);
@@ -575,10 +575,10 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t414 = R::fused(-sin_q_left_ankle_roll, t406, t413);
     t415 = sin_q_left_ankle_roll * t408;
     t416 = R::fused(cos_q_left_ankle_roll, t406, t415);
-    t417 = R::fused(R::constant(-0.028499999999999998), t307, t376);
-    t418 = R::fused(R::constant(0.017099999999999997), t265, -t410);
-    t419 = R::fused(R::constant(0.017099999999999997), t266, -t412);
-    t420 = R::fused(t263, R::constant(0.000010000000000000026), -t407);
+    t417 = R::fused(R::constant(-0.0285), t307, t376);
+    t418 = R::fused(R::constant(0.0171), t265, -t410);
+    t419 = R::fused(R::constant(0.0171), t266, -t412);
+    t420 = R::fused(t263, R::constant(0.00001), -t407);
     t421 = t381 + t414;
     t422 = t382 - t416;
     // right_foot: wrench handed to its parent
@@ -590,10 +590,10 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t428 = R::fused(-sin_q_right_ankle_roll, t393, t427);
     t429 = sin_q_right_ankle_roll * t395;
     t430 = R::fused(cos_q_right_ankle_roll, t393, t429);
-    t431 = R::fused(R::constant(-0.028499999999999998), t285, t369);
-    t432 = R::fused(R::constant(0.017099999999999997), t239, -t424);
-    t433 = R::fused(R::constant(0.017099999999999997), t240, -t426);
-    t434 = R::fused(t237, R::constant(0.000010000000000000026), -t394);
+    t431 = R::fused(R::constant(-0.0285), t285, t369);
+    t432 = R::fused(R::constant(0.0171), t239, -t424);
+    t433 = R::fused(R::constant(0.0171), t240, -t426);
+    t434 = R::fused(t237, R::constant(0.00001), -t394);
     t435 = t374 + t428;
     t436 = t375 - t430;
     // left_ankle: wrench handed to its parent
@@ -605,9 +605,9 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t442 = R::fused(-sin_q_left_ankle_pitch, t420, t441);
     t443 = sin_q_left_ankle_pitch * t422;
     t444 = R::fused(cos_q_left_ankle_pitch, t420, t443);
-    t445 = R::fused(R::constant(0.29034000000000004), t212, t440);
-    t446 = R::fused(R::constant(0.29034000000000004), t213, -t418);
-    t447 = R::fused(R::constant(0.29034000000000004), t214, t438);
+    t445 = R::fused(R::constant(0.29034), t212, t440);
+    t446 = R::fused(R::constant(0.29034), t213, -t418);
+    t447 = R::fused(R::constant(0.29034), t214, t438);
     t448 = t367 + t444;
     t449 = t368 + t421;
     t450 = t366 - t442;
@@ -622,9 +622,9 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t458 = R::fused(-sin_q_right_ankle_pitch, t434, t457);
     t459 = sin_q_right_ankle_pitch * t436;
     t460 = R::fused(cos_q_right_ankle_pitch, t434, t459);
-    t461 = R::fused(R::constant(0.29034000000000004), t186, t456);
-    t462 = R::fused(R::constant(0.29034000000000004), t187, -t432);
-    t463 = R::fused(R::constant(0.29034000000000004), t188, t454);
+    t461 = R::fused(R::constant(0.29034), t186, t456);
+    t462 = R::fused(R::constant(0.29034), t187, -t432);
+    t463 = R::fused(R::constant(0.29034), t188, t454);
     t464 = t360 + t460;
     t465 = t361 + t435;
     t466 = t359 - t458;
@@ -675,7 +675,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t508 = R::fused(-cos_q_left_hip_pitch, t483, t507);
     t509 = t338 - t508;
     t510 = t340 - t484;
-    t511 = R::fused(t114, R::constant(0.6135741234000001), -t506);
+    t511 = R::fused(t114, R::constant(0.6135741234), -t506);
     let (
         t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529,
         t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547,
@@ -694,7 +694,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t519 = R::fused(-cos_q_right_hip_pitch, t499, t518);
     t520 = t334 - t519;
     t521 = t336 - t500;
-    t522 = R::fused(t95, R::constant(0.6135741234000001), -t517);
+    t522 = R::fused(t95, R::constant(0.6135741234), -t517);
     // left_hip_roll_link: wrench handed to its parent
     t523 = cos_q_left_hip_roll * t478;
     t524 = R::fused(sin_q_left_hip_roll, t502, t523);
@@ -705,7 +705,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t529 = sin_q_left_hip_roll * t510;
     t530 = R::fused(cos_q_left_hip_roll, t511, t529);
     t531 = t330 - t509;
-    t532 = R::fused(t77, R::constant(0.6135941234000002), -t528);
+    t532 = R::fused(t77, R::constant(0.6135941234), -t528);
     t533 = t332 + t530;
     // right_hip_roll_link: wrench handed to its parent
     t534 = cos_q_right_hip_roll * t494;
@@ -717,7 +717,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t540 = sin_q_right_hip_roll * t521;
     t541 = R::fused(cos_q_right_hip_roll, t522, t540);
     t542 = t326 - t520;
-    t543 = R::fused(t55, R::constant(0.6135941234000002), -t539);
+    t543 = R::fused(t55, R::constant(0.6135941234), -t539);
     t544 = t328 + t541;
     // left_hip_yaw_link: wrench handed to its parent
     t545 = cos_q_left_hip_yaw * t504;

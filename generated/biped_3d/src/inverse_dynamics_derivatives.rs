@@ -146,44 +146,44 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t6 = q_base_qy * R::constant(2.0);
     t7 = R::fused(q_base_qy, t6, t5);
     t8 = R::constant(1.0) - t7;
-    t9 = t8 * R::constant(186.39000000000001); // torso: answer of the forces to its motion
+    t9 = t8 * R::constant(186.39); // torso: answer of the forces to its motion
     t10 = q_base_qz * R::constant(2.0);
     t11 = q_base_qy * t10;
     t12 = R::fused(q_base_qw, t4, t11);
-    t13 = t12 * R::constant(186.39000000000001); // torso: answer of the forces to its motion
+    t13 = t12 * R::constant(186.39); // torso: answer of the forces to its motion
     t14 = -t13; // torso: answer of the forces to its motion
     t15 = R::constant(9.81) * t12;
-    t16 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t16 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t17 = sin_t3 * t16; // left_ankle: sums of what it carries
-    t18 = R::fused(R::constant(-0.017099999999999997), cos_t3, t17); // left_ankle: sums of what it carries
-    t19 = R::constant(0.29034000000000004) * sin_t1; // left_lower_leg: sums of what it carries
+    t18 = R::fused(R::constant(-0.0171), cos_t3, t17); // left_ankle: sums of what it carries
+    t19 = R::constant(0.29034) * sin_t1; // left_lower_leg: sums of what it carries
     t20 = t18 + t19; // left_lower_leg: sums of what it carries
     t21 = R::constant(0.8932) * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t22 = t20 + t21; // left_upper_leg: sums of what it carries
     t23 = sin_q_left_hip_yaw * t22; // left_hip_yaw_link: sums of what it carries
-    t24 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t24 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t25 = cos_q_left_hip_roll * t24; // left_hip_roll_link: sums of what it carries
     t26 = cos_t3 * t16; // left_ankle: sums of what it carries
-    t27 = R::fused(R::constant(0.017099999999999997), sin_t3, t26); // left_ankle: sums of what it carries
-    t28 = R::constant(0.29034000000000004) * cos_t1; // left_lower_leg: sums of what it carries
+    t27 = R::fused(R::constant(0.0171), sin_t3, t26); // left_ankle: sums of what it carries
+    t28 = R::constant(0.29034) * cos_t1; // left_lower_leg: sums of what it carries
     t29 = t27 + t28; // left_lower_leg: sums of what it carries
     t30 = R::constant(0.8932) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t31 = t29 + t30; // left_upper_leg: sums of what it carries
     t32 = R::fused(sin_q_left_hip_roll, t31, t25); // left_hip_roll_link: sums of what it carries
     t33 = R::fused(-cos_q_left_hip_yaw, t32, t23); // left_hip_yaw_link: sums of what it carries
-    t34 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    t34 = R::constant(0.0285) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t35 = sin_t2 * t34; // right_ankle: sums of what it carries
-    t36 = R::fused(R::constant(-0.017099999999999997), cos_t2, t35); // right_ankle: sums of what it carries
-    t37 = R::constant(0.29034000000000004) * sin_t0; // right_lower_leg: sums of what it carries
+    t36 = R::fused(R::constant(-0.0171), cos_t2, t35); // right_ankle: sums of what it carries
+    t37 = R::constant(0.29034) * sin_t0; // right_lower_leg: sums of what it carries
     t38 = t36 + t37; // right_lower_leg: sums of what it carries
     t39 = R::constant(0.8932) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t40 = t38 + t39; // right_upper_leg: sums of what it carries
     t41 = sin_q_right_hip_yaw * t40; // right_hip_yaw_link: sums of what it carries
-    t42 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t42 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t43 = cos_q_right_hip_roll * t42; // right_hip_roll_link: sums of what it carries
     t44 = cos_t2 * t34; // right_ankle: sums of what it carries
-    t45 = R::fused(R::constant(0.017099999999999997), sin_t2, t44); // right_ankle: sums of what it carries
-    t46 = R::constant(0.29034000000000004) * cos_t0; // right_lower_leg: sums of what it carries
+    t45 = R::fused(R::constant(0.0171), sin_t2, t44); // right_ankle: sums of what it carries
+    t46 = R::constant(0.29034) * cos_t0; // right_lower_leg: sums of what it carries
     t47 = t45 + t46; // right_lower_leg: sums of what it carries
     t48 = R::constant(0.8932) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t49 = t47 + t48; // right_upper_leg: sums of what it carries
@@ -297,7 +297,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t146 = -t9; // torso: answer of the forces to its motion
     t147 = q_base_qx * t10; // torso: motion
     t148 = R::fused(-q_base_qw, t6, t147); // torso: motion
-    t149 = t148 * R::constant(186.39000000000001); // torso: answer of the forces to its motion
+    t149 = t148 * R::constant(186.39); // torso: answer of the forces to its motion
     t150 = R::constant(9.81) * t148; // torso: motion
     // torso: answer of the forces to its motion
     t151 = t150 * t52;
@@ -469,7 +469,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t288 = a_right_ankle_pitch + t287; // right_ankle: motion
     t289 = t252 * t279; // right_ankle: motion
     t290 = t288 + t289; // right_ankle: motion
-    t291 = R::fused(R::constant(0.017099999999999997), t290, t283); // right_ankle: sums of what it carries
+    t291 = R::fused(R::constant(0.0171), t290, t283); // right_ankle: sums of what it carries
     t292 = sin_t2 * t291; // right_ankle: sums of what it carries
     t293 = cos_t2 * t265; // right_ankle: motion
     t294 = R::fused(sin_t2, t272, t293); // right_ankle: motion
@@ -483,7 +483,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t302 = R::fused(t301, t34, t298); // right_foot: sums of what it carries
     t303 = t252 * t252; // right_ankle: motion
     t304 = t277 + t303; // right_ankle: motion
-    t305 = R::fused(R::constant(0.017099999999999997), t304, t302); // right_ankle: sums of what it carries
+    t305 = R::fused(R::constant(0.0171), t304, t302); // right_ankle: sums of what it carries
     t306 = R::fused(cos_t2, t305, t292); // right_ankle: sums of what it carries
     t307 = t247 * t247; // right_hip_roll_link: motion
     t308 = t244 * t244; // right_lower_leg: motion
@@ -505,7 +505,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t324 = t253 + t274; // right_foot: motion
     t325 = R::fused(-t324, t34, t323); // right_foot: sums of what it carries
     t326 = R::fused(t245, t279, t294); // right_ankle: motion
-    t327 = R::fused(R::constant(-0.017099999999999997), t326, t325); // right_ankle: sums of what it carries
+    t327 = R::fused(R::constant(-0.0171), t326, t325); // right_ankle: sums of what it carries
     t328 = t251 * t244; // right_lower_leg: motion
     t329 = t264 - t328; // right_lower_leg: motion
     t330 = t329 * t37; // right_lower_leg: sums of what it carries
@@ -541,13 +541,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t360 = v_base_angular_x * v_base_angular_x; // torso: motion
     t361 = R::fused(v_base_angular_y, v_base_angular_y, t360); // torso: motion
     t362 = R::fused(t361, t51, t359); // right_hip_yaw_link: answer of the forces to its motion
-    t363 = cos_q_right_ankle_roll * R::constant(0.056999999999999995); // right_foot: sums of what it carries
+    t363 = cos_q_right_ankle_roll * R::constant(0.057); // right_foot: sums of what it carries
     t364 = t280 * t363; // right_foot: sums of what it carries
-    t365 = R::fused(-t252, R::constant(0.034199999999999994), t364); // right_ankle: sums of what it carries
+    t365 = R::fused(-t252, R::constant(0.0342), t364); // right_ankle: sums of what it carries
     // right_lower_leg: sums of what it carries
-    t366 = sin_t0 * R::constant(0.5806800000000001);
+    t366 = sin_t0 * R::constant(0.58068);
     t367 = t247 * t366;
-    t368 = cos_t0 * R::constant(0.5806800000000001);
+    t368 = cos_t0 * R::constant(0.58068);
     t369 = R::fused(-t251, t368, t367);
     t370 = t365 + t369;
     // right_upper_leg: sums of what it carries
@@ -557,9 +557,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t374 = R::fused(-t251, t373, t372);
     t375 = t370 + t374;
     t376 = sin_q_right_hip_roll * t375; // right_hip_roll_link: sums of what it carries
-    t377 = sin_q_right_ankle_roll * R::constant(0.056999999999999995); // right_foot: sums of what it carries
+    t377 = sin_q_right_ankle_roll * R::constant(0.057); // right_foot: sums of what it carries
     t378 = t280 * t377; // right_foot: sums of what it carries
-    t379 = R::fused(-t245, R::constant(0.034199999999999994), t378); // right_ankle: sums of what it carries
+    t379 = R::fused(-t245, R::constant(0.0342), t378); // right_ankle: sums of what it carries
     t380 = cos_t2 * t379; // right_ankle: sums of what it carries
     t381 = t245 * t363; // right_foot: sums of what it carries
     t382 = R::fused(-t252, t377, t381); // right_foot: sums of what it carries
@@ -665,7 +665,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t477 = t329 * t455;
     t478 = R::fused(-t332, t457, t477);
     t479 = t476 + t478;
-    t480 = R::fused(R::constant(-0.017099999999999997), t479, t471); // right_ankle: sums of what it carries
+    t480 = R::fused(R::constant(-0.0171), t479, t471); // right_ankle: sums of what it carries
     t481 = t470 + t480; // right_ankle: sums of what it carries
     t482 = sin_t2 * t481; // right_ankle: sums of what it carries
     // right_foot: sums of what it carries
@@ -685,7 +685,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t496 = R::fused(-t479, t34, t495);
     t497 = t492 + t496;
     t498 = t273 - t253; // right_ankle: motion
-    t499 = R::fused(-t498, R::constant(0.000004999999999999796), t497); // right_ankle: sums of what it carries
+    t499 = R::fused(-t498, R::constant(0.000005), t497); // right_ankle: sums of what it carries
     t500 = R::fused(cos_t2, t499, t482); // right_ankle: sums of what it carries
     t501 = R::fused(-t457, t327, t500); // right_ankle: sums of what it carries
     // right_lower_leg: sums of what it carries
@@ -701,8 +701,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t511 = R::fused(-t452, t334, t510);
     // right_upper_leg: sums of what it carries
     t512 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
-    t513 = R::constant(0.23740175003000002) * t512;
-    t514 = R::constant(0.23915675001500003) - t513;
+    t513 = R::constant(0.23740175003) * t512;
+    t514 = R::constant(0.239156750015) - t513;
     t515 = t339 * t514;
     let (
         t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533,
@@ -722,16 +722,16 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
         t768, t769, t770, t771,
     );
     t516 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
-    t517 = R::constant(0.23740175003000002) * t516;
+    t517 = R::constant(0.23740175003) * t516;
     t518 = R::fused(-t336, t517, t515);
     t519 = R::fused(-t473, t48, t518);
     t520 = t511 + t519;
-    t521 = t269 * R::constant(0.0017316666834999717); // right_hip_roll_link: sums of what it carries
+    t521 = t269 * R::constant(0.0017316666835); // right_hip_roll_link: sums of what it carries
     t522 = t242 * t247; // right_hip_roll_link: motion
-    t523 = R::fused(-t522, R::constant(0.0017216666834999617), t521); // right_hip_roll_link: sums of what it carries
+    t523 = R::fused(-t522, R::constant(0.0017216666835), t521); // right_hip_roll_link: sums of what it carries
     t524 = t520 + t523; // right_hip_roll_link: sums of what it carries
     t525 = R::fused(-t241, t239, t268); // right_hip_yaw_link: motion
-    t526 = R::fused(t525, R::constant(0.0000050000000000050004), t524); // right_hip_yaw_link: sums of what it carries
+    t526 = R::fused(t525, R::constant(0.000005), t524); // right_hip_yaw_link: sums of what it carries
     t527 = sin_q_right_hip_yaw * t526; // right_hip_yaw_link: sums of what it carries
     // right_foot: sums of what it carries
     t528 = t301 * t484;
@@ -741,16 +741,16 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t532 = R::fused(t417, t531, t530);
     t533 = R::fused(t469, t34, t532);
     // right_ankle: sums of what it carries
-    t534 = t288 * R::constant(0.0032589999999999997);
+    t534 = t288 * R::constant(0.003259);
     t535 = R::fused(t289, R::constant(0.003249), t534);
-    t536 = R::fused(R::constant(-0.017099999999999997), t494, t535);
+    t536 = R::fused(R::constant(-0.0171), t494, t535);
     t537 = t533 + t536;
     t538 = t457 * t306;
     t539 = R::fused(-t455, t344, t538);
     t540 = t537 + t539;
     // right_lower_leg: sums of what it carries
     t541 = R::constant(0.06634781167) * t287;
-    t542 = R::constant(0.00044916666849999926) + t503;
+    t542 = R::constant(0.0004491666685) + t503;
     t543 = t504 - t542;
     t544 = R::fused(t311, t543, t541);
     t545 = t347 - t307;
@@ -763,8 +763,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t552 = R::fused(-t450, t350, t551);
     t553 = t550 + t552;
     // right_upper_leg: sums of what it carries
-    t554 = R::constant(0.24091175000000004) * t286;
-    t555 = R::constant(0.0017549999850000053) + t513;
+    t554 = R::constant(0.24091175) * t286;
+    t555 = R::constant(0.001754999985) + t513;
     t556 = t514 - t555;
     t557 = R::fused(t311, t556, t554);
     t558 = R::fused(t545, t517, t557);
@@ -773,7 +773,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t561 = t558 - t560;
     t562 = t553 + t561;
     t563 = t285 - t311; // right_hip_roll_link: motion
-    t564 = R::fused(-t563, R::constant(0.0000050000000000050004), t562); // right_hip_roll_link: sums of what it carries
+    t564 = R::fused(-t563, R::constant(0.000005), t562); // right_hip_roll_link: sums of what it carries
     t565 = cos_q_right_hip_roll * t564; // right_hip_roll_link: sums of what it carries
     t566 = cos_t2 * t481; // right_ankle: sums of what it carries
     t567 = R::fused(-sin_t2, t499, t566); // right_ankle: sums of what it carries
@@ -790,20 +790,20 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t576 = R::fused(t473, t39, t575);
     t577 = t573 + t576;
     t578 = R::fused(t251, t242, t262); // right_hip_roll_link: motion
-    t579 = R::fused(t578, R::constant(0.0017266666834999667), t577); // right_hip_roll_link: sums of what it carries
+    t579 = R::fused(t578, R::constant(0.0017266666835), t577); // right_hip_roll_link: sums of what it carries
     t580 = R::fused(-sin_q_right_hip_roll, t579, t565); // right_hip_roll_link: sums of what it carries
     t581 = R::fused(t241, t250, t257); // right_hip_yaw_link: motion
-    t582 = R::fused(-t581, R::constant(0.000010000000000065512), t580); // right_hip_yaw_link: sums of what it carries
+    t582 = R::fused(-t581, R::constant(0.00001), t580); // right_hip_yaw_link: sums of what it carries
     t583 = R::fused(cos_q_right_hip_yaw, t582, t527); // right_hip_yaw_link: sums of what it carries
     // right_ankle: sums of what it carries
     t584 = R::constant(0.003254) + t415;
-    t585 = R::constant(0.0020807499999999997) - t584;
+    t585 = R::constant(0.00208075) - t584;
     t586 = sin_t2 * sin_t2;
     t587 = t585 * t586;
     t588 = cos_q_right_ankle_roll * R::constant(0.00171); // right_foot: sums of what it carries
     t589 = sin_t2 * cos_t2;
     t590 = R::fused(-t588, t589, t587);
-    t591 = R::constant(0.0020807499999999997) - t590;
+    t591 = R::constant(0.00208075) - t590;
     t592 = t457 * t45;
     t593 = R::constant(2.0) * t592;
     t594 = t591 + t593;
@@ -813,10 +813,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t597 = R::constant(2.0) * t596;
     t598 = t595 + t597;
     t599 = t598 + t514; // right_upper_leg: sums of what it carries
-    t600 = R::constant(0.0017316666834999717) + t599; // right_hip_roll_link: sums of what it carries
-    t601 = R::constant(0.0000050000000000050004) + t600; // right_hip_yaw_link: sums of what it carries
+    t600 = R::constant(0.0017316666835) + t599; // right_hip_roll_link: sums of what it carries
+    t601 = R::constant(0.000005) + t600; // right_hip_yaw_link: sums of what it carries
     // right_ankle: sums of what it carries
-    t602 = R::constant(0.0032589999999999997) + t484;
+    t602 = R::constant(0.003259) + t484;
     t603 = t455 * t36;
     t604 = R::constant(2.0) * t603;
     t605 = t604 + t593;
@@ -827,15 +827,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t609 = R::constant(2.0) * t608;
     t610 = t609 + t597;
     t611 = t607 + t610;
-    t612 = R::constant(0.24091175000000004) + t611; // right_upper_leg: sums of what it carries
-    t613 = R::constant(0.0000050000000000050004) + t612; // right_hip_roll_link: sums of what it carries
+    t612 = R::constant(0.24091175) + t611; // right_upper_leg: sums of what it carries
+    t613 = R::constant(0.000005) + t612; // right_hip_roll_link: sums of what it carries
     t614 = t584 + t590; // right_ankle: sums of what it carries
     t615 = t614 + t604; // right_ankle: sums of what it carries
     t616 = t615 + t542;
     t617 = t616 + t609;
     t618 = t617 + t555; // right_upper_leg: sums of what it carries
     // right_hip_roll_link: sums of what it carries
-    t619 = R::constant(0.0017266666834999667) + t618;
+    t619 = R::constant(0.0017266666835) + t618;
     t620 = t613 - t619;
     t621 = sin_q_right_hip_roll * sin_q_right_hip_roll;
     t622 = t620 * t621;
@@ -848,7 +848,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t629 = R::fused(t623, t628, t622);
     t630 = t613 - t629;
     // right_hip_yaw_link: sums of what it carries
-    t631 = R::constant(0.000010000000000065512) + t630;
+    t631 = R::constant(0.00001) + t630;
     t632 = t601 - t631;
     t633 = sin_q_right_hip_yaw * sin_q_right_hip_yaw;
     t634 = t632 * t633;
@@ -902,7 +902,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t679 = t252 * t674;
     t680 = R::constant(2.0) * t484;
     t681 = R::fused(-t245, t680, t679);
-    t682 = R::fused(-t245, R::constant(0.000009999999999999593), t681); // right_ankle: sums of what it carries
+    t682 = R::fused(-t245, R::constant(0.00001), t681); // right_ankle: sums of what it carries
     t683 = t280 * t670;
     // right_ankle: sums of what it carries
     t684 = R::fused(-t245, R::constant(0.006508), t683);
@@ -935,7 +935,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t710 = t47 * t709;
     t711 = t707 - t710;
     t712 = t703 - t711;
-    t713 = R::constant(0.47480350006000005) * t516; // right_upper_leg: sums of what it carries
+    t713 = R::constant(0.47480350006) * t516; // right_upper_leg: sums of what it carries
     t714 = t243 * t713; // right_upper_leg: sums of what it carries
     t715 = t712 + t714; // right_upper_leg: sums of what it carries
     t716 = t671 - t675; // right_foot: sums of what it carries
@@ -972,7 +972,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t743 = t621 * t742; // right_hip_roll_link: sums of what it carries
     t744 = t252 * t588; // right_foot: sums of what it carries
     t745 = R::fused(-t280, t680, t744); // right_foot: sums of what it carries
-    t746 = R::fused(-t279, R::constant(0.000009999999999999593), t745); // right_ankle: sums of what it carries
+    t746 = R::fused(-t279, R::constant(0.00001), t745); // right_ankle: sums of what it carries
     t747 = cos_t2 * t746; // right_ankle: sums of what it carries
     t748 = t280 * t588; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
@@ -994,7 +994,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t762 = R::constant(2.0) * t514;
     t763 = R::fused(-t251, t762, t761);
     t764 = t760 - t763;
-    t765 = R::fused(t251, R::constant(0.000010000000000010001), t764); // right_hip_roll_link: sums of what it carries
+    t765 = R::fused(t251, R::constant(0.00001), t764); // right_hip_roll_link: sums of what it carries
     t766 = t245 * t670; // right_foot: sums of what it carries
     t767 = R::constant(2.0) * t415; // right_foot: sums of what it carries
     t768 = R::fused(-t280, t767, t766); // right_foot: sums of what it carries
@@ -1022,7 +1022,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t773 = R::fused(-t42, t695, t772); // right_ankle: sums of what it carries
     t774 = R::fused(-t42, t709, t773); // right_lower_leg: sums of what it carries
     // right_hip_roll_link: sums of what it carries
-    t775 = R::fused(t251, R::constant(0.0034533333669999333), t774);
+    t775 = R::fused(t251, R::constant(0.003453333367), t774);
     t776 = t765 - t775;
     t777 = R::fused(-t623, t776, t743);
     t778 = t732 - t777;
@@ -1032,7 +1032,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t782 = R::fused(-cos_t2, t771, t781); // right_ankle: sums of what it carries
     t783 = R::fused(t42, t721, t782); // right_ankle: sums of what it carries
     t784 = R::fused(t42, t729, t783); // right_lower_leg: sums of what it carries
-    t785 = R::fused(-t247, R::constant(0.0034533333669999333), t784);
+    t785 = R::fused(-t247, R::constant(0.003453333367), t784);
     t786 = cos_q_right_hip_roll * t785;
     // right_ankle: sums of what it carries
     t787 = t586 * t685;
@@ -1044,9 +1044,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t793 = R::fused(t452, t401, t792); // right_lower_leg: sums of what it carries
     t794 = R::fused(-t47, t729, t793); // right_lower_leg: sums of what it carries
     t795 = R::fused(-t243, t762, t794); // right_upper_leg: sums of what it carries
-    t796 = R::fused(-t242, R::constant(0.000010000000000010001), t795); // right_hip_roll_link: sums of what it carries
+    t796 = R::fused(-t242, R::constant(0.00001), t795); // right_hip_roll_link: sums of what it carries
     t797 = R::fused(-sin_q_right_hip_roll, t796, t786); // right_hip_roll_link: sums of what it carries
-    t798 = R::fused(-t241, R::constant(0.000010000000000010001), t797); // right_hip_yaw_link: sums of what it carries
+    t798 = R::fused(-t241, R::constant(0.00001), t797); // right_hip_yaw_link: sums of what it carries
     t799 = sin_t2 * t746;
     t800 = R::fused(cos_t2, t749, t799);
     t801 = R::fused(-t455, t365, t800);
@@ -1075,7 +1075,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t822 = R::fused(-t243, t811, t821);
     t823 = R::fused(-sin_q_right_hip_roll, t822, t815); // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
-    t824 = R::fused(-t241, R::constant(0.000020000000000131024), t823);
+    t824 = R::fused(-t241, R::constant(0.00002), t823);
     t825 = t798 - t824;
     t826 = R::fused(-t635, t825, t780);
     t827 = t715 - t826;
@@ -1109,17 +1109,17 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t854 = t392 * t667;
     t855 = R::fused(-t358, t843, t854);
     t856 = t619 + t629; // right_hip_roll_link: sums of what it carries
-    t857 = R::constant(0.000015000000000070512) + t856; // right_hip_yaw_link: sums of what it carries
+    t857 = R::constant(0.000015) + t856; // right_hip_yaw_link: sums of what it carries
     t858 = R::fused(-t361, t857, t855);
     t859 = t853 + t858;
     t860 = sin_q_right_hip_roll * t814; // right_hip_roll_link: sums of what it carries
     t861 = R::fused(cos_q_right_hip_roll, t822, t860); // right_hip_roll_link: sums of what it carries
-    t862 = R::fused(-t239, R::constant(0.000020000000000131024), t861); // right_hip_yaw_link: sums of what it carries
+    t862 = R::fused(-t239, R::constant(0.00002), t861); // right_hip_yaw_link: sums of what it carries
     t863 = cos_q_right_hip_yaw * t862; // right_hip_yaw_link: sums of what it carries
     t864 = t621 * t776; // right_hip_roll_link: sums of what it carries
     t865 = R::fused(t623, t742, t864); // right_hip_roll_link: sums of what it carries
     t866 = t775 + t865; // right_hip_roll_link: sums of what it carries
-    t867 = R::fused(t250, R::constant(0.000010000000000010001), t866); // right_hip_yaw_link: sums of what it carries
+    t867 = R::fused(t250, R::constant(0.00001), t866); // right_hip_yaw_link: sums of what it carries
     t868 = R::fused(sin_q_right_hip_yaw, t867, t863); // right_hip_yaw_link: sums of what it carries
     t869 = v_base_angular_y * t868;
     t870 = sin_q_right_hip_yaw * t862; // right_hip_yaw_link: sums of what it carries
@@ -1843,7 +1843,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1532 = a_left_ankle_pitch + t1531; // left_ankle: motion
     t1533 = t1496 * t1523; // left_ankle: motion
     t1534 = t1532 + t1533; // left_ankle: motion
-    t1535 = R::fused(R::constant(0.017099999999999997), t1534, t1527); // left_ankle: sums of what it carries
+    t1535 = R::fused(R::constant(0.0171), t1534, t1527); // left_ankle: sums of what it carries
     t1536 = sin_t3 * t1535; // left_ankle: sums of what it carries
     t1537 = cos_t3 * t1509; // left_ankle: motion
     t1538 = R::fused(sin_t3, t1516, t1537); // left_ankle: motion
@@ -1875,7 +1875,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1546 = R::fused(t1545, t16, t1542); // left_foot: sums of what it carries
     t1547 = t1496 * t1496; // left_ankle: motion
     t1548 = t1521 + t1547; // left_ankle: motion
-    t1549 = R::fused(R::constant(0.017099999999999997), t1548, t1546); // left_ankle: sums of what it carries
+    t1549 = R::fused(R::constant(0.0171), t1548, t1546); // left_ankle: sums of what it carries
     t1550 = R::fused(cos_t3, t1549, t1536); // left_ankle: sums of what it carries
     t1551 = t1491 * t1491; // left_hip_roll_link: motion
     t1552 = t1488 * t1488; // left_lower_leg: motion
@@ -1897,7 +1897,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1568 = t1497 + t1518; // left_foot: motion
     t1569 = R::fused(-t1568, t16, t1567); // left_foot: sums of what it carries
     t1570 = R::fused(t1489, t1523, t1538); // left_ankle: motion
-    t1571 = R::fused(R::constant(-0.017099999999999997), t1570, t1569); // left_ankle: sums of what it carries
+    t1571 = R::fused(R::constant(-0.0171), t1570, t1569); // left_ankle: sums of what it carries
     t1572 = t1495 * t1488; // left_lower_leg: motion
     t1573 = t1508 - t1572; // left_lower_leg: motion
     t1574 = t1573 * t19; // left_lower_leg: sums of what it carries
@@ -1931,13 +1931,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1602 = R::fused(-v_base_angular_y, t1485, t1498);
     t1603 = t1602 * t56; // left_hip_yaw_link: answer of the forces to its motion
     t1604 = R::fused(t361, t33, t1603); // left_hip_yaw_link: answer of the forces to its motion
-    t1605 = cos_q_left_ankle_roll * R::constant(0.056999999999999995); // left_foot: sums of what it carries
+    t1605 = cos_q_left_ankle_roll * R::constant(0.057); // left_foot: sums of what it carries
     t1606 = t1524 * t1605; // left_foot: sums of what it carries
-    t1607 = R::fused(-t1496, R::constant(0.034199999999999994), t1606); // left_ankle: sums of what it carries
+    t1607 = R::fused(-t1496, R::constant(0.0342), t1606); // left_ankle: sums of what it carries
     // left_lower_leg: sums of what it carries
-    t1608 = sin_t1 * R::constant(0.5806800000000001);
+    t1608 = sin_t1 * R::constant(0.58068);
     t1609 = t1491 * t1608;
-    t1610 = cos_t1 * R::constant(0.5806800000000001);
+    t1610 = cos_t1 * R::constant(0.58068);
     t1611 = R::fused(-t1495, t1610, t1609);
     t1612 = t1607 + t1611;
     // left_upper_leg: sums of what it carries
@@ -1947,9 +1947,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1616 = R::fused(-t1495, t1615, t1614);
     t1617 = t1612 + t1616;
     t1618 = sin_q_left_hip_roll * t1617; // left_hip_roll_link: sums of what it carries
-    t1619 = sin_q_left_ankle_roll * R::constant(0.056999999999999995); // left_foot: sums of what it carries
+    t1619 = sin_q_left_ankle_roll * R::constant(0.057); // left_foot: sums of what it carries
     t1620 = t1524 * t1619; // left_foot: sums of what it carries
-    t1621 = R::fused(-t1489, R::constant(0.034199999999999994), t1620); // left_ankle: sums of what it carries
+    t1621 = R::fused(-t1489, R::constant(0.0342), t1620); // left_ankle: sums of what it carries
     t1622 = cos_t3 * t1621; // left_ankle: sums of what it carries
     t1623 = t1489 * t1605; // left_foot: sums of what it carries
     t1624 = R::fused(-t1496, t1619, t1623); // left_foot: sums of what it carries
@@ -2037,7 +2037,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1701 = t1573 * t1679;
     t1702 = R::fused(-t1576, t1681, t1701);
     t1703 = t1700 + t1702;
-    t1704 = R::fused(R::constant(-0.017099999999999997), t1703, t1695); // left_ankle: sums of what it carries
+    t1704 = R::fused(R::constant(-0.0171), t1703, t1695); // left_ankle: sums of what it carries
     t1705 = t1694 + t1704; // left_ankle: sums of what it carries
     t1706 = sin_t3 * t1705; // left_ankle: sums of what it carries
     // left_foot: sums of what it carries
@@ -2057,7 +2057,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1720 = R::fused(-t1703, t16, t1719);
     t1721 = t1716 + t1720;
     t1722 = t1517 - t1497; // left_ankle: motion
-    t1723 = R::fused(-t1722, R::constant(0.000004999999999999796), t1721); // left_ankle: sums of what it carries
+    t1723 = R::fused(-t1722, R::constant(0.000005), t1721); // left_ankle: sums of what it carries
     t1724 = R::fused(cos_t3, t1723, t1706); // left_ankle: sums of what it carries
     t1725 = R::fused(-t1681, t1571, t1724); // left_ankle: sums of what it carries
     // left_lower_leg: sums of what it carries
@@ -2073,20 +2073,20 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1735 = R::fused(-t1676, t1578, t1734);
     // left_upper_leg: sums of what it carries
     t1736 = sin_q_left_hip_pitch * sin_q_left_hip_pitch;
-    t1737 = R::constant(0.23740175003000002) * t1736;
-    t1738 = R::constant(0.23915675001500003) - t1737;
+    t1737 = R::constant(0.23740175003) * t1736;
+    t1738 = R::constant(0.239156750015) - t1737;
     t1739 = t1583 * t1738;
     t1740 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
-    t1741 = R::constant(0.23740175003000002) * t1740;
+    t1741 = R::constant(0.23740175003) * t1740;
     t1742 = R::fused(-t1580, t1741, t1739);
     t1743 = R::fused(-t1697, t30, t1742);
     t1744 = t1735 + t1743;
-    t1745 = t1513 * R::constant(0.0017316666834999717); // left_hip_roll_link: sums of what it carries
+    t1745 = t1513 * R::constant(0.0017316666835); // left_hip_roll_link: sums of what it carries
     t1746 = t1486 * t1491; // left_hip_roll_link: motion
-    t1747 = R::fused(-t1746, R::constant(0.0017216666834999617), t1745); // left_hip_roll_link: sums of what it carries
+    t1747 = R::fused(-t1746, R::constant(0.0017216666835), t1745); // left_hip_roll_link: sums of what it carries
     t1748 = t1744 + t1747; // left_hip_roll_link: sums of what it carries
     t1749 = R::fused(-t1485, t1483, t1512); // left_hip_yaw_link: motion
-    t1750 = R::fused(t1749, R::constant(0.0000050000000000050004), t1748); // left_hip_yaw_link: sums of what it carries
+    t1750 = R::fused(t1749, R::constant(0.000005), t1748); // left_hip_yaw_link: sums of what it carries
     t1751 = sin_q_left_hip_yaw * t1750; // left_hip_yaw_link: sums of what it carries
     // left_foot: sums of what it carries
     t1752 = t1545 * t1708;
@@ -2096,16 +2096,16 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1756 = R::fused(t1659, t1755, t1754);
     t1757 = R::fused(t1693, t16, t1756);
     // left_ankle: sums of what it carries
-    t1758 = t1532 * R::constant(0.0032589999999999997);
+    t1758 = t1532 * R::constant(0.003259);
     t1759 = R::fused(t1533, R::constant(0.003249), t1758);
-    t1760 = R::fused(R::constant(-0.017099999999999997), t1718, t1759);
+    t1760 = R::fused(R::constant(-0.0171), t1718, t1759);
     t1761 = t1757 + t1760;
     t1762 = t1681 * t1550;
     t1763 = R::fused(-t1679, t1588, t1762);
     t1764 = t1761 + t1763;
     // left_lower_leg: sums of what it carries
     t1765 = R::constant(0.06634781167) * t1531;
-    t1766 = R::constant(0.00044916666849999926) + t1727;
+    t1766 = R::constant(0.0004491666685) + t1727;
     t1767 = t1728 - t1766;
     t1768 = R::fused(t1555, t1767, t1765);
     t1769 = t1591 - t1551;
@@ -2118,8 +2118,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1776 = R::fused(-t1674, t1594, t1775);
     t1777 = t1774 + t1776;
     // left_upper_leg: sums of what it carries
-    t1778 = R::constant(0.24091175000000004) * t1530;
-    t1779 = R::constant(0.0017549999850000053) + t1737;
+    t1778 = R::constant(0.24091175) * t1530;
+    t1779 = R::constant(0.001754999985) + t1737;
     t1780 = t1738 - t1779;
     t1781 = R::fused(t1555, t1780, t1778);
     t1782 = R::fused(t1769, t1741, t1781);
@@ -2128,7 +2128,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1785 = t1782 - t1784;
     t1786 = t1777 + t1785;
     t1787 = t1529 - t1555; // left_hip_roll_link: motion
-    t1788 = R::fused(-t1787, R::constant(0.0000050000000000050004), t1786); // left_hip_roll_link
+    t1788 = R::fused(-t1787, R::constant(0.000005), t1786); // left_hip_roll_link: sums of what it carries
     t1789 = cos_q_left_hip_roll * t1788; // left_hip_roll_link: sums of what it carries
     t1790 = cos_t3 * t1705; // left_ankle: sums of what it carries
     t1791 = R::fused(-sin_t3, t1723, t1790); // left_ankle: sums of what it carries
@@ -2163,20 +2163,20 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1800 = R::fused(t1697, t21, t1799);
     t1801 = t1797 + t1800;
     t1802 = R::fused(t1495, t1486, t1506); // left_hip_roll_link: motion
-    t1803 = R::fused(t1802, R::constant(0.0017266666834999667), t1801); // left_hip_roll_link: sums of what it carries
+    t1803 = R::fused(t1802, R::constant(0.0017266666835), t1801); // left_hip_roll_link: sums of what it carries
     t1804 = R::fused(-sin_q_left_hip_roll, t1803, t1789); // left_hip_roll_link: sums of what it carries
     t1805 = R::fused(t1485, t1494, t1501); // left_hip_yaw_link: motion
-    t1806 = R::fused(-t1805, R::constant(0.000010000000000065512), t1804); // left_hip_yaw_link: sums of what it carries
+    t1806 = R::fused(-t1805, R::constant(0.00001), t1804); // left_hip_yaw_link: sums of what it carries
     t1807 = R::fused(cos_q_left_hip_yaw, t1806, t1751); // left_hip_yaw_link: sums of what it carries
     // left_ankle: sums of what it carries
     t1808 = R::constant(0.003254) + t1657;
-    t1809 = R::constant(0.0020807499999999997) - t1808;
+    t1809 = R::constant(0.00208075) - t1808;
     t1810 = sin_t3 * sin_t3;
     t1811 = t1809 * t1810;
     t1812 = cos_q_left_ankle_roll * R::constant(0.00171); // left_foot: sums of what it carries
     t1813 = sin_t3 * cos_t3;
     t1814 = R::fused(-t1812, t1813, t1811);
-    t1815 = R::constant(0.0020807499999999997) - t1814;
+    t1815 = R::constant(0.00208075) - t1814;
     t1816 = t1681 * t27;
     t1817 = R::constant(2.0) * t1816;
     t1818 = t1815 + t1817;
@@ -2186,10 +2186,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1821 = R::constant(2.0) * t1820;
     t1822 = t1819 + t1821;
     t1823 = t1822 + t1738; // left_upper_leg: sums of what it carries
-    t1824 = R::constant(0.0017316666834999717) + t1823; // left_hip_roll_link: sums of what it carries
-    t1825 = R::constant(0.0000050000000000050004) + t1824; // left_hip_yaw_link: sums of what it carries
+    t1824 = R::constant(0.0017316666835) + t1823; // left_hip_roll_link: sums of what it carries
+    t1825 = R::constant(0.000005) + t1824; // left_hip_yaw_link: sums of what it carries
     // left_ankle: sums of what it carries
-    t1826 = R::constant(0.0032589999999999997) + t1708;
+    t1826 = R::constant(0.003259) + t1708;
     t1827 = t1679 * t18;
     t1828 = R::constant(2.0) * t1827;
     t1829 = t1828 + t1817;
@@ -2200,15 +2200,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1833 = R::constant(2.0) * t1832;
     t1834 = t1833 + t1821;
     t1835 = t1831 + t1834;
-    t1836 = R::constant(0.24091175000000004) + t1835; // left_upper_leg: sums of what it carries
-    t1837 = R::constant(0.0000050000000000050004) + t1836; // left_hip_roll_link: sums of what it carries
+    t1836 = R::constant(0.24091175) + t1835; // left_upper_leg: sums of what it carries
+    t1837 = R::constant(0.000005) + t1836; // left_hip_roll_link: sums of what it carries
     t1838 = t1808 + t1814; // left_ankle: sums of what it carries
     t1839 = t1838 + t1828; // left_ankle: sums of what it carries
     t1840 = t1839 + t1766;
     t1841 = t1840 + t1833;
     t1842 = t1841 + t1779; // left_upper_leg: sums of what it carries
     // left_hip_roll_link: sums of what it carries
-    t1843 = R::constant(0.0017266666834999667) + t1842;
+    t1843 = R::constant(0.0017266666835) + t1842;
     t1844 = t1837 - t1843;
     t1845 = sin_q_left_hip_roll * sin_q_left_hip_roll;
     t1846 = t1844 * t1845;
@@ -2221,7 +2221,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1853 = R::fused(t1847, t1852, t1846);
     t1854 = t1837 - t1853;
     // left_hip_yaw_link: sums of what it carries
-    t1855 = R::constant(0.000010000000000065512) + t1854;
+    t1855 = R::constant(0.00001) + t1854;
     t1856 = t1825 - t1855;
     t1857 = sin_q_left_hip_yaw * sin_q_left_hip_yaw;
     t1858 = t1856 * t1857;
@@ -2275,7 +2275,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1903 = t1496 * t1898;
     t1904 = R::constant(2.0) * t1708;
     t1905 = R::fused(-t1489, t1904, t1903);
-    t1906 = R::fused(-t1489, R::constant(0.000009999999999999593), t1905); // left_ankle: sums of what it carries
+    t1906 = R::fused(-t1489, R::constant(0.00001), t1905); // left_ankle: sums of what it carries
     t1907 = t1524 * t1894;
     // left_ankle: sums of what it carries
     t1908 = R::fused(-t1489, R::constant(0.006508), t1907);
@@ -2308,7 +2308,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1934 = t29 * t1933;
     t1935 = t1931 - t1934;
     t1936 = t1927 - t1935;
-    t1937 = t1740 * R::constant(0.47480350006000005); // left_upper_leg: sums of what it carries
+    t1937 = t1740 * R::constant(0.47480350006); // left_upper_leg: sums of what it carries
     t1938 = t1487 * t1937; // left_upper_leg: sums of what it carries
     t1939 = t1936 + t1938; // left_upper_leg: sums of what it carries
     t1940 = t1895 - t1899; // left_foot: sums of what it carries
@@ -2345,7 +2345,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1967 = t1845 * t1966; // left_hip_roll_link: sums of what it carries
     t1968 = t1496 * t1812; // left_foot: sums of what it carries
     t1969 = R::fused(-t1524, t1904, t1968); // left_foot: sums of what it carries
-    t1970 = R::fused(-t1523, R::constant(0.000009999999999999593), t1969); // left_ankle: sums of what it carries
+    t1970 = R::fused(-t1523, R::constant(0.00001), t1969); // left_ankle: sums of what it carries
     t1971 = cos_t3 * t1970; // left_ankle: sums of what it carries
     t1972 = t1524 * t1812; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
@@ -2367,7 +2367,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1986 = R::constant(2.0) * t1738;
     t1987 = R::fused(-t1495, t1986, t1985);
     t1988 = t1984 - t1987;
-    t1989 = R::fused(t1495, R::constant(0.000010000000000010001), t1988); // left_hip_roll_link: sums of what it carries
+    t1989 = R::fused(t1495, R::constant(0.00001), t1988); // left_hip_roll_link: sums of what it carries
     t1990 = t1489 * t1894; // left_foot: sums of what it carries
     t1991 = R::constant(2.0) * t1657; // left_foot: sums of what it carries
     t1992 = R::fused(-t1524, t1991, t1990); // left_foot: sums of what it carries
@@ -2378,7 +2378,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1997 = R::fused(-t24, t1919, t1996); // left_ankle: sums of what it carries
     t1998 = R::fused(-t24, t1933, t1997); // left_lower_leg: sums of what it carries
     // left_hip_roll_link: sums of what it carries
-    t1999 = R::fused(t1495, R::constant(0.0034533333669999333), t1998);
+    t1999 = R::fused(t1495, R::constant(0.003453333367), t1998);
     t2000 = t1989 - t1999;
     t2001 = R::fused(-t1847, t2000, t1967);
     t2002 = t1956 - t2001;
@@ -2388,7 +2388,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2006 = R::fused(-cos_t3, t1995, t2005); // left_ankle: sums of what it carries
     t2007 = R::fused(t24, t1945, t2006); // left_ankle: sums of what it carries
     t2008 = R::fused(t24, t1953, t2007); // left_lower_leg: sums of what it carries
-    t2009 = R::fused(-t1491, R::constant(0.0034533333669999333), t2008);
+    t2009 = R::fused(-t1491, R::constant(0.003453333367), t2008);
     t2010 = cos_q_left_hip_roll * t2009;
     // left_ankle: sums of what it carries
     t2011 = t1810 * t1909;
@@ -2400,9 +2400,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2017 = R::fused(t1676, t1643, t2016); // left_lower_leg: sums of what it carries
     t2018 = R::fused(-t29, t1953, t2017); // left_lower_leg: sums of what it carries
     t2019 = R::fused(-t1487, t1986, t2018); // left_upper_leg: sums of what it carries
-    t2020 = R::fused(-t1486, R::constant(0.000010000000000010001), t2019); // left_hip_roll_link
+    t2020 = R::fused(-t1486, R::constant(0.00001), t2019); // left_hip_roll_link: sums of what it carries
     t2021 = R::fused(-sin_q_left_hip_roll, t2020, t2010); // left_hip_roll_link: sums of what it carries
-    t2022 = R::fused(-t1485, R::constant(0.000010000000000010001), t2021); // left_hip_yaw_link: sums of what it carries
+    t2022 = R::fused(-t1485, R::constant(0.00001), t2021); // left_hip_yaw_link: sums of what it carries
     t2023 = sin_t3 * t1970;
     t2024 = R::fused(cos_t3, t1973, t2023);
     t2025 = R::fused(-t1679, t1607, t2024);
@@ -2431,7 +2431,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2046 = R::fused(-t1487, t2035, t2045);
     t2047 = R::fused(-sin_q_left_hip_roll, t2046, t2039); // left_hip_roll_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
-    t2048 = R::fused(-t1485, R::constant(0.000020000000000131024), t2047);
+    t2048 = R::fused(-t1485, R::constant(0.00002), t2047);
     t2049 = t2022 - t2048;
     t2050 = R::fused(-t1859, t2049, t2004);
     t2051 = t1939 - t2050;
@@ -2476,17 +2476,17 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2078 = t1634 * t1891;
     t2079 = R::fused(-t1602, t2067, t2078);
     t2080 = t1843 + t1853; // left_hip_roll_link: sums of what it carries
-    t2081 = R::constant(0.000015000000000070512) + t2080; // left_hip_yaw_link: sums of what it carries
+    t2081 = R::constant(0.000015) + t2080; // left_hip_yaw_link: sums of what it carries
     t2082 = R::fused(-t361, t2081, t2079);
     t2083 = t2077 + t2082;
     t2084 = sin_q_left_hip_roll * t2038; // left_hip_roll_link: sums of what it carries
     t2085 = R::fused(cos_q_left_hip_roll, t2046, t2084); // left_hip_roll_link: sums of what it carries
-    t2086 = R::fused(-t1483, R::constant(0.000020000000000131024), t2085); // left_hip_yaw_link: sums of what it carries
+    t2086 = R::fused(-t1483, R::constant(0.00002), t2085); // left_hip_yaw_link: sums of what it carries
     t2087 = cos_q_left_hip_yaw * t2086; // left_hip_yaw_link: sums of what it carries
     t2088 = t1845 * t2000; // left_hip_roll_link: sums of what it carries
     t2089 = R::fused(t1847, t1966, t2088); // left_hip_roll_link: sums of what it carries
     t2090 = t1999 + t2089; // left_hip_roll_link: sums of what it carries
-    t2091 = R::fused(t1494, R::constant(0.000010000000000010001), t2090); // left_hip_yaw_link: sums of what it carries
+    t2091 = R::fused(t1494, R::constant(0.00001), t2090); // left_hip_yaw_link: sums of what it carries
     t2092 = R::fused(sin_q_left_hip_yaw, t2091, t2087); // left_hip_yaw_link: sums of what it carries
     t2093 = v_base_angular_y * t2092;
     t2094 = sin_q_left_hip_yaw * t2086; // left_hip_yaw_link: sums of what it carries
@@ -4365,9 +4365,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2850 = t2842 - t2849;
     t2851 = t2839 - t2850;
     t2852 = t2070 + t846; // right_hip_yaw_link: sums of what it carries
-    t2853 = R::fused(-v_base_angular_z, R::constant(0.056159999999999766), t2852); // torso: sums of what it carries
+    t2853 = R::fused(-v_base_angular_z, R::constant(0.05616), t2852); // torso: sums of what it carries
     t2854 = t2064 + t840; // right_hip_yaw_link: sums of what it carries
-    t2855 = R::constant(0.7858166669999999) + t2854; // torso: sums of what it carries
+    t2855 = R::constant(0.785816667) + t2854; // torso: sums of what it carries
     t2856 = v_base_angular_z * t2855;
     t2857 = R::fused(R::constant(-0.075), t56, t2067); // left_hip_yaw_link: sums of what it carries
     t2858 = R::fused(R::constant(0.075), t58, t843); // right_hip_yaw_link: sums of what it carries
@@ -4378,14 +4378,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2863 = R::fused(t64, t2832, t2092); // left_hip_yaw_link: sums of what it carries
     t2864 = R::fused(-t2832, t66, t868); // right_hip_yaw_link: sums of what it carries
     t2865 = t2863 + t2864; // right_hip_yaw_link: sums of what it carries
-    t2866 = R::fused(v_base_angular_y, R::constant(0.056159999999999766), t2865); // torso: sums of what it carries
+    t2866 = R::fused(v_base_angular_y, R::constant(0.05616), t2865); // torso: sums of what it carries
     t2867 = v_base_angular_z * t2859;
     t2868 = t33 * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
     t2869 = t2081 - t2868; // left_hip_yaw_link: sums of what it carries
     t2870 = R::constant(0.15) * t51; // right_hip_yaw_link: sums of what it carries
     t2871 = t857 + t2870; // right_hip_yaw_link: sums of what it carries
     t2872 = t2869 + t2871; // right_hip_yaw_link: sums of what it carries
-    t2873 = R::constant(0.15445499999999998) + t2872; // torso: sums of what it carries
+    t2873 = R::constant(0.154455) + t2872; // torso: sums of what it carries
     t2874 = R::fused(-v_base_angular_y, t2873, t2867);
     t2875 = R::fused(v_base_linear_z, t67, t2874);
     t2876 = t2866 + t2875;
@@ -4525,11 +4525,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2980 = R::fused(R::constant(0.075), t409, t831); // right_hip_yaw_link: sums of what it carries
     t2981 = R::fused(-t2978, t51, t2980); // right_hip_yaw_link: sums of what it carries
     t2982 = t2979 + t2981; // right_hip_yaw_link: sums of what it carries
-    t2983 = R::fused(-v_base_angular_z, R::constant(0.2527499999999998), t2982); // torso: sums of what it carries
+    t2983 = R::fused(-v_base_angular_z, R::constant(0.25275), t2982); // torso: sums of what it carries
     t2984 = t1879 - t2868; // left_hip_yaw_link: sums of what it carries
     t2985 = t655 + t2870; // right_hip_yaw_link: sums of what it carries
     t2986 = t2984 + t2985; // right_hip_yaw_link: sums of what it carries
-    t2987 = R::constant(0.8841116669999997) + t2986; // torso: sums of what it carries
+    t2987 = R::constant(0.884111667) + t2986; // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t2988 = v_base_angular_z * t2987;
     t2989 = R::fused(-v_base_angular_x, t2847, t2988);
@@ -4560,7 +4560,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3011 = t2832 * t51;
     t3012 = t3010 - t3011;
     t3013 = t3009 + t3012;
-    t3014 = R::fused(-v_base_angular_x, R::constant(0.2527499999999998), t3013); // torso: sums of what it carries
+    t3014 = R::fused(-v_base_angular_x, R::constant(0.25275), t3013); // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t3015 = v_base_angular_z * t2847;
     t3016 = R::fused(-v_base_angular_x, t2873, t3015);
@@ -4705,7 +4705,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3141 = R::fused(sin_q_right_hip_yaw, t1084, t3140);
     t3142 = R::fused(t58, t2978, t3141);
     t3143 = t3139 + t3142;
-    t3144 = R::fused(v_base_angular_y, R::constant(1.5154733339999995), t3143); // torso: sums of what it carries
+    t3144 = R::fused(v_base_angular_y, R::constant(1.515473334), t3143); // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t3145 = v_base_angular_y * t2987;
     t3146 = R::fused(-v_base_angular_x, t2845, t3145);
@@ -4717,7 +4717,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3152 = sin_q_right_hip_yaw * t1073; // right_hip_yaw_link: sums of what it carries
     t3153 = R::fused(-cos_q_right_hip_yaw, t1084, t3152); // right_hip_yaw_link: sums of what it carries
     t3154 = t3151 + t3153; // right_hip_yaw_link: sums of what it carries
-    t3155 = R::fused(-v_base_angular_x, R::constant(1.5154733339999995), t3154); // torso: sums of what it carries
+    t3155 = R::fused(-v_base_angular_x, R::constant(1.515473334), t3154); // torso: sums of what it carries
     t3156 = v_base_angular_y * t2845;
     t3157 = R::fused(-v_base_angular_x, t2855, t3156);
     t3158 = R::fused(v_base_linear_y, t60, -t3157);
@@ -5489,11 +5489,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3832 = R::fused(cos_q_left_hip_roll, t3825, t3831);
     t3833 = R::fused(R::constant(0.075), t3794, t3832);
     t3834 = t34 * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t3835 = R::fused(R::constant(-0.017099999999999997), cos_q_right_ankle_pitch, t3834); // right_ankle
+    t3835 = R::fused(R::constant(-0.0171), cos_q_right_ankle_pitch, t3834); // right_ankle: sums of what it carries
     t3836 = t3835 * cos_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t3837 = t34 * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t3838 = R::fused(R::constant(0.017099999999999997), sin_q_right_ankle_pitch, t3837); // right_ankle
-    t3839 = R::constant(0.29034000000000004) + t3838; // right_ankle: sums of what it carries
+    t3838 = R::fused(R::constant(0.0171), sin_q_right_ankle_pitch, t3837); // right_ankle: sums of what it carries
+    t3839 = R::constant(0.29034) + t3838; // right_ankle: sums of what it carries
     t3840 = R::fused(t3839, sin_q_right_knee_pitch, t3836); // right_lower_leg: sums of what it carries
     t3841 = sin_q_right_hip_pitch * t3840; // right_upper_leg: sums of what it carries
     t3842 = t3835 * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
@@ -5502,11 +5502,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3845 = R::fused(cos_q_right_hip_pitch, t3844, -t3841); // right_upper_leg: sums of what it carries
     t3846 = R::fused(-cos_q_right_hip_roll, t3845, t57); // right_hip_roll_link: sums of what it carries
     t3847 = t16 * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
-    t3848 = R::fused(R::constant(-0.017099999999999997), cos_q_left_ankle_pitch, t3847); // left_ankle
+    t3848 = R::fused(R::constant(-0.0171), cos_q_left_ankle_pitch, t3847); // left_ankle: sums of what it carries
     t3849 = t3848 * cos_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t3850 = t16 * cos_q_left_ankle_pitch; // left_ankle: sums of what it carries
-    t3851 = R::fused(R::constant(0.017099999999999997), sin_q_left_ankle_pitch, t3850); // left_ankle
-    t3852 = R::constant(0.29034000000000004) + t3851; // left_ankle: sums of what it carries
+    t3851 = R::fused(R::constant(0.0171), sin_q_left_ankle_pitch, t3850); // left_ankle: sums of what it carries
+    t3852 = R::constant(0.29034) + t3851; // left_ankle: sums of what it carries
     t3853 = R::fused(t3852, sin_q_left_knee_pitch, t3849); // left_lower_leg: sums of what it carries
     t3854 = sin_q_left_hip_pitch * t3853; // left_upper_leg: sums of what it carries
     t3855 = t3848 * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
@@ -5673,7 +5673,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3988 = t3986 + t3987;
     t3989 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t3990 = t3980 + t3985;
-    t3991 = R::constant(0.06544947833300001) - t3990;
+    t3991 = R::constant(0.065449478333) - t3990;
     t3992 = t3988 + t3991; // left_lower_leg: sums of what it carries
     t3993 = t3989 * t3992; // left_lower_leg: sums of what it carries
     t3994 = t1659 * t3979;
@@ -5688,7 +5688,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4002 = t3856 * R::constant(0.63);
     t4003 = t4001 + t4002;
     t4004 = t3991 - t4000;
-    t4005 = R::constant(0.23740175003000002) + t4004;
+    t4005 = R::constant(0.23740175003) + t4004;
     t4006 = t4003 + t4005; // left_upper_leg: sums of what it carries
     t4007 = t1736 * t4006; // left_upper_leg: sums of what it carries
     t4008 = t3997 * t3989;
@@ -5699,15 +5699,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4012 = t1740 * t4011;
     t4013 = R::fused(R::constant(-2.0), t4012, t4007);
     t4014 = t4003 - t4013;
-    t4015 = R::constant(0.30679206170000006) + t4014;
-    t4016 = R::constant(0.30679206170000006) - t4015; // left_hip_roll_link: sums of what it carries
+    t4015 = R::constant(0.3067920617) + t4014;
+    t4016 = R::constant(0.3067920617) - t4015; // left_hip_roll_link: sums of what it carries
     t4017 = R::constant(0.00092625) - t1656; // left_foot: sums of what it carries
     t4018 = R::constant(0.00383375) + t4017; // left_foot: sums of what it carries
     t4019 = t4018 + t3987; // left_ankle: sums of what it carries
     t4020 = R::constant(0.06634781167) + t4019; // left_ankle: sums of what it carries
     t4021 = t4020 + t4002; // left_lower_leg: sums of what it carries
-    t4022 = R::constant(0.24091175000000004) + t4021; // left_lower_leg: sums of what it carries
-    t4023 = R::constant(0.30678206170000005) - t4022;
+    t4022 = R::constant(0.24091175) + t4021; // left_lower_leg: sums of what it carries
+    t4023 = R::constant(0.3067820617) - t4022;
     t4024 = t4005 - t4013;
     t4025 = t4024 - t4023; // left_hip_roll_link: sums of what it carries
     t4026 = t1845 * t4025; // left_hip_roll_link: sums of what it carries
@@ -5755,7 +5755,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4066 = t4064 + t4065;
     t4067 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t4068 = t4058 + t4063;
-    t4069 = R::constant(0.06544947833300001) - t4068;
+    t4069 = R::constant(0.065449478333) - t4068;
     t4070 = t4066 + t4069; // right_lower_leg: sums of what it carries
     t4071 = t4067 * t4070; // right_lower_leg: sums of what it carries
     t4072 = t417 * t4057;
@@ -5770,7 +5770,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4080 = R::constant(0.63) * t3843;
     t4081 = t4079 + t4080;
     t4082 = t4069 - t4078;
-    t4083 = R::constant(0.23740175003000002) + t4082;
+    t4083 = R::constant(0.23740175003) + t4082;
     t4084 = t4081 + t4083; // right_upper_leg: sums of what it carries
     t4085 = t512 * t4084; // right_upper_leg: sums of what it carries
     t4086 = t4075 * t4067;
@@ -5781,15 +5781,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4090 = t516 * t4089;
     t4091 = R::fused(R::constant(-2.0), t4090, t4085);
     t4092 = t4081 - t4091;
-    t4093 = R::constant(0.30679206170000006) + t4092;
-    t4094 = R::constant(0.30679206170000006) - t4093; // right_hip_roll_link: sums of what it carries
+    t4093 = R::constant(0.3067920617) + t4092;
+    t4094 = R::constant(0.3067920617) - t4093; // right_hip_roll_link: sums of what it carries
     t4095 = R::constant(0.00092625) - t414; // right_foot: sums of what it carries
     t4096 = R::constant(0.00383375) + t4095; // right_foot: sums of what it carries
     t4097 = t4096 + t4065; // right_ankle: sums of what it carries
     t4098 = R::constant(0.06634781167) + t4097; // right_ankle: sums of what it carries
     t4099 = t4098 + t4080; // right_lower_leg: sums of what it carries
-    t4100 = R::constant(0.24091175000000004) + t4099; // right_lower_leg: sums of what it carries
-    t4101 = R::constant(0.30678206170000005) - t4100;
+    t4100 = R::constant(0.24091175) + t4099; // right_lower_leg: sums of what it carries
+    t4101 = R::constant(0.3067820617) - t4100;
     t4102 = t4083 - t4091;
     t4103 = t4102 - t4101; // right_hip_roll_link: sums of what it carries
     t4104 = t621 * t4103; // right_hip_roll_link: sums of what it carries
@@ -6007,11 +6007,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4293 = R::fused(-cos_q_left_hip_yaw, t4258, t4292); // left_foot: mass matrix
     t4294 = -t3942;
     t4295 = t4024 - t4040; // left_hip_roll_link: sums of what it carries
-    t4296 = R::constant(0.3068020617000001) - t4295; // left_hip_roll_link: sums of what it carries
+    t4296 = R::constant(0.3068020617) - t4295; // left_hip_roll_link: sums of what it carries
     t4297 = t4296 - t4054; // left_hip_yaw_link: sums of what it carries
-    t4298 = R::constant(0.15445499999999998) + t4297; // left_hip_yaw_link: sums of what it carries
+    t4298 = R::constant(0.154455) + t4297; // left_hip_yaw_link: sums of what it carries
     t4299 = t4102 - t4118; // right_hip_roll_link: sums of what it carries
-    t4300 = R::constant(0.3068020617000001) - t4299; // right_hip_roll_link: sums of what it carries
+    t4300 = R::constant(0.3068020617) - t4299; // right_hip_roll_link: sums of what it carries
     t4301 = t4300 + t4132;
     t4302 = t4298 + t4301;
     t4303 = R::fused(R::constant(0.075), t3871, t4300); // right_hip_yaw_link: mass matrix

@@ -516,76 +516,76 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t332 = R::fused(-t39, R::constant(1.2449557904), t331);
     t333 = R::constant(1.3994107904) * a_base_angular_y;
     t334 = R::fused(t38, R::constant(1.3432507904), t333);
-    t335 = R::constant(0.15445499999999998) * a_base_angular_z;
-    t336 = R::fused(-t37, R::constant(0.09829500000000002), t335);
+    t335 = R::constant(0.154455) * a_base_angular_z;
+    t336 = R::fused(-t37, R::constant(0.098295), t335);
     t337 = R::fused(R::constant(-2.444), t34, t332);
     t338 = R::fused(R::constant(2.444), t33, t334);
     // right_hip_yaw_link: wrench that its motion needs
-    t339 = R::constant(0.30679206170000006) * t64;
-    t340 = R::fused(R::constant(0.3068020617000001), t70, t339);
-    t341 = R::constant(0.3068020617000001) * t66;
-    t342 = R::fused(R::constant(-0.30679206170000006), t68, t341);
+    t339 = R::constant(0.3067920617) * t64;
+    t340 = R::fused(R::constant(0.3068020617), t70, t339);
+    t341 = R::constant(0.3068020617) * t66;
+    t342 = R::fused(R::constant(-0.3067920617), t68, t341);
     // left_hip_yaw_link: wrench that its motion needs
-    t343 = R::constant(0.30679206170000006) * t86;
-    t344 = R::fused(R::constant(0.3068020617000001), t92, t343);
-    t345 = R::constant(0.3068020617000001) * t88;
-    t346 = R::fused(R::constant(-0.30679206170000006), t90, t345);
+    t343 = R::constant(0.3067920617) * t86;
+    t344 = R::fused(R::constant(0.3068020617), t92, t343);
+    t345 = R::constant(0.3068020617) * t88;
+    t346 = R::fused(R::constant(-0.3067920617), t90, t345);
     // right_hip_roll_link: wrench that its motion needs
-    t347 = R::constant(0.30679206170000006) * t107;
-    t348 = R::fused(R::constant(-0.30678206170000005), t111, t347);
-    t349 = R::constant(0.30678206170000005) * t105;
-    t350 = R::fused(R::constant(0.30679206170000006), t110, t349);
+    t347 = R::constant(0.3067920617) * t107;
+    t348 = R::fused(R::constant(-0.3067820617), t111, t347);
+    t349 = R::constant(0.3067820617) * t105;
+    t350 = R::fused(R::constant(0.3067920617), t110, t349);
     // left_hip_roll_link: wrench that its motion needs
-    t351 = R::constant(0.30679206170000006) * t126;
-    t352 = R::fused(R::constant(-0.30678206170000005), t130, t351);
-    t353 = R::constant(0.30678206170000005) * t124;
-    t354 = R::fused(R::constant(0.30679206170000006), t129, t353);
+    t351 = R::constant(0.3067920617) * t126;
+    t352 = R::fused(R::constant(-0.3067820617), t130, t351);
+    t353 = R::constant(0.3067820617) * t124;
+    t354 = R::fused(R::constant(0.3067920617), t129, t353);
     // right_upper_leg: wrench that its motion needs
-    t355 = t150 * R::constant(0.47831350003000006);
-    t356 = R::constant(0.24091175000000004) * t145;
-    t357 = R::fused(R::constant(0.23740175003000002), t149, t356);
-    t358 = R::constant(0.23740175003000002) * t144;
-    t359 = R::fused(R::constant(-0.24091175000000004), t148, t358);
+    t355 = t150 * R::constant(0.47831350003);
+    t356 = R::constant(0.24091175) * t145;
+    t357 = R::fused(R::constant(0.23740175003), t149, t356);
+    t358 = R::constant(0.23740175003) * t144;
+    t359 = R::fused(R::constant(-0.24091175), t148, t358);
     t360 = R::fused(R::constant(-0.8932), t102, t355);
     t361 = R::fused(R::constant(-0.8932), t142, t357);
     // left_upper_leg: wrench that its motion needs
-    t362 = t173 * R::constant(0.47831350003000006);
-    t363 = R::constant(0.24091175000000004) * t168;
-    t364 = R::fused(R::constant(0.23740175003000002), t172, t363);
-    t365 = R::constant(0.23740175003000002) * t167;
-    t366 = R::fused(R::constant(-0.24091175000000004), t171, t365);
+    t362 = t173 * R::constant(0.47831350003);
+    t363 = R::constant(0.24091175) * t168;
+    t364 = R::fused(R::constant(0.23740175003), t172, t363);
+    t365 = R::constant(0.23740175003) * t167;
+    t366 = R::fused(R::constant(-0.24091175), t171, t365);
     t367 = R::fused(R::constant(-0.8932), t121, t362);
     t368 = R::fused(R::constant(-0.8932), t165, t364);
     // right_lower_leg: wrench that its motion needs
     t369 = t199 * R::constant(0.131797290003);
     t370 = R::constant(0.06634781167) * t194;
-    t371 = R::fused(R::constant(0.06544947833300001), t198, t370);
-    t372 = R::constant(0.06544947833300001) * t193;
+    t371 = R::fused(R::constant(0.065449478333), t198, t370);
+    t372 = R::constant(0.065449478333) * t193;
     t373 = R::fused(R::constant(-0.06634781167), t197, t372);
-    t374 = R::fused(R::constant(-0.29034000000000004), t178, t369);
-    t375 = R::fused(R::constant(-0.29034000000000004), t191, t371);
+    t374 = R::fused(R::constant(-0.29034), t178, t369);
+    t375 = R::fused(R::constant(-0.29034), t191, t371);
     // left_lower_leg: wrench that its motion needs
     t376 = t225 * R::constant(0.131797290003);
     t377 = R::constant(0.06634781167) * t220;
-    t378 = R::fused(R::constant(0.06544947833300001), t224, t377);
-    t379 = R::constant(0.06544947833300001) * t219;
+    t378 = R::fused(R::constant(0.065449478333), t224, t377);
+    t379 = R::constant(0.065449478333) * t219;
     t380 = R::fused(R::constant(-0.06634781167), t223, t379);
-    t381 = R::fused(R::constant(-0.29034000000000004), t204, t376);
-    t382 = R::fused(R::constant(-0.29034000000000004), t217, t378);
+    t381 = R::fused(R::constant(-0.29034), t204, t376);
+    t382 = R::fused(R::constant(-0.29034), t217, t378);
     // right_ankle: wrench that its motion needs
     t383 = R::constant(0.00383375) * t246;
     t384 = R::fused(R::constant(-0.00382375), t249, t383);
     t385 = R::constant(0.00382375) * t245;
     t386 = R::fused(R::constant(0.00383375), t248, t385);
-    t387 = R::fused(R::constant(0.017099999999999997), t241, t384);
-    t388 = R::fused(R::constant(-0.017099999999999997), t230, t386);
+    t387 = R::fused(R::constant(0.0171), t241, t384);
+    t388 = R::fused(R::constant(-0.0171), t230, t386);
     // left_ankle: wrench that its motion needs
     t389 = R::constant(0.00383375) * t272;
     t390 = R::fused(R::constant(-0.00382375), t275, t389);
     t391 = R::constant(0.00382375) * t271;
     t392 = R::fused(R::constant(0.00383375), t274, t391);
-    t393 = R::fused(R::constant(0.017099999999999997), t267, t390);
-    t394 = R::fused(R::constant(-0.017099999999999997), t256, t392);
+    t393 = R::fused(R::constant(0.0171), t267, t390);
+    t394 = R::fused(R::constant(-0.0171), t256, t392);
     // right_foot: wrench that its motion needs
     t395 = R::constant(0.00207575) * t293;
     t396 = R::fused(R::constant(-0.00092625), t298, t395);
@@ -596,8 +596,8 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t401 = R::fused(R::constant(0.000855), t400, t399);
     t402 = t296 * R::constant(0.0011495);
     t403 = R::fused(R::constant(0.000855), t301, t402);
-    t404 = R::fused(R::constant(0.028499999999999998), t290, t397);
-    t405 = R::fused(R::constant(-0.028499999999999998), t243, t401);
+    t404 = R::fused(R::constant(0.0285), t290, t397);
+    t405 = R::fused(R::constant(-0.0285), t243, t401);
     // left_foot: wrench that its motion needs
     t406 = R::constant(0.00207575) * t315;
     t407 = R::fused(R::constant(-0.00092625), t320, t406);
@@ -608,8 +608,8 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t412 = R::fused(R::constant(0.000855), t411, t410);
     t413 = t318 * R::constant(0.0011495);
     t414 = R::fused(R::constant(0.000855), t323, t413);
-    t415 = R::fused(R::constant(0.028499999999999998), t312, t408);
-    t416 = R::fused(R::constant(-0.028499999999999998), t269, t412);
+    t415 = R::fused(R::constant(0.0285), t312, t408);
+    t416 = R::fused(R::constant(-0.0285), t269, t412);
     // right_hip_yaw_link: pose in the world
     t417 = t22 * cos_q_right_hip_yaw;
     t418 = R::fused(t23, sin_q_right_hip_yaw, t417);
@@ -793,9 +793,9 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t567 = t540 * f_right_foot_front_left_x;
     t568 = R::fused(t544, f_right_foot_front_left_y, t567);
     t569 = R::fused(t548, f_right_foot_front_left_z, t568);
-    t570 = R::fused(R::constant(0.028499999999999998), t299, t563);
-    t571 = R::fused(R::constant(0.028499999999999998), t301, -t566);
-    t572 = R::fused(R::constant(0.028499999999999998), t302, -t569);
+    t570 = R::fused(R::constant(0.0285), t299, t563);
+    t571 = R::fused(R::constant(0.0285), t301, -t566);
+    t572 = R::fused(R::constant(0.0285), t302, -t569);
     t573 = t569 * R::constant(0.055);
     t574 = R::fused(-t566, R::constant(0.08), t573);
     t575 = t563 * R::constant(0.08);
@@ -878,9 +878,9 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t651 = t552 * f_left_foot_front_left_x;
     t652 = R::fused(t556, f_left_foot_front_left_y, t651);
     t653 = R::fused(t560, f_left_foot_front_left_z, t652);
-    t654 = R::fused(R::constant(0.028499999999999998), t321, t647);
-    t655 = R::fused(R::constant(0.028499999999999998), t323, -t650);
-    t656 = R::fused(R::constant(0.028499999999999998), t324, -t653);
+    t654 = R::fused(R::constant(0.0285), t321, t647);
+    t655 = R::fused(R::constant(0.0285), t323, -t650);
+    t656 = R::fused(R::constant(0.0285), t324, -t653);
     t657 = R::constant(0.055) * t653;
     t658 = R::fused(R::constant(-0.08), t650, t657);
     t659 = R::constant(0.08) * t647;
@@ -962,10 +962,10 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t734 = R::fused(-sin_q_left_ankle_roll, t728, t733);
     t735 = sin_q_left_ankle_roll * t727;
     t736 = R::fused(cos_q_left_ankle_roll, t728, t735);
-    t737 = R::fused(R::constant(0.017099999999999997), t278, -t717);
-    t738 = R::fused(R::constant(0.017099999999999997), t279, -t730);
-    t739 = R::fused(R::constant(0.017099999999999997), t280, -t732);
-    t740 = R::fused(t277, R::constant(0.000010000000000000026), -t726);
+    t737 = R::fused(R::constant(0.0171), t278, -t717);
+    t738 = R::fused(R::constant(0.0171), t279, -t730);
+    t739 = R::fused(R::constant(0.0171), t280, -t732);
+    t740 = R::fused(t277, R::constant(0.00001), -t726);
     t741 = t393 + t734;
     t742 = t394 - t736;
     // right_foot: wrench handed to its parent
@@ -977,10 +977,10 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t748 = R::fused(-sin_q_right_ankle_roll, t644, t747);
     t749 = sin_q_right_ankle_roll * t643;
     t750 = R::fused(cos_q_right_ankle_roll, t644, t749);
-    t751 = R::fused(R::constant(0.017099999999999997), t252, -t633);
-    t752 = R::fused(R::constant(0.017099999999999997), t253, -t744);
-    t753 = R::fused(R::constant(0.017099999999999997), t254, -t746);
-    t754 = R::fused(t251, R::constant(0.000010000000000000026), -t642);
+    t751 = R::fused(R::constant(0.0171), t252, -t633);
+    t752 = R::fused(R::constant(0.0171), t253, -t744);
+    t753 = R::fused(R::constant(0.0171), t254, -t746);
+    t754 = R::fused(t251, R::constant(0.00001), -t642);
     t755 = t387 + t748;
     t756 = t388 - t750;
     // left_ankle: wrench handed to its parent
@@ -992,9 +992,9 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t762 = R::fused(-sin_q_left_ankle_pitch, t740, t761);
     t763 = sin_q_left_ankle_pitch * t742;
     t764 = R::fused(cos_q_left_ankle_pitch, t740, t763);
-    t765 = R::fused(R::constant(0.29034000000000004), t226, t760);
-    t766 = R::fused(R::constant(0.29034000000000004), t227, -t738);
-    t767 = R::fused(R::constant(0.29034000000000004), t228, t758);
+    t765 = R::fused(R::constant(0.29034), t226, t760);
+    t766 = R::fused(R::constant(0.29034), t227, -t738);
+    t767 = R::fused(R::constant(0.29034), t228, t758);
     let (
         t768, t769, t770, t771, t772, t773, t774, t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785,
         t786, t787, t788, t789, t790, t791, t792, t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803,
@@ -1019,9 +1019,9 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t778 = R::fused(-sin_q_right_ankle_pitch, t754, t777);
     t779 = sin_q_right_ankle_pitch * t756;
     t780 = R::fused(cos_q_right_ankle_pitch, t754, t779);
-    t781 = R::fused(R::constant(0.29034000000000004), t200, t776);
-    t782 = R::fused(R::constant(0.29034000000000004), t201, -t752);
-    t783 = R::fused(R::constant(0.29034000000000004), t202, t774);
+    t781 = R::fused(R::constant(0.29034), t200, t776);
+    t782 = R::fused(R::constant(0.29034), t201, -t752);
+    t783 = R::fused(R::constant(0.29034), t202, t774);
     t784 = t374 + t780;
     t785 = t375 + t755;
     t786 = t373 - t778;
@@ -1072,7 +1072,7 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t828 = R::fused(-cos_q_left_hip_pitch, t803, t827);
     t829 = t352 - t828;
     t830 = t354 - t804;
-    t831 = R::fused(t128, R::constant(0.6135741234000001), -t826);
+    t831 = R::fused(t128, R::constant(0.6135741234), -t826);
     // right_upper_leg: wrench handed to its parent
     t832 = cos_q_right_hip_pitch * t815;
     t833 = R::fused(-sin_q_right_hip_pitch, t813, t832);
@@ -1084,7 +1084,7 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t839 = R::fused(-cos_q_right_hip_pitch, t819, t838);
     t840 = t348 - t839;
     t841 = t350 - t820;
-    t842 = R::fused(t109, R::constant(0.6135741234000001), -t837);
+    t842 = R::fused(t109, R::constant(0.6135741234), -t837);
     // left_hip_roll_link: wrench handed to its parent
     t843 = cos_q_left_hip_roll * t798;
     t844 = R::fused(sin_q_left_hip_roll, t822, t843);
@@ -1095,7 +1095,7 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t849 = sin_q_left_hip_roll * t830;
     t850 = R::fused(cos_q_left_hip_roll, t831, t849);
     t851 = t344 - t829;
-    t852 = R::fused(t91, R::constant(0.6135941234000002), -t848);
+    t852 = R::fused(t91, R::constant(0.6135941234), -t848);
     t853 = t346 + t850;
     // right_hip_roll_link: wrench handed to its parent
     t854 = cos_q_right_hip_roll * t814;
@@ -1107,7 +1107,7 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t860 = sin_q_right_hip_roll * t841;
     t861 = R::fused(cos_q_right_hip_roll, t842, t860);
     t862 = t340 - t840;
-    t863 = R::fused(t69, R::constant(0.6135941234000002), -t859);
+    t863 = R::fused(t69, R::constant(0.6135941234), -t859);
     t864 = t342 + t861;
     // left_hip_yaw_link: wrench handed to its parent
     t865 = cos_q_left_hip_yaw * t824;

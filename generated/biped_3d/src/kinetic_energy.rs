@@ -225,7 +225,7 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t122 = R::fused(R::constant(-2.444), v_base_angular_x, t119);
     t123 = R::constant(2.444) * v_base_linear_y;
     t124 = R::constant(2.444) * v_base_linear_x;
-    t125 = R::constant(0.15445499999999998) * v_base_angular_z;
+    t125 = R::constant(0.154455) * v_base_angular_z;
     t126 = R::fused(R::constant(-1.4977057904), v_base_angular_x, t123);
     t127 = R::fused(R::constant(1.3994107904), v_base_angular_y, t124);
     t128 = v_base_linear_x * t121;
@@ -236,26 +236,26 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t133 = R::fused(-v_base_angular_z, t125, t132);
     t134 = t130 - t133;
     // right_hip_yaw_link: kinetic energy
-    t135 = R::constant(0.30679206170000006) * t9;
-    t136 = R::constant(0.3068020617000001) * t12;
+    t135 = R::constant(0.3067920617) * t9;
+    t136 = R::constant(0.3068020617) * t12;
     t137 = t9 * t135;
     t138 = R::fused(-t12, t136, t137);
     t139 = t134 - t138;
     // left_hip_yaw_link: kinetic energy
-    t140 = R::constant(0.30679206170000006) * t20;
-    t141 = R::constant(0.3068020617000001) * t23;
+    t140 = R::constant(0.3067920617) * t20;
+    t141 = R::constant(0.3068020617) * t23;
     t142 = t20 * t140;
     t143 = R::fused(-t23, t141, t142);
     t144 = t139 - t143;
     // right_hip_roll_link: kinetic energy
-    t145 = R::constant(0.30679206170000006) * t32;
-    t146 = R::constant(0.30678206170000005) * t29;
+    t145 = R::constant(0.3067920617) * t32;
+    t146 = R::constant(0.3067820617) * t29;
     t147 = t32 * t145;
     t148 = R::fused(-t29, t146, t147);
     t149 = t144 + t148;
     // left_hip_roll_link: kinetic energy
-    t150 = R::constant(0.30679206170000006) * t41;
-    t151 = R::constant(0.30678206170000005) * t38;
+    t150 = R::constant(0.3067920617) * t41;
+    t151 = R::constant(0.3067820617) * t38;
     t152 = t41 * t150;
     t153 = R::fused(-t38, t151, t152);
     t154 = t149 + t153;
@@ -264,8 +264,8 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t156 = R::constant(0.8932) * t49;
     t157 = R::constant(0.8932) * t25;
     t158 = R::constant(0.8932) * t45;
-    t159 = R::constant(0.23740175003000002) * t47;
-    t160 = R::fused(R::constant(-0.24091175000000004), t50, t158);
+    t159 = R::constant(0.23740175003) * t47;
+    t160 = R::fused(R::constant(-0.24091175), t50, t158);
     t161 = t45 * t155;
     t162 = R::fused(-t25, t156, t161);
     t163 = t154 - t162;
@@ -278,8 +278,8 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t169 = R::constant(0.8932) * t58;
     t170 = R::constant(0.8932) * t34;
     t171 = R::constant(0.8932) * t54;
-    t172 = R::constant(0.23740175003000002) * t56;
-    t173 = R::fused(R::constant(-0.24091175000000004), t59, t171);
+    t172 = R::constant(0.23740175003) * t56;
+    t173 = R::fused(R::constant(-0.24091175), t59, t171);
     t174 = t54 * t168;
     t175 = R::fused(-t34, t169, t174);
     t176 = t167 - t175;
@@ -288,11 +288,11 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t179 = R::fused(-t56, t172, t178);
     t180 = t176 + t179;
     // right_lower_leg: kinetic energy
-    t181 = R::constant(0.29034000000000004) * t70;
-    t182 = R::constant(0.29034000000000004) * t69;
-    t183 = R::constant(0.29034000000000004) * t61;
-    t184 = R::constant(0.29034000000000004) * t65;
-    t185 = R::constant(0.06544947833300001) * t67;
+    t181 = R::constant(0.29034) * t70;
+    t182 = R::constant(0.29034) * t69;
+    t183 = R::constant(0.29034) * t61;
+    t184 = R::constant(0.29034) * t65;
+    t185 = R::constant(0.065449478333) * t67;
     t186 = R::fused(R::constant(-0.06634781167), t70, t184);
     t187 = t65 * t181;
     t188 = R::fused(-t61, t182, t187);
@@ -302,11 +302,11 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t192 = R::fused(-t67, t185, t191);
     t193 = t189 + t192;
     // left_lower_leg: kinetic energy
-    t194 = R::constant(0.29034000000000004) * t81;
-    t195 = R::constant(0.29034000000000004) * t80;
-    t196 = R::constant(0.29034000000000004) * t72;
-    t197 = R::constant(0.29034000000000004) * t76;
-    t198 = R::constant(0.06544947833300001) * t78;
+    t194 = R::constant(0.29034) * t81;
+    t195 = R::constant(0.29034) * t80;
+    t196 = R::constant(0.29034) * t72;
+    t197 = R::constant(0.29034) * t76;
+    t198 = R::constant(0.065449478333) * t78;
     t199 = R::fused(R::constant(-0.06634781167), t81, t197);
     t200 = t76 * t194;
     t201 = R::fused(-t72, t195, t200);
@@ -316,10 +316,10 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t205 = R::fused(-t78, t198, t204);
     t206 = t202 + t205;
     // right_ankle: kinetic energy
-    t207 = R::constant(0.017099999999999997) * t89;
-    t208 = R::constant(0.017099999999999997) * t92;
-    t209 = R::constant(0.017099999999999997) * t85;
-    t210 = R::constant(0.017099999999999997) * t83;
+    t207 = R::constant(0.0171) * t89;
+    t208 = R::constant(0.0171) * t92;
+    t209 = R::constant(0.0171) * t85;
+    t210 = R::constant(0.0171) * t83;
     t211 = R::fused(R::constant(0.00383375), t92, t209);
     t212 = R::fused(R::constant(-0.00382375), t89, t210);
     t213 = t83 * t207;
@@ -329,10 +329,10 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t217 = R::fused(-t89, t212, t216);
     t218 = t215 + t217;
     // left_ankle: kinetic energy
-    t219 = R::constant(0.017099999999999997) * t100;
-    t220 = R::constant(0.017099999999999997) * t103;
-    t221 = R::constant(0.017099999999999997) * t96;
-    t222 = R::constant(0.017099999999999997) * t94;
+    t219 = R::constant(0.0171) * t100;
+    t220 = R::constant(0.0171) * t103;
+    t221 = R::constant(0.0171) * t96;
+    t222 = R::constant(0.0171) * t94;
     t223 = R::fused(R::constant(0.00383375), t103, t221);
     t224 = R::fused(R::constant(-0.00382375), t100, t222);
     t225 = t94 * t219;
@@ -342,13 +342,13 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t229 = R::fused(-t100, t224, t228);
     t230 = t227 + t229;
     // right_foot: kinetic energy
-    t231 = R::constant(0.028499999999999998) * t107;
-    t232 = R::constant(0.028499999999999998) * t110;
-    t233 = R::constant(0.028499999999999998) * t87;
+    t231 = R::constant(0.0285) * t107;
+    t232 = R::constant(0.0285) * t110;
+    t233 = R::constant(0.0285) * t87;
     t234 = R::constant(0.00207575) * t110;
     t235 = R::fused(R::constant(-0.000855), t109, t234);
     t236 = R::constant(0.000855) * t110;
-    t237 = R::fused(R::constant(0.028499999999999998), t105, t235);
+    t237 = R::fused(R::constant(0.0285), t105, t235);
     t238 = R::fused(R::constant(-0.00092625), t107, t233);
     t239 = t87 * t231;
     t240 = R::fused(-t105, t232, t239);
@@ -358,13 +358,13 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     t244 = R::fused(-t109, t236, t243);
     t245 = t241 + t244;
     // left_foot: kinetic energy
-    t246 = R::constant(0.028499999999999998) * t114;
-    t247 = R::constant(0.028499999999999998) * t117;
-    t248 = R::constant(0.028499999999999998) * t98;
+    t246 = R::constant(0.0285) * t114;
+    t247 = R::constant(0.0285) * t117;
+    t248 = R::constant(0.0285) * t98;
     t249 = R::constant(0.00207575) * t117;
     t250 = R::fused(R::constant(-0.000855), t116, t249);
     t251 = R::constant(0.000855) * t117;
-    t252 = R::fused(R::constant(0.028499999999999998), t112, t250);
+    t252 = R::fused(R::constant(0.0285), t112, t250);
     t253 = R::fused(R::constant(-0.00092625), t114, t248);
     t254 = t98 * t246;
     t255 = R::fused(-t112, t247, t254);

@@ -58,22 +58,22 @@ pub(super) fn potential_energy_program<R: Real>(q: &[R; NQ], out: &mut [[R; 1]; 
         q_right_knee_pitch, q_left_hip_pitch, q_right_hip_pitch, q_left_hip_roll, q_right_hip_roll, q_left_hip_yaw,
         q_right_hip_yaw,
     ]);
-    let t0 = R::constant(0.028499999999999998) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    let t1 = R::constant(0.028499999999999998) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    let t2 = R::constant(0.028499999999999998) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    let t3 = R::constant(0.028499999999999998) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    let t0 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    let t1 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    let t2 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    let t3 = R::constant(0.0285) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     // left_ankle: sums of what it carries
     let t4 = t1 * cos_q_left_ankle_pitch;
-    let t5 = R::fused(R::constant(0.017099999999999997), sin_q_left_ankle_pitch, t4);
+    let t5 = R::fused(R::constant(0.0171), sin_q_left_ankle_pitch, t4);
     let t6 = t1 * sin_q_left_ankle_pitch;
-    let t7 = R::fused(R::constant(-0.017099999999999997), cos_q_left_ankle_pitch, t6);
-    let t8 = R::constant(0.29034000000000004) + t5;
+    let t7 = R::fused(R::constant(-0.0171), cos_q_left_ankle_pitch, t6);
+    let t8 = R::constant(0.29034) + t5;
     // right_ankle: sums of what it carries
     let t9 = t3 * cos_q_right_ankle_pitch;
-    let t10 = R::fused(R::constant(0.017099999999999997), sin_q_right_ankle_pitch, t9);
+    let t10 = R::fused(R::constant(0.0171), sin_q_right_ankle_pitch, t9);
     let t11 = t3 * sin_q_right_ankle_pitch;
-    let t12 = R::fused(R::constant(-0.017099999999999997), cos_q_right_ankle_pitch, t11);
-    let t13 = R::constant(0.29034000000000004) + t10;
+    let t12 = R::fused(R::constant(-0.0171), cos_q_right_ankle_pitch, t11);
+    let t13 = R::constant(0.29034) + t10;
     // left_lower_leg: sums of what it carries
     let t14 = t8 * cos_q_left_knee_pitch;
     let t15 = R::fused(-t7, sin_q_left_knee_pitch, t14);

@@ -28,7 +28,7 @@ pub fn base_parameters_into<R: Real>(out: &mut SMatrix<R, 16, 1>) {
 #[inline]
 pub(super) fn base_parameters_program<R: Real>(out: &mut [[R; 16]; 1]) {
     *out = [[
-        R::constant(32.0), R::constant(0.0), R::constant(2.88), R::constant(2.0212000000000003), R::constant(0.0),
+        R::constant(32.0), R::constant(0.0), R::constant(2.88), R::constant(2.0212), R::constant(0.0),
         R::constant(-2.0280000000000005), R::constant(1.0642800000000001), R::constant(0.0),
         R::constant(-2.0280000000000005), R::constant(1.0642800000000001), R::constant(0.0), R::constant(-0.768),
         R::constant(0.38432), R::constant(0.0), R::constant(-0.768), R::constant(0.38432),

@@ -83,17 +83,17 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t37 = R::fused(-t14, t33, t36);
     let t38 = t35 + t37;
     // left_femur: sums of what it carries
-    let t39 = R::constant(2.0280000000000005) * cos_t1;
-    let t40 = R::constant(2.0280000000000005) * sin_t1;
+    let t39 = R::constant(2.028) * cos_t1;
+    let t40 = R::constant(2.028) * sin_t1;
     let t41 = R::fused(t8, t40, t23);
     let t42 = R::fused(t8, t39, t24);
-    let t43 = R::fused(-sin_t1, R::constant(19.894680000000005), t29);
+    let t43 = R::fused(-sin_t1, R::constant(19.89468), t29);
     // right_femur: sums of what it carries
-    let t44 = R::constant(2.0280000000000005) * cos_t0;
-    let t45 = R::constant(2.0280000000000005) * sin_t0;
+    let t44 = R::constant(2.028) * cos_t0;
+    let t45 = R::constant(2.028) * sin_t0;
     let t46 = R::fused(t6, t45, t32);
     let t47 = R::fused(t6, t44, t33);
-    let t48 = R::fused(-sin_t0, R::constant(19.894680000000005), t38);
+    let t48 = R::fused(-sin_t0, R::constant(19.89468), t38);
     let t49 = t41 + t46;
     let t50 = t42 + t47;
     let t51 = t43 + t48;

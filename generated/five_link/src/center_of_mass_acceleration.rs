@@ -82,15 +82,15 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let t18 = R::fused(sin_q_left_knee_pitch, t15, t17);
     let t19 = sin_q_left_knee_pitch * t16;
     let t20 = R::fused(-cos_q_left_knee_pitch, t15, t19);
-    let t21 = R::fused(R::constant(2.0280000000000005), t4, -t20);
-    let t22 = R::fused(R::constant(2.0280000000000005), t6, t18);
+    let t21 = R::fused(R::constant(2.028), t4, -t20);
+    let t22 = R::fused(R::constant(2.028), t6, t18);
     // right_tibia: sums of what it carries
     let t23 = cos_q_right_knee_pitch * t14;
     let t24 = R::fused(sin_q_right_knee_pitch, t13, t23);
     let t25 = sin_q_right_knee_pitch * t14;
     let t26 = R::fused(-cos_q_right_knee_pitch, t13, t25);
-    let t27 = R::fused(R::constant(2.0280000000000005), t1, -t26);
-    let t28 = R::fused(R::constant(2.0280000000000005), t3, t24);
+    let t27 = R::fused(R::constant(2.028), t1, -t26);
+    let t28 = R::fused(R::constant(2.028), t3, t24);
     // left_femur: sums of what it carries
     let t29 = cos_q_left_hip_pitch * t22;
     let t30 = R::fused(sin_q_left_hip_pitch, t21, t29);

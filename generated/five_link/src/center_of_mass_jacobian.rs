@@ -56,9 +56,9 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t14 = t5 * sin_q_left_knee_pitch;
     let t15 = R::fused(t7, cos_q_left_knee_pitch, t14);
     let t16 = R::constant(0.768) * sin_q_left_knee_pitch; // left_tibia: sums of what it carries
-    let t17 = R::fused(R::constant(0.768), cos_q_left_knee_pitch, R::constant(2.0280000000000005)); // left_tibia
+    let t17 = R::fused(R::constant(0.768), cos_q_left_knee_pitch, R::constant(2.028)); // left_tibia
     let t18 = R::constant(0.768) * sin_q_right_knee_pitch; // right_tibia: sums of what it carries
-    let t19 = R::fused(R::constant(0.768), cos_q_right_knee_pitch, R::constant(2.0280000000000005)); // right_tibia
+    let t19 = R::fused(R::constant(0.768), cos_q_right_knee_pitch, R::constant(2.028)); // right_tibia
     // left_femur: sums of what it carries
     let t20 = cos_q_left_hip_pitch * t17;
     let t21 = R::fused(-sin_q_left_hip_pitch, t16, t20);

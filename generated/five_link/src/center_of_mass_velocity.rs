@@ -45,8 +45,8 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t1 = v_base_pitch + v_left_hip_pitch; // left_femur: velocity
     let t2 = t0 + v_right_knee_pitch; // right_tibia: velocity
     let t3 = t1 + v_left_knee_pitch; // left_tibia: velocity
-    let t4 = R::constant(2.0280000000000005) * t0; // right_femur: momentum
-    let t5 = R::constant(2.0280000000000005) * t1; // left_femur: momentum
+    let t4 = R::constant(2.028) * t0; // right_femur: momentum
+    let t5 = R::constant(2.028) * t1; // left_femur: momentum
     let t6 = R::constant(0.768) * t2; // right_tibia: momentum
     let t7 = R::constant(0.768) * t3; // left_tibia: momentum
     let t8 = sin_q_left_knee_pitch * t7; // left_tibia: sums of what it carries

@@ -71,11 +71,11 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t20 = R::fused(t18, cos_q_left_knee_pitch, t19);
     let t21 = t13 + v_left_knee_pitch;
     let t22 = R::constant(2.88) * t3; // torso: momentum
-    let t23 = R::fused(R::constant(-2.0212000000000003), v_base_pitch, t22); // torso: momentum
-    let t24 = R::constant(2.0280000000000005) * t7; // right_femur: momentum
-    let t25 = R::fused(R::constant(1.0642800000000001), t8, t24); // right_femur: momentum
-    let t26 = R::constant(2.0280000000000005) * t12; // left_femur: momentum
-    let t27 = R::fused(R::constant(1.0642800000000001), t13, t26); // left_femur: momentum
+    let t23 = R::fused(R::constant(-2.0212), v_base_pitch, t22); // torso: momentum
+    let t24 = R::constant(2.028) * t7; // right_femur: momentum
+    let t25 = R::fused(R::constant(1.06428), t8, t24); // right_femur: momentum
+    let t26 = R::constant(2.028) * t12; // left_femur: momentum
+    let t27 = R::fused(R::constant(1.06428), t13, t26); // left_femur: momentum
     let t28 = R::constant(0.768) * t17; // right_tibia: momentum
     let t29 = R::constant(0.768) * t16; // right_tibia: momentum
     let t30 = R::fused(R::constant(0.38432), t17, t29); // right_tibia: momentum
@@ -85,13 +85,13 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     // left_tibia: sums of what it carries
     let t34 = sin_q_left_knee_pitch * t31;
     let t35 = cos_q_left_knee_pitch * t31;
-    let t36 = R::fused(R::constant(2.0280000000000005), t13, t35);
+    let t36 = R::fused(R::constant(2.028), t13, t35);
     let t37 = t27 + t33;
     let t38 = R::fused(R::constant(0.4), t35, t37);
     // right_tibia: sums of what it carries
     let t39 = sin_q_right_knee_pitch * t28;
     let t40 = cos_q_right_knee_pitch * t28;
-    let t41 = R::fused(R::constant(2.0280000000000005), t8, t40);
+    let t41 = R::fused(R::constant(2.028), t8, t40);
     let t42 = t25 + t30;
     let t43 = R::fused(R::constant(0.4), t40, t42);
     // left_femur: sums of what it carries
@@ -119,9 +119,9 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t63 = R::fused(q_base_z, t61, t56); // base/z: sums of what it carries
     let t64 = R::fused(-q_base_x, t62, t63); // base/x: sums of what it carries
     let t65 = R::constant(0.768) * sin_q_left_knee_pitch; // left_tibia: sums of what it carries
-    let t66 = R::fused(R::constant(0.768), cos_q_left_knee_pitch, R::constant(2.0280000000000005)); // left_tibia
+    let t66 = R::fused(R::constant(0.768), cos_q_left_knee_pitch, R::constant(2.028)); // left_tibia
     let t67 = R::constant(0.768) * sin_q_right_knee_pitch; // right_tibia: sums of what it carries
-    let t68 = R::fused(R::constant(0.768), cos_q_right_knee_pitch, R::constant(2.0280000000000005)); // right_tibia
+    let t68 = R::fused(R::constant(0.768), cos_q_right_knee_pitch, R::constant(2.028)); // right_tibia
     // left_femur: sums of what it carries
     let t69 = cos_q_left_hip_pitch * t66;
     let t70 = R::fused(-sin_q_left_hip_pitch, t65, t69);

@@ -79,13 +79,13 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t32 = R::fused(-t10, t25, t31);
     let t33 = t30 + t32;
     // left_femur: sums of what it carries
-    let t34 = R::constant(2.0280000000000005) * cos_t1;
-    let t35 = R::constant(2.0280000000000005) * sin_t1;
+    let t34 = R::constant(2.028) * cos_t1;
+    let t35 = R::constant(2.028) * sin_t1;
     let t36 = R::fused(t5, t34, t18);
     let t37 = R::fused(t5, t35, t19);
     // right_femur: sums of what it carries
-    let t38 = R::constant(2.0280000000000005) * cos_t0;
-    let t39 = R::constant(2.0280000000000005) * sin_t0;
+    let t38 = R::constant(2.028) * cos_t0;
+    let t39 = R::constant(2.028) * sin_t0;
     let t40 = R::fused(t4, t38, t27);
     let t41 = R::fused(t4, t39, t28);
     let t42 = t36 + t40;

@@ -95,13 +95,13 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t37 = t9 * t32;
     let t38 = R::fused(-t10, t33, t37);
     // left_femur: sums of what it carries
-    let t39 = R::constant(2.0280000000000005) * cos_t1;
-    let t40 = R::constant(2.0280000000000005) * sin_t1;
+    let t39 = R::constant(2.028) * cos_t1;
+    let t40 = R::constant(2.028) * sin_t1;
     let t41 = R::fused(t8, t40, t23);
     let t42 = R::fused(t8, t39, t24);
     // right_femur: sums of what it carries
-    let t43 = R::constant(2.0280000000000005) * cos_t0;
-    let t44 = R::constant(2.0280000000000005) * sin_t0;
+    let t43 = R::constant(2.028) * cos_t0;
+    let t44 = R::constant(2.028) * sin_t0;
     let t45 = R::fused(t6, t44, t32);
     let t46 = R::fused(t6, t43, t33);
     let t47 = t41 + t45;
@@ -117,8 +117,8 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t55 = tau_left_hip_pitch - t54;
     let t56 = tau_right_hip_pitch - tau_right_knee_pitch;
     let t57 = tau_left_hip_pitch - tau_left_knee_pitch;
-    let t58 = R::fused(-sin_t0, R::constant(19.894680000000005), t38); // right_tibia: moment in absolute angles
-    let t59 = R::fused(-sin_t1, R::constant(19.894680000000005), t29); // left_tibia: moment in absolute angles
+    let t58 = R::fused(-sin_t0, R::constant(19.89468), t38); // right_tibia: moment in absolute angles
+    let t59 = R::fused(-sin_t1, R::constant(19.89468), t29); // left_tibia: moment in absolute angles
     let t60 = tau_base_x - t51;
     let t61 = tau_base_z - t53;
     let t62 = R::fused(sin_q_base_pitch, R::constant(28.2528), -t55);
@@ -130,7 +130,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t68 = R::fused(t15, t21, t27); // left_femur: mass matrix in absolute angles
     // factors of the mass matrix
     let t69 = t68 * R::constant(2.601998334721066);
-    let t70 = R::fused(-t68, t69, R::constant(1.0642800000000001));
+    let t70 = R::fused(-t68, t69, R::constant(1.06428));
     let t71 = R::fused(-t22, t69, t40);
     let t72 = R::fused(-t21, t69, t39);
     let t73 = sin_t3 * R::constant(1.9983347210657787);
@@ -139,7 +139,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t76 = cos_t3 * R::constant(1.9983347210657787);
     let t77 = R::fused(-t21, t76, R::constant(32.0));
     let t78 = t67 * R::constant(2.601998334721066);
-    let t79 = R::fused(-t67, t78, R::constant(1.0642800000000001));
+    let t79 = R::fused(-t67, t78, R::constant(1.06428));
     let t80 = R::fused(-t31, t78, t44);
     let t81 = R::fused(-t30, t78, t43);
     let t82 = sin_t2 * R::constant(1.9983347210657787);
@@ -159,10 +159,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t96 = R::fused(t81, t94, t90);
     let t97 = t81 * t93;
     let t98 = R::fused(-t81, t97, t92);
-    let t99 = sin_q_base_pitch * R::constant(1.4248961013259447);
+    let t99 = sin_q_base_pitch * R::constant(1.4248961013259451);
     let t100 = R::fused(-t50, t99, t95);
     let t101 = R::fused(t49, t99, t96);
-    let t102 = cos_q_base_pitch * R::constant(1.4248961013259447);
+    let t102 = cos_q_base_pitch * R::constant(1.4248961013259451);
     let t103 = R::fused(-t49, t102, t98);
     let t104 = R::constant(1.0) / t100;
     let t105 = t101 * t104;
@@ -185,7 +185,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     // other
     let t121 = t107 * t120;
     let t122 = t104 * t118;
-    let t123 = t62 * R::constant(0.49475559073817527);
+    let t123 = t62 * R::constant(0.4947555907381754);
     let t124 = t93 * t111;
     let t125 = t87 * t108;
     let t126 = t64 * R::constant(2.601998334721066);

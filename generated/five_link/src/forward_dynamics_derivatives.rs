@@ -149,12 +149,12 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t65 = t9 * t49;
     t66 = R::fused(-t10, t50, t65);
     // left_femur: sums of what it carries
-    t67 = R::constant(2.0280000000000005) * cos_t1;
-    t68 = R::constant(2.0280000000000005) * sin_t1;
+    t67 = R::constant(2.028) * cos_t1;
+    t68 = R::constant(2.028) * sin_t1;
     t69 = t8 * t68;
     t70 = t8 * t67;
-    t71 = sin_t1 * R::constant(4.056000000000001);
-    t72 = cos_t1 * R::constant(4.056000000000001);
+    t71 = sin_t1 * R::constant(4.056);
+    t72 = cos_t1 * R::constant(4.056);
     t73 = t28 + t68;
     t74 = t27 + t67;
     t75 = R::fused(t7, t72, t35);
@@ -162,12 +162,12 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t77 = t29 + t69;
     t78 = t30 + t70;
     // right_femur: sums of what it carries
-    t79 = R::constant(2.0280000000000005) * cos_t0;
-    t80 = R::constant(2.0280000000000005) * sin_t0;
+    t79 = R::constant(2.028) * cos_t0;
+    t80 = R::constant(2.028) * sin_t0;
     t81 = t6 * t80;
     t82 = t6 * t79;
-    t83 = sin_t0 * R::constant(4.056000000000001);
-    t84 = cos_t0 * R::constant(4.056000000000001);
+    t83 = sin_t0 * R::constant(4.056);
+    t84 = cos_t0 * R::constant(4.056);
     t85 = t48 + t80;
     t86 = t47 + t79;
     t87 = R::fused(t5, t84, t55);
@@ -236,11 +236,11 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t146 = t76 + t135;
     // factors of the mass matrix
     t147 = t112 * R::constant(2.601998334721066);
-    t148 = R::fused(-t112, t147, R::constant(1.0642800000000001));
+    t148 = R::fused(-t112, t147, R::constant(1.06428));
     t149 = R::fused(-t28, t147, t68);
     t150 = R::fused(-t27, t147, t67);
     t151 = t111 * R::constant(2.601998334721066);
-    t152 = R::fused(-t111, t151, R::constant(1.0642800000000001));
+    t152 = R::fused(-t111, t151, R::constant(1.06428));
     t153 = R::fused(-t48, t151, t80);
     t154 = R::fused(-t47, t151, t79);
     t155 = R::constant(1.0) / t148;
@@ -255,10 +255,10 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t164 = R::fused(t154, t162, t158);
     t165 = t154 * t161;
     t166 = R::fused(-t154, t165, t160);
-    t167 = sin_q_base_pitch * R::constant(1.4248961013259447);
+    t167 = sin_q_base_pitch * R::constant(1.4248961013259451);
     t168 = R::fused(-t99, t167, t163);
     t169 = R::fused(t98, t167, t164);
-    t170 = cos_q_base_pitch * R::constant(1.4248961013259447);
+    t170 = cos_q_base_pitch * R::constant(1.4248961013259451);
     t171 = R::fused(-t98, t170, t166);
     t172 = R::constant(1.0) / t168;
     t173 = t169 * t172;
@@ -289,8 +289,8 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t196 = tau_left_hip_pitch - t195;
     t197 = tau_right_hip_pitch - tau_right_knee_pitch;
     t198 = tau_left_hip_pitch - tau_left_knee_pitch;
-    t199 = R::fused(-sin_t0, R::constant(19.894680000000005), t66); // right_tibia: moment in absolute angles
-    t200 = R::fused(-sin_t1, R::constant(19.894680000000005), t46); // left_tibia: moment in absolute angles
+    t199 = R::fused(-sin_t0, R::constant(19.89468), t66); // right_tibia: moment in absolute angles
+    t200 = R::fused(-sin_t1, R::constant(19.89468), t46); // left_tibia: moment in absolute angles
     t201 = R::fused(sin_q_base_pitch, R::constant(28.2528), -t196);
     t202 = t197 + t199;
     t203 = t198 + t200;
@@ -307,7 +307,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     // other
     t213 = t175 * t212;
     t214 = t172 * t210;
-    t215 = R::constant(0.49475559073817527) * t201;
+    t215 = R::constant(0.4947555907381754) * t201;
     t216 = t161 * t205;
     t217 = t155 * t204;
     // solved by the factors
@@ -434,7 +434,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     // other
     t311 = t175 * t310;
     t312 = t172 * t308;
-    t313 = R::constant(0.49475559073817527) * t287;
+    t313 = R::constant(0.4947555907381754) * t287;
     t314 = t161 * t295;
     t315 = t155 * t290;
     t316 = R::constant(2.601998334721066) * t278;
@@ -580,7 +580,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     // other
     t447 = t175 * t446;
     t448 = t172 * t444;
-    t449 = R::constant(0.49475559073817527) * t431;
+    t449 = R::constant(0.4947555907381754) * t431;
     t450 = t161 * t435;
     t451 = t155 * t434;
     t452 = R::fused(-t173, t447, t448);
@@ -699,16 +699,16 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t554 = R::fused(t173, t552, t553);
     t555 = t176 * t552;
     t556 = R::fused(t167, t553, t555);
-    t557 = R::constant(0.49475559073817527) + t556;
+    t557 = R::constant(0.4947555907381754) + t556;
     t558 = t175 * t183;
     t559 = t172 * t189;
     t560 = R::fused(t173, t558, t559);
     t561 = t176 * t558;
     t562 = R::fused(t167, t559, t561);
-    t563 = R::constant(0.49475559073817527) + t562;
+    t563 = R::constant(0.4947555907381754) + t562;
     t564 = t183 * t558;
     t565 = R::fused(t189, t559, t564);
-    t566 = R::constant(0.49475559073817527) + t565;
+    t566 = R::constant(0.4947555907381754) + t565;
     t567 = t161 + t566;
     t568 = t175 * t185;
     t569 = t172 * t191;
@@ -728,15 +728,15 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t583 = R::fused(t173, t581, t582);
     t584 = t176 * t581;
     t585 = R::fused(t167, t582, t584);
-    t586 = R::constant(0.49475559073817527) + t585;
+    t586 = R::constant(0.4947555907381754) + t585;
     t587 = t183 * t581;
     t588 = R::fused(t189, t582, t587);
-    t589 = R::constant(0.49475559073817527) + t588;
+    t589 = R::constant(0.4947555907381754) + t588;
     t590 = t185 * t581;
     t591 = R::fused(t191, t582, t590);
     t592 = t184 * t581;
     t593 = R::fused(t190, t582, t592);
-    t594 = R::constant(0.49475559073817527) + t593;
+    t594 = R::constant(0.4947555907381754) + t593;
     t595 = t155 + t594;
     t596 = t175 * t186;
     t597 = t172 * t192;

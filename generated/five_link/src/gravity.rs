@@ -52,8 +52,8 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t13 = R::fused(t9, cos_q_left_knee_pitch, t12); // left_tibia: motion
     let t14 = R::constant(0.768) * t11; // right_tibia: wrench that its motion needs
     let t15 = R::constant(0.768) * t13; // left_tibia: wrench that its motion needs
-    let t16 = R::fused(R::constant(2.0280000000000005), t9, t15); // left_tibia: wrench handed to its parent
-    let t17 = R::fused(R::constant(2.0280000000000005), t5, t14); // right_tibia: wrench handed to its parent
+    let t16 = R::fused(R::constant(2.028), t9, t15); // left_tibia: wrench handed to its parent
+    let t17 = R::fused(R::constant(2.028), t5, t14); // right_tibia: wrench handed to its parent
     let t18 = R::fused(sin_q_base_pitch, R::constant(28.2528), -t16); // left_femur: wrench handed to its parent
     let t19 = t17 - t18; // right_femur: wrench handed to its parent
     *out = [[R::constant(0.0), R::constant(313.92), t19, t17, t14, t16, t15]];

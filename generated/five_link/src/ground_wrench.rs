@@ -92,12 +92,12 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     let t31 = t17 + a_left_knee_pitch;
     let t32 = t18 + v_left_knee_pitch;
     let t33 = t32 * t32;
-    let t34 = R::constant(2.0212000000000003) * a_base_pitch; // torso: wrench that its motion needs
+    let t34 = R::constant(2.0212) * a_base_pitch; // torso: wrench that its motion needs
     let t35 = R::fused(R::constant(-2.88), t4, t34); // torso: wrench that its motion needs
-    let t36 = R::constant(1.0642800000000001) * t10; // right_femur: wrench that its motion needs
-    let t37 = R::fused(R::constant(2.0280000000000005), t9, t36); // right_femur: wrench that its motion needs
-    let t38 = R::constant(1.0642800000000001) * t17; // left_femur: wrench that its motion needs
-    let t39 = R::fused(R::constant(2.0280000000000005), t16, t38); // left_femur: wrench that its motion needs
+    let t36 = R::constant(1.06428) * t10; // right_femur: wrench that its motion needs
+    let t37 = R::fused(R::constant(2.028), t9, t36); // right_femur: wrench that its motion needs
+    let t38 = R::constant(1.06428) * t17; // left_femur: wrench that its motion needs
+    let t39 = R::fused(R::constant(2.028), t16, t38); // left_femur: wrench that its motion needs
     // right_tibia: wrench that its motion needs
     let t40 = R::constant(0.768) * t24;
     let t41 = R::constant(0.768) * t26;
@@ -113,8 +113,8 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     let t49 = R::fused(sin_q_left_knee_pitch, t44, t48);
     let t50 = sin_q_left_knee_pitch * t45;
     let t51 = R::fused(-cos_q_left_knee_pitch, t44, t50);
-    let t52 = R::fused(R::constant(2.0280000000000005), t17, -t51);
-    let t53 = R::fused(R::constant(2.0280000000000005), t19, t49);
+    let t52 = R::fused(R::constant(2.028), t17, -t51);
+    let t53 = R::fused(R::constant(2.028), t19, t49);
     let t54 = t39 + t47;
     let t55 = R::fused(R::constant(-0.4), t51, t54);
     // right_tibia: sums of what it carries
@@ -122,8 +122,8 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     let t57 = R::fused(sin_q_right_knee_pitch, t40, t56);
     let t58 = sin_q_right_knee_pitch * t41;
     let t59 = R::fused(-cos_q_right_knee_pitch, t40, t58);
-    let t60 = R::fused(R::constant(2.0280000000000005), t10, -t59);
-    let t61 = R::fused(R::constant(2.0280000000000005), t12, t57);
+    let t60 = R::fused(R::constant(2.028), t10, -t59);
+    let t61 = R::fused(R::constant(2.028), t12, t57);
     let t62 = t37 + t43;
     let t63 = R::fused(R::constant(-0.4), t59, t62);
     // left_femur: sums of what it carries

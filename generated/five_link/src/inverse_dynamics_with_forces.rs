@@ -106,12 +106,12 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     let t31 = t17 + a_left_knee_pitch;
     let t32 = t18 + v_left_knee_pitch;
     let t33 = t32 * t32;
-    let t34 = R::constant(2.0212000000000003) * a_base_pitch; // torso: wrench that its motion needs
+    let t34 = R::constant(2.0212) * a_base_pitch; // torso: wrench that its motion needs
     let t35 = R::fused(R::constant(-2.88), t4, t34); // torso: wrench that its motion needs
-    let t36 = R::constant(1.0642800000000001) * t10; // right_femur: wrench that its motion needs
-    let t37 = R::fused(R::constant(2.0280000000000005), t9, t36); // right_femur: wrench that its motion needs
-    let t38 = R::constant(1.0642800000000001) * t17; // left_femur: wrench that its motion needs
-    let t39 = R::fused(R::constant(2.0280000000000005), t16, t38); // left_femur: wrench that its motion needs
+    let t36 = R::constant(1.06428) * t10; // right_femur: wrench that its motion needs
+    let t37 = R::fused(R::constant(2.028), t9, t36); // right_femur: wrench that its motion needs
+    let t38 = R::constant(1.06428) * t17; // left_femur: wrench that its motion needs
+    let t39 = R::fused(R::constant(2.028), t16, t38); // left_femur: wrench that its motion needs
     let t40 = R::constant(0.38432) * t24; // right_tibia: wrench that its motion needs
     let t41 = R::fused(R::constant(0.768), t23, t40); // right_tibia: wrench that its motion needs
     let t42 = R::constant(0.38432) * t31; // left_tibia: wrench that its motion needs
@@ -157,8 +157,8 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     let t75 = R::fused(sin_q_left_knee_pitch, t71, t74);
     let t76 = sin_q_left_knee_pitch * t72;
     let t77 = R::fused(-cos_q_left_knee_pitch, t71, t76);
-    let t78 = R::fused(R::constant(2.0280000000000005), t17, -t77);
-    let t79 = R::fused(R::constant(2.0280000000000005), t19, t75);
+    let t78 = R::fused(R::constant(2.028), t17, -t77);
+    let t79 = R::fused(R::constant(2.028), t19, t75);
     let t80 = t39 + t73;
     let t81 = R::fused(R::constant(-0.4), t77, t80);
     // right_tibia: wrench handed to its parent
@@ -166,8 +166,8 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     let t83 = R::fused(sin_q_right_knee_pitch, t64, t82);
     let t84 = sin_q_right_knee_pitch * t65;
     let t85 = R::fused(-cos_q_right_knee_pitch, t64, t84);
-    let t86 = R::fused(R::constant(2.0280000000000005), t10, -t85);
-    let t87 = R::fused(R::constant(2.0280000000000005), t12, t83);
+    let t86 = R::fused(R::constant(2.028), t10, -t85);
+    let t87 = R::fused(R::constant(2.028), t12, t83);
     let t88 = t37 + t66;
     let t89 = R::fused(R::constant(-0.4), t85, t88);
     // left_femur: wrench handed to its parent

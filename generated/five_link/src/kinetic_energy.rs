@@ -76,19 +76,19 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     // torso: kinetic energy
     let t26 = R::constant(2.88) * v_base_pitch;
     let t27 = R::constant(2.88) * t3;
-    let t28 = R::fused(R::constant(-2.0212000000000003), v_base_pitch, t27);
+    let t28 = R::fused(R::constant(-2.0212), v_base_pitch, t27);
     let t29 = R::fused(-t3, t26, t25);
     let t30 = R::fused(-v_base_pitch, t28, t29);
     // right_femur: kinetic energy
-    let t31 = R::constant(2.0280000000000005) * t8;
-    let t32 = R::constant(2.0280000000000005) * t7;
-    let t33 = R::fused(R::constant(1.0642800000000001), t8, t32);
+    let t31 = R::constant(2.028) * t8;
+    let t32 = R::constant(2.028) * t7;
+    let t33 = R::fused(R::constant(1.06428), t8, t32);
     let t34 = R::fused(t7, t31, t30);
     let t35 = R::fused(t8, t33, t34);
     // left_femur: kinetic energy
-    let t36 = R::constant(2.0280000000000005) * t13;
-    let t37 = R::constant(2.0280000000000005) * t12;
-    let t38 = R::fused(R::constant(1.0642800000000001), t13, t37);
+    let t36 = R::constant(2.028) * t13;
+    let t37 = R::constant(2.028) * t12;
+    let t38 = R::fused(R::constant(1.06428), t13, t37);
     let t39 = R::fused(t12, t36, t35);
     let t40 = R::fused(t13, t38, t39);
     // right_tibia: kinetic energy

@@ -47,12 +47,12 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t9 = R::constant(0.768) * cos_t2; // right_tibia: sums of what it carries
     let t10 = R::constant(0.4) * cos_t1; // left_tibia: motion
     let t11 = R::constant(0.4) * cos_t0; // right_tibia: motion
-    let t12 = R::fused(R::constant(2.0280000000000005), sin_t1, t4); // left_femur: sums of what it carries
-    let t13 = R::fused(R::constant(2.0280000000000005), sin_t0, t5); // right_femur: sums of what it carries
+    let t12 = R::fused(R::constant(2.028), sin_t1, t4); // left_femur: sums of what it carries
+    let t13 = R::fused(R::constant(2.028), sin_t0, t5); // right_femur: sums of what it carries
     let t14 = t6 * t4; // left_tibia: sums of what it carries
     let t15 = t7 * t5; // right_tibia: sums of what it carries
-    let t16 = R::fused(R::constant(2.0280000000000005), cos_t1, t8); // left_femur: sums of what it carries
-    let t17 = R::fused(R::constant(2.0280000000000005), cos_t0, t9); // right_femur: sums of what it carries
+    let t16 = R::fused(R::constant(2.028), cos_t1, t8); // left_femur: sums of what it carries
+    let t17 = R::fused(R::constant(2.028), cos_t0, t9); // right_femur: sums of what it carries
     let t18 = t10 * t8; // left_tibia: sums of what it carries
     let t19 = t11 * t9; // right_tibia: sums of what it carries
     let t20 = t12 + t13; // right_femur: sums of what it carries
@@ -79,10 +79,10 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t41 = -t32; // torso: sums of what it carries
     let t42 = -t16; // left_femur: sums of what it carries
     let t43 = -t8; // left_tibia: sums of what it carries
-    let t44 = R::constant(1.0642800000000001) + t38; // left_femur: sums of what it carries
-    let t45 = R::constant(1.0642800000000001) + t39; // right_femur: sums of what it carries
+    let t44 = R::constant(1.06428) + t38; // left_femur: sums of what it carries
+    let t45 = R::constant(1.06428) + t39; // right_femur: sums of what it carries
     let t46 = t44 + t45; // right_femur: sums of what it carries
-    let t47 = R::constant(2.0212000000000003) + t46; // torso: sums of what it carries
+    let t47 = R::constant(2.0212) + t46; // torso: sums of what it carries
     *out = [
         [R::constant(32.0), R::constant(0.0), t40, t25, t21, t29, t33], // base/x
         [R::constant(0.0), R::constant(32.0), t28, t13, t5, t12, t4], // base/z

@@ -71,11 +71,11 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     let t20 = R::fused(t18, cos_q_left_knee_pitch, t19);
     let t21 = t13 + v_left_knee_pitch;
     let t22 = R::constant(2.88) * t3; // torso: momentum
-    let t23 = R::fused(R::constant(-2.0212000000000003), v_base_pitch, t22); // torso: momentum
-    let t24 = R::constant(2.0280000000000005) * t7; // right_femur: momentum
-    let t25 = R::fused(R::constant(1.0642800000000001), t8, t24); // right_femur: momentum
-    let t26 = R::constant(2.0280000000000005) * t12; // left_femur: momentum
-    let t27 = R::fused(R::constant(1.0642800000000001), t13, t26); // left_femur: momentum
+    let t23 = R::fused(R::constant(-2.0212), v_base_pitch, t22); // torso: momentum
+    let t24 = R::constant(2.028) * t7; // right_femur: momentum
+    let t25 = R::fused(R::constant(1.06428), t8, t24); // right_femur: momentum
+    let t26 = R::constant(2.028) * t12; // left_femur: momentum
+    let t27 = R::fused(R::constant(1.06428), t13, t26); // left_femur: momentum
     let t28 = R::constant(0.768) * t17; // right_tibia: momentum
     let t29 = R::constant(0.768) * t16; // right_tibia: momentum
     let t30 = R::fused(R::constant(0.38432), t17, t29); // right_tibia: momentum
@@ -85,13 +85,13 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     // left_tibia: sums of what it carries
     let t34 = sin_q_left_knee_pitch * t31;
     let t35 = cos_q_left_knee_pitch * t31;
-    let t36 = R::fused(R::constant(2.0280000000000005), t13, t35);
+    let t36 = R::fused(R::constant(2.028), t13, t35);
     let t37 = t27 + t33;
     let t38 = R::fused(R::constant(0.4), t35, t37);
     // right_tibia: sums of what it carries
     let t39 = sin_q_right_knee_pitch * t28;
     let t40 = cos_q_right_knee_pitch * t28;
-    let t41 = R::fused(R::constant(2.0280000000000005), t8, t40);
+    let t41 = R::fused(R::constant(2.028), t8, t40);
     let t42 = t25 + t30;
     let t43 = R::fused(R::constant(0.4), t40, t42);
     // left_femur: sums of what it carries

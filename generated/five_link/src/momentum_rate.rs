@@ -91,12 +91,12 @@ pub(super) fn momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     let t30 = t16 + a_left_knee_pitch;
     let t31 = t17 + v_left_knee_pitch;
     let t32 = t31 * t31;
-    let t33 = R::constant(2.0212000000000003) * a_base_pitch; // torso: wrench that its motion needs
+    let t33 = R::constant(2.0212) * a_base_pitch; // torso: wrench that its motion needs
     let t34 = R::fused(R::constant(-2.88), t3, t33); // torso: wrench that its motion needs
-    let t35 = R::constant(1.0642800000000001) * t9; // right_femur: wrench that its motion needs
-    let t36 = R::fused(R::constant(2.0280000000000005), t8, t35); // right_femur: wrench that its motion needs
-    let t37 = R::constant(1.0642800000000001) * t16; // left_femur: wrench that its motion needs
-    let t38 = R::fused(R::constant(2.0280000000000005), t15, t37); // left_femur: wrench that its motion needs
+    let t35 = R::constant(1.06428) * t9; // right_femur: wrench that its motion needs
+    let t36 = R::fused(R::constant(2.028), t8, t35); // right_femur: wrench that its motion needs
+    let t37 = R::constant(1.06428) * t16; // left_femur: wrench that its motion needs
+    let t38 = R::fused(R::constant(2.028), t15, t37); // left_femur: wrench that its motion needs
     // right_tibia: wrench that its motion needs
     let t39 = R::constant(0.768) * t23;
     let t40 = R::constant(0.768) * t25;
@@ -112,8 +112,8 @@ pub(super) fn momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     let t48 = R::fused(sin_q_left_knee_pitch, t43, t47);
     let t49 = sin_q_left_knee_pitch * t44;
     let t50 = R::fused(-cos_q_left_knee_pitch, t43, t49);
-    let t51 = R::fused(R::constant(2.0280000000000005), t16, -t50);
-    let t52 = R::fused(R::constant(2.0280000000000005), t18, t48);
+    let t51 = R::fused(R::constant(2.028), t16, -t50);
+    let t52 = R::fused(R::constant(2.028), t18, t48);
     let t53 = t38 + t46;
     let t54 = R::fused(R::constant(-0.4), t50, t53);
     // right_tibia: sums of what it carries
@@ -121,8 +121,8 @@ pub(super) fn momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     let t56 = R::fused(sin_q_right_knee_pitch, t39, t55);
     let t57 = sin_q_right_knee_pitch * t40;
     let t58 = R::fused(-cos_q_right_knee_pitch, t39, t57);
-    let t59 = R::fused(R::constant(2.0280000000000005), t9, -t58);
-    let t60 = R::fused(R::constant(2.0280000000000005), t11, t56);
+    let t59 = R::fused(R::constant(2.028), t9, -t58);
+    let t60 = R::fused(R::constant(2.028), t11, t56);
     let t61 = t36 + t42;
     let t62 = R::fused(R::constant(-0.4), t58, t61);
     // left_femur: sums of what it carries

@@ -36,9 +36,9 @@ pub(super) fn potential_energy_program<R: Real>(q: &[R; NQ], out: &mut [[R; 1]; 
         [cos_q_left_knee_pitch, cos_q_right_knee_pitch, cos_q_left_hip_pitch, cos_q_right_hip_pitch, cos_q_base_pitch],
     ) = R::sin_cos_all([q_left_knee_pitch, q_right_knee_pitch, q_left_hip_pitch, q_right_hip_pitch, q_base_pitch]);
     let t0 = R::constant(0.768) * sin_q_left_knee_pitch; // left_tibia: sums of what it carries
-    let t1 = R::fused(R::constant(0.768), cos_q_left_knee_pitch, R::constant(2.0280000000000005)); // left_tibia
+    let t1 = R::fused(R::constant(0.768), cos_q_left_knee_pitch, R::constant(2.028)); // left_tibia
     let t2 = R::constant(0.768) * sin_q_right_knee_pitch; // right_tibia: sums of what it carries
-    let t3 = R::fused(R::constant(0.768), cos_q_right_knee_pitch, R::constant(2.0280000000000005)); // right_tibia
+    let t3 = R::fused(R::constant(0.768), cos_q_right_knee_pitch, R::constant(2.028)); // right_tibia
     // left_femur: sums of what it carries
     let t4 = t1 * cos_q_left_hip_pitch;
     let t5 = R::fused(-t0, sin_q_left_hip_pitch, t4);

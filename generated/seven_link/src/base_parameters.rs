@@ -36,7 +36,7 @@ pub(super) fn base_parameters_program<R: Real>(out: &mut [[R; 22]; 1]) {
         R::constant(0.012), R::constant(-0.8354999999999999), R::constant(0.23164200000000001), R::constant(0.012),
         R::constant(-0.8354999999999999), R::constant(0.23164200000000001), R::constant(0.008), R::constant(-0.3111),
         R::constant(0.07325338332999999), R::constant(0.008), R::constant(-0.3111), R::constant(0.07325338332999999),
-        R::constant(0.015399999999999999), R::constant(-0.0399), R::constant(0.0061831),
-        R::constant(0.015399999999999999), R::constant(-0.0399), R::constant(0.0061831),
+        R::constant(0.0154), R::constant(-0.0399), R::constant(0.0061831), R::constant(0.0154), R::constant(-0.0399),
+        R::constant(0.0061831),
     ]];
 }

@@ -84,9 +84,9 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t34 = R::fused(t14, t31, t26);
     // left_foot: sums of what it carries
     let t35 = R::constant(0.0399) * cos_t5;
-    let t36 = R::fused(R::constant(0.015399999999999999), sin_t5, t35);
+    let t36 = R::fused(R::constant(0.0154), sin_t5, t35);
     let t37 = R::constant(0.0399) * sin_t5;
-    let t38 = R::fused(R::constant(-0.015399999999999999), cos_t5, t37);
+    let t38 = R::fused(R::constant(-0.0154), cos_t5, t37);
     let t39 = t18 * t38;
     let t40 = t18 * t36;
     let t41 = t33 * t36;
@@ -96,9 +96,9 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t45 = t42 + t44;
     // right_foot: sums of what it carries
     let t46 = R::constant(0.0399) * cos_t4;
-    let t47 = R::fused(R::constant(0.015399999999999999), sin_t4, t46);
+    let t47 = R::fused(R::constant(0.0154), sin_t4, t46);
     let t48 = R::constant(0.0399) * sin_t4;
-    let t49 = R::fused(R::constant(-0.015399999999999999), cos_t4, t48);
+    let t49 = R::fused(R::constant(-0.0154), cos_t4, t48);
     let t50 = t16 * t49;
     let t51 = t16 * t47;
     let t52 = t29 * t47;
@@ -133,17 +133,17 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t79 = R::fused(-t20, t76, t78);
     let t80 = t77 + t79;
     // left_upper_leg: sums of what it carries
-    let t81 = R::constant(0.8354999999999999) * cos_t1;
+    let t81 = R::constant(0.8355) * cos_t1;
     let t82 = R::fused(R::constant(0.012), sin_t1, t81);
-    let t83 = R::constant(0.8354999999999999) * sin_t1;
+    let t83 = R::constant(0.8355) * sin_t1;
     let t84 = R::fused(R::constant(-0.012), cos_t1, t83);
     let t85 = R::fused(t10, t84, t63);
     let t86 = R::fused(t10, t82, t64);
     let t87 = R::fused(R::constant(-9.81), t84, t68);
     // right_upper_leg: sums of what it carries
-    let t88 = R::constant(0.8354999999999999) * cos_t0;
+    let t88 = R::constant(0.8355) * cos_t0;
     let t89 = R::fused(R::constant(0.012), sin_t0, t88);
-    let t90 = R::constant(0.8354999999999999) * sin_t0;
+    let t90 = R::constant(0.8355) * sin_t0;
     let t91 = R::fused(R::constant(-0.012), cos_t0, t90);
     let t92 = R::fused(t8, t91, t75);
     let t93 = R::fused(t8, t89, t76);
@@ -159,7 +159,7 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t102 = R::fused(-t6, t101, t95);
     let t103 = R::fused(-t6, t99, t96);
     let t104 = R::fused(R::constant(9.81), t101, t97);
-    let t105 = R::constant(186.39000000000001) + t103; // base/z: sums of what it carries
+    let t105 = R::constant(186.39) + t103; // base/z: sums of what it carries
     let t106 = -t104;
     let t107 = -t94; // right_upper_leg: sums of what it carries
     let t108 = -t77; // right_lower_leg: sums of what it carries

@@ -101,14 +101,14 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let t22 = R::fused(R::constant(-2.4915000028), t0, t21);
     // right_upper_leg: wrench that its motion needs
     let t23 = R::constant(0.012) * t3;
-    let t24 = R::fused(R::constant(0.8354999999999999), t1, t23);
+    let t24 = R::fused(R::constant(0.8355), t1, t23);
     let t25 = R::constant(0.012) * t1;
-    let t26 = R::fused(R::constant(-0.8354999999999999), t3, t25);
+    let t26 = R::fused(R::constant(-0.8355), t3, t25);
     // left_upper_leg: wrench that its motion needs
     let t27 = R::constant(0.012) * t6;
-    let t28 = R::fused(R::constant(0.8354999999999999), t4, t27);
+    let t28 = R::fused(R::constant(0.8355), t4, t27);
     let t29 = R::constant(0.012) * t4;
-    let t30 = R::fused(R::constant(-0.8354999999999999), t6, t29);
+    let t30 = R::fused(R::constant(-0.8355), t6, t29);
     // right_lower_leg: wrench that its motion needs
     let t31 = R::constant(0.008) * t9;
     let t32 = R::fused(R::constant(0.3111), t7, t31);
@@ -120,14 +120,14 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let t37 = R::constant(0.008) * t10;
     let t38 = R::fused(R::constant(-0.3111), t12, t37);
     // right_foot: wrench that its motion needs
-    let t39 = R::constant(0.015399999999999999) * t15;
+    let t39 = R::constant(0.0154) * t15;
     let t40 = R::fused(R::constant(0.0399), t13, t39);
-    let t41 = R::constant(0.015399999999999999) * t13;
+    let t41 = R::constant(0.0154) * t13;
     let t42 = R::fused(R::constant(-0.0399), t15, t41);
     // left_foot: wrench that its motion needs
-    let t43 = R::constant(0.015399999999999999) * t18;
+    let t43 = R::constant(0.0154) * t18;
     let t44 = R::fused(R::constant(0.0399), t16, t43);
-    let t45 = R::constant(0.015399999999999999) * t16;
+    let t45 = R::constant(0.0154) * t16;
     let t46 = R::fused(R::constant(-0.0399), t18, t45);
     // left_foot: sums of what it carries
     let t47 = cos_q_left_ankle_pitch * t46;

@@ -78,16 +78,16 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t23 = R::fused(t15, cos_q_left_ankle_pitch, t22);
     // left_foot: sums of what it carries
     let t24 = R::constant(0.0399) * cos_q_left_ankle_pitch;
-    let t25 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t24);
+    let t25 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t24);
     let t26 = R::constant(0.0399) * sin_q_left_ankle_pitch;
-    let t27 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t26);
+    let t27 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t26);
     let t28 = R::constant(0.008) - t27;
     let t29 = R::constant(0.3111) + t25;
     // right_foot: sums of what it carries
     let t30 = R::constant(0.0399) * cos_q_right_ankle_pitch;
-    let t31 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t30);
+    let t31 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t30);
     let t32 = R::constant(0.0399) * sin_q_right_ankle_pitch;
-    let t33 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t32);
+    let t33 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t32);
     let t34 = R::constant(0.008) - t33;
     let t35 = R::constant(0.3111) + t31;
     // left_lower_leg: sums of what it carries
@@ -96,14 +96,14 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t38 = sin_q_left_knee_pitch * t29;
     let t39 = R::fused(-cos_q_left_knee_pitch, t28, t38);
     let t40 = R::constant(0.012) - t39;
-    let t41 = R::constant(0.8354999999999999) + t37;
+    let t41 = R::constant(0.8355) + t37;
     // right_lower_leg: sums of what it carries
     let t42 = cos_q_right_knee_pitch * t35;
     let t43 = R::fused(sin_q_right_knee_pitch, t34, t42);
     let t44 = sin_q_right_knee_pitch * t35;
     let t45 = R::fused(-cos_q_right_knee_pitch, t34, t44);
     let t46 = R::constant(0.012) - t45;
-    let t47 = R::constant(0.8354999999999999) + t43;
+    let t47 = R::constant(0.8355) + t43;
     // left_upper_leg: sums of what it carries
     let t48 = cos_q_left_hip_pitch * t41;
     let t49 = R::fused(sin_q_left_hip_pitch, t40, t48);
@@ -155,14 +155,14 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t89 = R::fused(t15, t85, t88);
     // right_foot: Jacobian of the centre of mass
     let t90 = t19 * R::constant(0.0021);
-    let t91 = R::fused(-t17, R::constant(0.0008105263157894736), t90);
+    let t91 = R::fused(-t17, R::constant(0.0008105263157894737), t90);
     let t92 = t17 * R::constant(0.0021);
-    let t93 = R::fused(t19, R::constant(0.0008105263157894736), t92);
+    let t93 = R::fused(t19, R::constant(0.0008105263157894737), t92);
     // left_foot: Jacobian of the centre of mass
     let t94 = t23 * R::constant(0.0021);
-    let t95 = R::fused(-t21, R::constant(0.0008105263157894736), t94);
+    let t95 = R::fused(-t21, R::constant(0.0008105263157894737), t94);
     let t96 = t21 * R::constant(0.0021);
-    let t97 = R::fused(t23, R::constant(0.0008105263157894736), t96);
+    let t97 = R::fused(t23, R::constant(0.0008105263157894737), t96);
     let t98 = -t65; // torso: Jacobian of the centre of mass
     *out = [
         [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x

@@ -61,9 +61,9 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t4 = t2 + v_right_ankle_pitch; // right_foot: velocity
     let t5 = t3 + v_left_ankle_pitch; // left_foot: velocity
     let t6 = R::constant(0.0399) * t4; // right_foot: momentum
-    let t7 = R::constant(0.015399999999999999) * t4; // right_foot: momentum
+    let t7 = R::constant(0.0154) * t4; // right_foot: momentum
     let t8 = R::constant(0.0399) * t5; // left_foot: momentum
-    let t9 = R::constant(0.015399999999999999) * t5; // left_foot: momentum
+    let t9 = R::constant(0.0154) * t5; // left_foot: momentum
     // left_foot: sums of what it carries
     let t10 = cos_q_left_ankle_pitch * t9;
     let t11 = R::fused(-sin_q_left_ankle_pitch, t8, t10);
@@ -83,14 +83,14 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t23 = R::fused(-sin_q_left_knee_pitch, t14, t22);
     let t24 = sin_q_left_knee_pitch * t15;
     let t25 = R::fused(cos_q_left_knee_pitch, t14, t24);
-    let t26 = R::fused(R::constant(0.8354999999999999), t1, t25);
+    let t26 = R::fused(R::constant(0.8355), t1, t25);
     let t27 = R::fused(R::constant(0.012), t1, t23);
     // right_lower_leg: sums of what it carries
     let t28 = cos_q_right_knee_pitch * t21;
     let t29 = R::fused(-sin_q_right_knee_pitch, t20, t28);
     let t30 = sin_q_right_knee_pitch * t21;
     let t31 = R::fused(cos_q_right_knee_pitch, t20, t30);
-    let t32 = R::fused(R::constant(0.8354999999999999), t0, t31);
+    let t32 = R::fused(R::constant(0.8355), t0, t31);
     let t33 = R::fused(R::constant(0.012), t0, t29);
     // left_upper_leg: sums of what it carries
     let t34 = cos_q_left_hip_pitch * t27;

@@ -144,20 +144,20 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t61 = R::fused(R::constant(0.8044641474534446), a_base_pitch, -t60);
     // right_upper_leg: wrench that its motion needs
     let t62 = R::constant(0.012) * t11;
-    let t63 = R::fused(R::constant(0.8354999999999999), t9, t62);
+    let t63 = R::fused(R::constant(0.8355), t9, t62);
     let t64 = R::constant(0.012) * t9;
-    let t65 = R::fused(R::constant(-0.8354999999999999), t11, t64);
-    let t66 = R::constant(0.8354999999999999) * t8;
+    let t65 = R::fused(R::constant(-0.8355), t11, t64);
+    let t66 = R::constant(0.8355) * t8;
     let t67 = R::fused(R::constant(-0.012), t6, t66);
-    let t68 = R::fused(R::constant(0.23164200000000001), t9, t67);
+    let t68 = R::fused(R::constant(0.231642), t9, t67);
     // left_upper_leg: wrench that its motion needs
     let t69 = R::constant(0.012) * t18;
-    let t70 = R::fused(R::constant(0.8354999999999999), t16, t69);
+    let t70 = R::fused(R::constant(0.8355), t16, t69);
     let t71 = R::constant(0.012) * t16;
-    let t72 = R::fused(R::constant(-0.8354999999999999), t18, t71);
-    let t73 = R::constant(0.8354999999999999) * t15;
+    let t72 = R::fused(R::constant(-0.8355), t18, t71);
+    let t73 = R::constant(0.8355) * t15;
     let t74 = R::fused(R::constant(-0.012), t13, t73);
-    let t75 = R::fused(R::constant(0.23164200000000001), t16, t74);
+    let t75 = R::fused(R::constant(0.231642), t16, t74);
     // right_lower_leg: wrench that its motion needs
     let t76 = R::constant(0.008) * t27;
     let t77 = R::fused(R::constant(0.3111), t25, t76);
@@ -175,20 +175,20 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t88 = R::fused(R::constant(-0.008), t31, t87);
     let t89 = R::fused(R::constant(0.07325338333), t34, t88);
     // right_foot: wrench that its motion needs
-    let t90 = R::constant(0.015399999999999999) * t45;
+    let t90 = R::constant(0.0154) * t45;
     let t91 = R::fused(R::constant(0.0399), t43, t90);
-    let t92 = R::constant(0.015399999999999999) * t43;
+    let t92 = R::constant(0.0154) * t43;
     let t93 = R::fused(R::constant(-0.0399), t45, t92);
     let t94 = R::constant(0.0399) * t42;
-    let t95 = R::fused(R::constant(-0.015399999999999999), t40, t94);
+    let t95 = R::fused(R::constant(-0.0154), t40, t94);
     let t96 = R::fused(R::constant(0.0061831), t43, t95);
     // left_foot: wrench that its motion needs
-    let t97 = R::constant(0.015399999999999999) * t54;
+    let t97 = R::constant(0.0154) * t54;
     let t98 = R::fused(R::constant(0.0399), t52, t97);
-    let t99 = R::constant(0.015399999999999999) * t52;
+    let t99 = R::constant(0.0154) * t52;
     let t100 = R::fused(R::constant(-0.0399), t54, t99);
     let t101 = R::constant(0.0399) * t51;
-    let t102 = R::fused(R::constant(-0.015399999999999999), t49, t101);
+    let t102 = R::fused(R::constant(-0.0154), t49, t101);
     let t103 = R::fused(R::constant(0.0061831), t52, t102);
     // left_foot: sums of what it carries
     let t104 = cos_q_left_ankle_pitch * t100;
@@ -253,16 +253,16 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t157 = R::fused(-q_base_x, t155, t156); // base/x: sums of what it carries
     // left_foot: sums of what it carries
     let t158 = R::constant(0.0399) * cos_q_left_ankle_pitch;
-    let t159 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t158);
+    let t159 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t158);
     let t160 = R::constant(0.0399) * sin_q_left_ankle_pitch;
-    let t161 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t160);
+    let t161 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t160);
     let t162 = R::constant(0.008) - t161;
     let t163 = R::constant(0.3111) + t159;
     // right_foot: sums of what it carries
     let t164 = R::constant(0.0399) * cos_q_right_ankle_pitch;
-    let t165 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t164);
+    let t165 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t164);
     let t166 = R::constant(0.0399) * sin_q_right_ankle_pitch;
-    let t167 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t166);
+    let t167 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t166);
     let t168 = R::constant(0.008) - t167;
     let t169 = R::constant(0.3111) + t165;
     // left_lower_leg: sums of what it carries
@@ -271,14 +271,14 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t172 = sin_q_left_knee_pitch * t163;
     let t173 = R::fused(-cos_q_left_knee_pitch, t162, t172);
     let t174 = R::constant(0.012) - t173;
-    let t175 = R::constant(0.8354999999999999) + t171;
+    let t175 = R::constant(0.8355) + t171;
     // right_lower_leg: sums of what it carries
     let t176 = cos_q_right_knee_pitch * t169;
     let t177 = R::fused(sin_q_right_knee_pitch, t168, t176);
     let t178 = sin_q_right_knee_pitch * t169;
     let t179 = R::fused(-cos_q_right_knee_pitch, t168, t178);
     let t180 = R::constant(0.012) - t179;
-    let t181 = R::constant(0.8354999999999999) + t177;
+    let t181 = R::constant(0.8355) + t177;
     // left_upper_leg: sums of what it carries
     let t182 = cos_q_left_hip_pitch * t175;
     let t183 = R::fused(sin_q_left_hip_pitch, t174, t182);

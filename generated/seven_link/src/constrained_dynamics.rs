@@ -95,10 +95,10 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
         t254, t255,
     );
     t0 = R::constant(0.0399) * sin_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t1 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
+    t1 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
     t2 = cos_q_left_knee_pitch * t1; // left_foot: mass matrix
     t3 = R::constant(0.0399) * cos_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t4 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
+    t4 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
     // left_foot: mass matrix
     t5 = R::fused(sin_q_left_knee_pitch, t4, t2);
     t6 = cos_q_left_hip_pitch * t5;
@@ -112,10 +112,10 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t14 = t13 * R::constant(161.73117044848053); // factors of the mass matrix
     t15 = R::fused(-t13, t14, R::constant(19.0)); // factors of the mass matrix
     t16 = R::constant(0.0399) * sin_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t17 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t16); // right_foot
+    t17 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t16); // right_foot: sums of what it carries
     t18 = cos_q_right_knee_pitch * t17; // right_foot: mass matrix
     t19 = R::constant(0.0399) * cos_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t20 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t19); // right_foot
+    t20 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t19); // right_foot: sums of what it carries
     // right_foot: mass matrix
     t21 = R::fused(sin_q_right_knee_pitch, t20, t18);
     t22 = cos_q_right_hip_pitch * t21;
@@ -174,7 +174,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t71 = R::constant(1.0) / t70;
     t72 = t67 * t71;
     t73 = R::fused(-t67, t72, t52);
-    t74 = R::constant(0.8354999999999999) + t38; // left_lower_leg: sums of what it carries
+    t74 = R::constant(0.8355) + t38; // left_lower_leg: sums of what it carries
     t75 = sin_q_left_hip_pitch * t74; // left_upper_leg: sums of what it carries
     t76 = R::constant(0.012) - t35; // left_lower_leg: sums of what it carries
     t77 = R::fused(-cos_q_left_hip_pitch, t76, t75); // left_upper_leg: sums of what it carries
@@ -192,7 +192,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t89 = t46 * t88;
     t90 = t85 - t89;
     t91 = R::fused(t38, R::constant(0.63), t48); // left_lower_leg: sums of what it carries
-    t92 = R::constant(0.23164200000000001) + t91; // left_lower_leg: sums of what it carries
+    t92 = R::constant(0.231642) + t91; // left_lower_leg: sums of what it carries
     t93 = t82 * t83;
     t94 = t92 - t93;
     t95 = t87 * t88;
@@ -200,7 +200,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t97 = R::constant(1.0) / t96;
     t98 = t90 * t97;
     t99 = R::fused(-t90, t98, t73);
-    t100 = R::constant(0.8354999999999999) + t59; // right_lower_leg: sums of what it carries
+    t100 = R::constant(0.8355) + t59; // right_lower_leg: sums of what it carries
     t101 = sin_q_right_hip_pitch * t100; // right_upper_leg: sums of what it carries
     t102 = R::constant(0.012) - t56; // right_lower_leg: sums of what it carries
     t103 = R::fused(-cos_q_right_hip_pitch, t102, t101); // right_upper_leg: sums of what it carries
@@ -218,7 +218,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t115 = t67 * t114;
     t116 = t111 - t115;
     t117 = R::fused(R::constant(0.63), t59, t69); // right_lower_leg: sums of what it carries
-    t118 = R::constant(0.23164200000000001) + t117; // right_lower_leg: sums of what it carries
+    t118 = R::constant(0.231642) + t117; // right_lower_leg: sums of what it carries
     t119 = t108 * t109;
     t120 = t118 - t119;
     t121 = t113 * t114;
@@ -312,7 +312,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t209 = t208 * t208; // left_foot: motion
     t210 = R::constant(0.0399) * t209; // left_foot: wrench that its motion needs
     t211 = cos_q_left_ankle_pitch * t210; // left_foot: wrench handed to its parent
-    t212 = R::constant(0.015399999999999999) * t209; // left_foot: wrench that its motion needs
+    t212 = R::constant(0.0154) * t209; // left_foot: wrench that its motion needs
     t213 = R::fused(sin_q_left_ankle_pitch, t212, t211); // left_foot: wrench handed to its parent
     t214 = t207 * t207; // left_lower_leg: motion
     t215 = R::fused(R::constant(0.3111), t214, t213); // left_foot: wrench handed to its parent
@@ -322,7 +322,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t219 = R::fused(R::constant(0.008), t214, -t218); // left_foot: wrench handed to its parent
     t220 = R::fused(sin_q_left_knee_pitch, t219, t216); // left_lower_leg: wrench handed to its parent
     t221 = t206 * t206; // left_upper_leg: motion
-    t222 = R::fused(R::constant(0.8354999999999999), t221, t220); // left_lower_leg: wrench handed to its parent
+    t222 = R::fused(R::constant(0.8355), t221, t220); // left_lower_leg: wrench handed to its parent
     t223 = cos_q_left_hip_pitch * t222; // left_upper_leg: wrench handed to its parent
     t224 = sin_q_left_knee_pitch * t215; // left_lower_leg: wrench handed to its parent
     t225 = R::fused(-cos_q_left_knee_pitch, t219, t224); // left_lower_leg: wrench handed to its parent
@@ -336,7 +336,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t233 = t232 * t232; // right_foot: motion
     t234 = R::constant(0.0399) * t233; // right_foot: wrench that its motion needs
     t235 = cos_q_right_ankle_pitch * t234; // right_foot: wrench handed to its parent
-    t236 = R::constant(0.015399999999999999) * t233; // right_foot: wrench that its motion needs
+    t236 = R::constant(0.0154) * t233; // right_foot: wrench that its motion needs
     t237 = R::fused(sin_q_right_ankle_pitch, t236, t235); // right_foot: wrench handed to its parent
     t238 = t231 * t231; // right_lower_leg: motion
     t239 = R::fused(R::constant(0.3111), t238, t237); // right_foot: wrench handed to its parent
@@ -346,7 +346,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t243 = R::fused(R::constant(0.008), t238, -t242); // right_foot: wrench handed to its parent
     t244 = R::fused(sin_q_right_knee_pitch, t243, t240); // right_lower_leg: wrench handed to its parent
     t245 = t230 * t230; // right_upper_leg: motion
-    t246 = R::fused(R::constant(0.8354999999999999), t245, t244); // right_lower_leg: wrench handed to its parent
+    t246 = R::fused(R::constant(0.8355), t245, t244); // right_lower_leg: wrench handed to its parent
     t247 = cos_q_right_hip_pitch * t246; // right_upper_leg: wrench handed to its parent
     t248 = sin_q_right_knee_pitch * t239; // right_lower_leg: wrench handed to its parent
     t249 = R::fused(-cos_q_right_knee_pitch, t243, t248); // right_lower_leg: wrench handed to its parent
@@ -396,7 +396,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t276 = R::constant(0.0399) * t275; // left_foot: wrench that its motion needs
     t277 = cos_q_left_ankle_pitch * t271; // left_foot: motion
     t278 = R::fused(-sin_q_left_ankle_pitch, t274, t277); // left_foot: motion
-    t279 = R::fused(R::constant(-0.015399999999999999), t278, t276); // left_foot: wrench that its motion needs
+    t279 = R::fused(R::constant(-0.0154), t278, t276); // left_foot: wrench that its motion needs
     t280 = t279 - tau_left_ankle_pitch; // other
     t281 = R::fused(t280, t14, t261); // solved by the factors
     t282 = cos_q_right_hip_pitch * t262; // right_upper_leg: motion
@@ -414,7 +414,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t294 = R::constant(0.0399) * t293; // right_foot: wrench that its motion needs
     t295 = cos_q_right_ankle_pitch * t289; // right_foot: motion
     t296 = R::fused(-sin_q_right_ankle_pitch, t292, t295); // right_foot: motion
-    t297 = R::fused(R::constant(-0.015399999999999999), t296, t294); // right_foot: wrench that its motion needs
+    t297 = R::fused(R::constant(-0.0154), t296, t294); // right_foot: wrench that its motion needs
     t298 = t297 - tau_right_ankle_pitch; // other
     t299 = R::fused(t298, t30, t281); // solved by the factors
     t300 = R::constant(0.3111) * t274; // left_lower_leg: wrench that its motion needs
@@ -431,7 +431,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t311 = t310 - tau_right_knee_pitch; // other
     t312 = R::fused(-t298, t66, t311); // solved by the factors
     t313 = R::fused(t72, t312, t306); // solved by the factors
-    t314 = R::constant(0.8354999999999999) * t269; // left_upper_leg: wrench that its motion needs
+    t314 = R::constant(0.8355) * t269; // left_upper_leg: wrench that its motion needs
     t315 = R::fused(R::constant(-0.012), t265, t314); // left_upper_leg: wrench that its motion needs
     t316 = t315 + t303; // left_lower_leg: wrench handed to its parent
     t317 = R::fused(R::constant(-0.315), t225, t316); // left_lower_leg: wrench handed to its parent
@@ -442,7 +442,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t321 = t88 * t305;
     t322 = t320 - t321;
     t323 = R::fused(t98, t322, t313);
-    t324 = R::constant(0.8354999999999999) * t287; // right_upper_leg: wrench that its motion needs
+    t324 = R::constant(0.8355) * t287; // right_upper_leg: wrench that its motion needs
     t325 = R::fused(R::constant(-0.012), t283, t324); // right_upper_leg: wrench that its motion needs
     t326 = t325 + t310; // right_lower_leg: wrench handed to its parent
     t327 = R::fused(R::constant(-0.315), t249, t326); // right_lower_leg: wrench handed to its parent
@@ -452,7 +452,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t331 = t114 * t312;
     t332 = t330 - t331;
     t333 = R::fused(t124, t332, t323);
-    t334 = sin_q_base_pitch * R::constant(24.441615027468004); // torso: wrench that its motion needs
+    t334 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
     t335 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t334); // torso: wrench that its motion needs
     t336 = t335 - t317; // left_upper_leg: wrench handed to its parent
     t337 = t327 - t336; // right_upper_leg: wrench handed to its parent
@@ -466,7 +466,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t345 = R::fused(t149, t344, t333);
     t346 = cos_q_base_pitch * t252; // torso: wrench handed to its parent
     t347 = R::fused(sin_q_base_pitch, t259, t346); // torso: wrench handed to its parent
-    t348 = R::constant(186.39000000000001) - t347; // torso: wrench handed to its parent
+    t348 = R::constant(186.39) - t347; // torso: wrench handed to its parent
     t349 = t348 - tau_base_z; // other
     t350 = R::fused(-t280, t153, t349);
     t351 = R::fused(-t298, t157, t350);
@@ -800,10 +800,10 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
         t254, t255,
     );
     t0 = R::constant(0.0399) * sin_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t1 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
+    t1 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
     t2 = cos_q_left_knee_pitch * t1; // left_foot: mass matrix
     t3 = R::constant(0.0399) * cos_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t4 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
+    t4 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
     // left_foot: mass matrix
     t5 = R::fused(sin_q_left_knee_pitch, t4, t2);
     t6 = cos_q_left_hip_pitch * t5;
@@ -817,10 +817,10 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t14 = t13 * R::constant(161.73117044848053); // factors of the mass matrix
     t15 = R::fused(-t13, t14, R::constant(19.0)); // factors of the mass matrix
     t16 = R::constant(0.0399) * sin_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t17 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t16); // right_foot
+    t17 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t16); // right_foot: sums of what it carries
     t18 = cos_q_right_knee_pitch * t17; // right_foot: mass matrix
     t19 = R::constant(0.0399) * cos_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t20 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t19); // right_foot
+    t20 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t19); // right_foot: sums of what it carries
     // right_foot: mass matrix
     t21 = R::fused(sin_q_right_knee_pitch, t20, t18);
     t22 = cos_q_right_hip_pitch * t21;
@@ -879,7 +879,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t71 = R::constant(1.0) / t70;
     t72 = t67 * t71;
     t73 = R::fused(-t67, t72, t52);
-    t74 = R::constant(0.8354999999999999) + t38; // left_lower_leg: sums of what it carries
+    t74 = R::constant(0.8355) + t38; // left_lower_leg: sums of what it carries
     t75 = sin_q_left_hip_pitch * t74; // left_upper_leg: sums of what it carries
     t76 = R::constant(0.012) - t35; // left_lower_leg: sums of what it carries
     t77 = R::fused(-cos_q_left_hip_pitch, t76, t75); // left_upper_leg: sums of what it carries
@@ -897,7 +897,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t89 = t46 * t88;
     t90 = t85 - t89;
     t91 = R::fused(t38, R::constant(0.63), t48); // left_lower_leg: sums of what it carries
-    t92 = R::constant(0.23164200000000001) + t91; // left_lower_leg: sums of what it carries
+    t92 = R::constant(0.231642) + t91; // left_lower_leg: sums of what it carries
     t93 = t82 * t83;
     t94 = t92 - t93;
     t95 = t87 * t88;
@@ -905,7 +905,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t97 = R::constant(1.0) / t96;
     t98 = t90 * t97;
     t99 = R::fused(-t90, t98, t73);
-    t100 = R::constant(0.8354999999999999) + t59; // right_lower_leg: sums of what it carries
+    t100 = R::constant(0.8355) + t59; // right_lower_leg: sums of what it carries
     t101 = sin_q_right_hip_pitch * t100; // right_upper_leg: sums of what it carries
     t102 = R::constant(0.012) - t56; // right_lower_leg: sums of what it carries
     t103 = R::fused(-cos_q_right_hip_pitch, t102, t101); // right_upper_leg: sums of what it carries
@@ -923,7 +923,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t115 = t67 * t114;
     t116 = t111 - t115;
     t117 = R::fused(R::constant(0.63), t59, t69); // right_lower_leg: sums of what it carries
-    t118 = R::constant(0.23164200000000001) + t117; // right_lower_leg: sums of what it carries
+    t118 = R::constant(0.231642) + t117; // right_lower_leg: sums of what it carries
     t119 = t108 * t109;
     t120 = t118 - t119;
     t121 = t113 * t114;
@@ -1017,7 +1017,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t209 = t208 * t208; // left_foot: motion
     t210 = R::constant(0.0399) * t209; // left_foot: wrench that its motion needs
     t211 = cos_q_left_ankle_pitch * t210; // left_foot: wrench handed to its parent
-    t212 = R::constant(0.015399999999999999) * t209; // left_foot: wrench that its motion needs
+    t212 = R::constant(0.0154) * t209; // left_foot: wrench that its motion needs
     t213 = R::fused(sin_q_left_ankle_pitch, t212, t211); // left_foot: wrench handed to its parent
     t214 = t207 * t207; // left_lower_leg: motion
     t215 = R::fused(R::constant(0.3111), t214, t213); // left_foot: wrench handed to its parent
@@ -1027,7 +1027,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t219 = R::fused(R::constant(0.008), t214, -t218); // left_foot: wrench handed to its parent
     t220 = R::fused(sin_q_left_knee_pitch, t219, t216); // left_lower_leg: wrench handed to its parent
     t221 = t206 * t206; // left_upper_leg: motion
-    t222 = R::fused(R::constant(0.8354999999999999), t221, t220); // left_lower_leg: wrench handed to its parent
+    t222 = R::fused(R::constant(0.8355), t221, t220); // left_lower_leg: wrench handed to its parent
     t223 = cos_q_left_hip_pitch * t222; // left_upper_leg: wrench handed to its parent
     t224 = sin_q_left_knee_pitch * t215; // left_lower_leg: wrench handed to its parent
     t225 = R::fused(-cos_q_left_knee_pitch, t219, t224); // left_lower_leg: wrench handed to its parent
@@ -1041,7 +1041,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t233 = t232 * t232; // right_foot: motion
     t234 = R::constant(0.0399) * t233; // right_foot: wrench that its motion needs
     t235 = cos_q_right_ankle_pitch * t234; // right_foot: wrench handed to its parent
-    t236 = R::constant(0.015399999999999999) * t233; // right_foot: wrench that its motion needs
+    t236 = R::constant(0.0154) * t233; // right_foot: wrench that its motion needs
     t237 = R::fused(sin_q_right_ankle_pitch, t236, t235); // right_foot: wrench handed to its parent
     t238 = t231 * t231; // right_lower_leg: motion
     t239 = R::fused(R::constant(0.3111), t238, t237); // right_foot: wrench handed to its parent
@@ -1051,7 +1051,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t243 = R::fused(R::constant(0.008), t238, -t242); // right_foot: wrench handed to its parent
     t244 = R::fused(sin_q_right_knee_pitch, t243, t240); // right_lower_leg: wrench handed to its parent
     t245 = t230 * t230; // right_upper_leg: motion
-    t246 = R::fused(R::constant(0.8354999999999999), t245, t244); // right_lower_leg: wrench handed to its parent
+    t246 = R::fused(R::constant(0.8355), t245, t244); // right_lower_leg: wrench handed to its parent
     t247 = cos_q_right_hip_pitch * t246; // right_upper_leg: wrench handed to its parent
     t248 = sin_q_right_knee_pitch * t239; // right_lower_leg: wrench handed to its parent
     t249 = R::fused(-cos_q_right_knee_pitch, t243, t248); // right_lower_leg: wrench handed to its parent
@@ -1101,7 +1101,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t276 = R::constant(0.0399) * t275; // left_foot: wrench that its motion needs
     t277 = cos_q_left_ankle_pitch * t271; // left_foot: motion
     t278 = R::fused(-sin_q_left_ankle_pitch, t274, t277); // left_foot: motion
-    t279 = R::fused(R::constant(-0.015399999999999999), t278, t276); // left_foot: wrench that its motion needs
+    t279 = R::fused(R::constant(-0.0154), t278, t276); // left_foot: wrench that its motion needs
     t280 = t279 - tau_left_ankle_pitch; // other
     t281 = R::fused(t280, t14, t261); // solved by the factors
     t282 = cos_q_right_hip_pitch * t262; // right_upper_leg: motion
@@ -1119,7 +1119,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t294 = R::constant(0.0399) * t293; // right_foot: wrench that its motion needs
     t295 = cos_q_right_ankle_pitch * t289; // right_foot: motion
     t296 = R::fused(-sin_q_right_ankle_pitch, t292, t295); // right_foot: motion
-    t297 = R::fused(R::constant(-0.015399999999999999), t296, t294); // right_foot: wrench that its motion needs
+    t297 = R::fused(R::constant(-0.0154), t296, t294); // right_foot: wrench that its motion needs
     t298 = t297 - tau_right_ankle_pitch; // other
     t299 = R::fused(t298, t30, t281); // solved by the factors
     t300 = R::constant(0.3111) * t274; // left_lower_leg: wrench that its motion needs
@@ -1136,7 +1136,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t311 = t310 - tau_right_knee_pitch; // other
     t312 = R::fused(-t298, t66, t311); // solved by the factors
     t313 = R::fused(t72, t312, t306); // solved by the factors
-    t314 = R::constant(0.8354999999999999) * t269; // left_upper_leg: wrench that its motion needs
+    t314 = R::constant(0.8355) * t269; // left_upper_leg: wrench that its motion needs
     t315 = R::fused(R::constant(-0.012), t265, t314); // left_upper_leg: wrench that its motion needs
     t316 = t315 + t303; // left_lower_leg: wrench handed to its parent
     t317 = R::fused(R::constant(-0.315), t225, t316); // left_lower_leg: wrench handed to its parent
@@ -1147,7 +1147,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t321 = t88 * t305;
     t322 = t320 - t321;
     t323 = R::fused(t98, t322, t313);
-    t324 = R::constant(0.8354999999999999) * t287; // right_upper_leg: wrench that its motion needs
+    t324 = R::constant(0.8355) * t287; // right_upper_leg: wrench that its motion needs
     t325 = R::fused(R::constant(-0.012), t283, t324); // right_upper_leg: wrench that its motion needs
     t326 = t325 + t310; // right_lower_leg: wrench handed to its parent
     t327 = R::fused(R::constant(-0.315), t249, t326); // right_lower_leg: wrench handed to its parent
@@ -1157,7 +1157,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t331 = t114 * t312;
     t332 = t330 - t331;
     t333 = R::fused(t124, t332, t323);
-    t334 = sin_q_base_pitch * R::constant(24.441615027468004); // torso: wrench that its motion needs
+    t334 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
     t335 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t334); // torso: wrench that its motion needs
     t336 = t335 - t317; // left_upper_leg: wrench handed to its parent
     t337 = t327 - t336; // right_upper_leg: wrench handed to its parent
@@ -1171,7 +1171,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t345 = R::fused(t149, t344, t333);
     t346 = cos_q_base_pitch * t252; // torso: wrench handed to its parent
     t347 = R::fused(sin_q_base_pitch, t259, t346); // torso: wrench handed to its parent
-    t348 = R::constant(186.39000000000001) - t347; // torso: wrench handed to its parent
+    t348 = R::constant(186.39) - t347; // torso: wrench handed to its parent
     t349 = t348 - tau_base_z; // other
     t350 = R::fused(-t280, t153, t349);
     t351 = R::fused(-t298, t157, t350);
@@ -1439,10 +1439,10 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
         t254, t255,
     );
     t0 = R::constant(0.0399) * sin_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t1 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
+    t1 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
     t2 = cos_q_left_knee_pitch * t1; // left_foot: mass matrix
     t3 = R::constant(0.0399) * cos_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t4 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
+    t4 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
     // left_foot: mass matrix
     t5 = R::fused(sin_q_left_knee_pitch, t4, t2);
     t6 = cos_q_left_hip_pitch * t5;
@@ -1456,10 +1456,10 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t14 = t13 * R::constant(161.73117044848053); // factors of the mass matrix
     t15 = R::fused(-t13, t14, R::constant(19.0)); // factors of the mass matrix
     t16 = R::constant(0.0399) * sin_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t17 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t16); // right_foot
+    t17 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t16); // right_foot: sums of what it carries
     t18 = cos_q_right_knee_pitch * t17; // right_foot: mass matrix
     t19 = R::constant(0.0399) * cos_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t20 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t19); // right_foot
+    t20 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t19); // right_foot: sums of what it carries
     // right_foot: mass matrix
     t21 = R::fused(sin_q_right_knee_pitch, t20, t18);
     t22 = cos_q_right_hip_pitch * t21;
@@ -1518,7 +1518,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t71 = R::constant(1.0) / t70;
     t72 = t67 * t71;
     t73 = R::fused(-t67, t72, t52);
-    t74 = R::constant(0.8354999999999999) + t38; // left_lower_leg: sums of what it carries
+    t74 = R::constant(0.8355) + t38; // left_lower_leg: sums of what it carries
     t75 = sin_q_left_hip_pitch * t74; // left_upper_leg: sums of what it carries
     t76 = R::constant(0.012) - t35; // left_lower_leg: sums of what it carries
     t77 = R::fused(-cos_q_left_hip_pitch, t76, t75); // left_upper_leg: sums of what it carries
@@ -1536,7 +1536,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t89 = t46 * t88;
     t90 = t85 - t89;
     t91 = R::fused(t38, R::constant(0.63), t48); // left_lower_leg: sums of what it carries
-    t92 = R::constant(0.23164200000000001) + t91; // left_lower_leg: sums of what it carries
+    t92 = R::constant(0.231642) + t91; // left_lower_leg: sums of what it carries
     t93 = t82 * t83;
     t94 = t92 - t93;
     t95 = t87 * t88;
@@ -1544,7 +1544,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t97 = R::constant(1.0) / t96;
     t98 = t90 * t97;
     t99 = R::fused(-t90, t98, t73);
-    t100 = R::constant(0.8354999999999999) + t59; // right_lower_leg: sums of what it carries
+    t100 = R::constant(0.8355) + t59; // right_lower_leg: sums of what it carries
     t101 = sin_q_right_hip_pitch * t100; // right_upper_leg: sums of what it carries
     t102 = R::constant(0.012) - t56; // right_lower_leg: sums of what it carries
     t103 = R::fused(-cos_q_right_hip_pitch, t102, t101); // right_upper_leg: sums of what it carries
@@ -1562,7 +1562,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t115 = t67 * t114;
     t116 = t111 - t115;
     t117 = R::fused(R::constant(0.63), t59, t69); // right_lower_leg: sums of what it carries
-    t118 = R::constant(0.23164200000000001) + t117; // right_lower_leg: sums of what it carries
+    t118 = R::constant(0.231642) + t117; // right_lower_leg: sums of what it carries
     t119 = t108 * t109;
     t120 = t118 - t119;
     t121 = t113 * t114;
@@ -1656,7 +1656,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t209 = t208 * t208; // left_foot: motion
     t210 = R::constant(0.0399) * t209; // left_foot: wrench that its motion needs
     t211 = cos_q_left_ankle_pitch * t210; // left_foot: wrench handed to its parent
-    t212 = R::constant(0.015399999999999999) * t209; // left_foot: wrench that its motion needs
+    t212 = R::constant(0.0154) * t209; // left_foot: wrench that its motion needs
     t213 = R::fused(sin_q_left_ankle_pitch, t212, t211); // left_foot: wrench handed to its parent
     t214 = t207 * t207; // left_lower_leg: motion
     t215 = R::fused(R::constant(0.3111), t214, t213); // left_foot: wrench handed to its parent
@@ -1666,7 +1666,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t219 = R::fused(R::constant(0.008), t214, -t218); // left_foot: wrench handed to its parent
     t220 = R::fused(sin_q_left_knee_pitch, t219, t216); // left_lower_leg: wrench handed to its parent
     t221 = t206 * t206; // left_upper_leg: motion
-    t222 = R::fused(R::constant(0.8354999999999999), t221, t220); // left_lower_leg: wrench handed to its parent
+    t222 = R::fused(R::constant(0.8355), t221, t220); // left_lower_leg: wrench handed to its parent
     t223 = cos_q_left_hip_pitch * t222; // left_upper_leg: wrench handed to its parent
     t224 = sin_q_left_knee_pitch * t215; // left_lower_leg: wrench handed to its parent
     t225 = R::fused(-cos_q_left_knee_pitch, t219, t224); // left_lower_leg: wrench handed to its parent
@@ -1680,7 +1680,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t233 = t232 * t232; // right_foot: motion
     t234 = R::constant(0.0399) * t233; // right_foot: wrench that its motion needs
     t235 = cos_q_right_ankle_pitch * t234; // right_foot: wrench handed to its parent
-    t236 = R::constant(0.015399999999999999) * t233; // right_foot: wrench that its motion needs
+    t236 = R::constant(0.0154) * t233; // right_foot: wrench that its motion needs
     t237 = R::fused(sin_q_right_ankle_pitch, t236, t235); // right_foot: wrench handed to its parent
     t238 = t231 * t231; // right_lower_leg: motion
     t239 = R::fused(R::constant(0.3111), t238, t237); // right_foot: wrench handed to its parent
@@ -1690,7 +1690,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t243 = R::fused(R::constant(0.008), t238, -t242); // right_foot: wrench handed to its parent
     t244 = R::fused(sin_q_right_knee_pitch, t243, t240); // right_lower_leg: wrench handed to its parent
     t245 = t230 * t230; // right_upper_leg: motion
-    t246 = R::fused(R::constant(0.8354999999999999), t245, t244); // right_lower_leg: wrench handed to its parent
+    t246 = R::fused(R::constant(0.8355), t245, t244); // right_lower_leg: wrench handed to its parent
     t247 = cos_q_right_hip_pitch * t246; // right_upper_leg: wrench handed to its parent
     t248 = sin_q_right_knee_pitch * t239; // right_lower_leg: wrench handed to its parent
     t249 = R::fused(-cos_q_right_knee_pitch, t243, t248); // right_lower_leg: wrench handed to its parent
@@ -1740,7 +1740,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t276 = R::constant(0.0399) * t275; // left_foot: wrench that its motion needs
     t277 = cos_q_left_ankle_pitch * t271; // left_foot: motion
     t278 = R::fused(-sin_q_left_ankle_pitch, t274, t277); // left_foot: motion
-    t279 = R::fused(R::constant(-0.015399999999999999), t278, t276); // left_foot: wrench that its motion needs
+    t279 = R::fused(R::constant(-0.0154), t278, t276); // left_foot: wrench that its motion needs
     t280 = t279 - tau_left_ankle_pitch; // other
     t281 = R::fused(t280, t14, t261); // solved by the factors
     t282 = cos_q_right_hip_pitch * t262; // right_upper_leg: motion
@@ -1758,7 +1758,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t294 = R::constant(0.0399) * t293; // right_foot: wrench that its motion needs
     t295 = cos_q_right_ankle_pitch * t289; // right_foot: motion
     t296 = R::fused(-sin_q_right_ankle_pitch, t292, t295); // right_foot: motion
-    t297 = R::fused(R::constant(-0.015399999999999999), t296, t294); // right_foot: wrench that its motion needs
+    t297 = R::fused(R::constant(-0.0154), t296, t294); // right_foot: wrench that its motion needs
     t298 = t297 - tau_right_ankle_pitch; // other
     t299 = R::fused(t298, t30, t281); // solved by the factors
     t300 = R::constant(0.3111) * t274; // left_lower_leg: wrench that its motion needs
@@ -1775,7 +1775,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t311 = t310 - tau_right_knee_pitch; // other
     t312 = R::fused(-t298, t66, t311); // solved by the factors
     t313 = R::fused(t72, t312, t306); // solved by the factors
-    t314 = R::constant(0.8354999999999999) * t269; // left_upper_leg: wrench that its motion needs
+    t314 = R::constant(0.8355) * t269; // left_upper_leg: wrench that its motion needs
     t315 = R::fused(R::constant(-0.012), t265, t314); // left_upper_leg: wrench that its motion needs
     t316 = t315 + t303; // left_lower_leg: wrench handed to its parent
     t317 = R::fused(R::constant(-0.315), t225, t316); // left_lower_leg: wrench handed to its parent
@@ -1786,7 +1786,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t321 = t88 * t305;
     t322 = t320 - t321;
     t323 = R::fused(t98, t322, t313);
-    t324 = R::constant(0.8354999999999999) * t287; // right_upper_leg: wrench that its motion needs
+    t324 = R::constant(0.8355) * t287; // right_upper_leg: wrench that its motion needs
     t325 = R::fused(R::constant(-0.012), t283, t324); // right_upper_leg: wrench that its motion needs
     t326 = t325 + t310; // right_lower_leg: wrench handed to its parent
     t327 = R::fused(R::constant(-0.315), t249, t326); // right_lower_leg: wrench handed to its parent
@@ -1796,7 +1796,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t331 = t114 * t312;
     t332 = t330 - t331;
     t333 = R::fused(t124, t332, t323);
-    t334 = sin_q_base_pitch * R::constant(24.441615027468004); // torso: wrench that its motion needs
+    t334 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
     t335 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t334); // torso: wrench that its motion needs
     t336 = t335 - t317; // left_upper_leg: wrench handed to its parent
     t337 = t327 - t336; // right_upper_leg: wrench handed to its parent
@@ -1810,7 +1810,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t345 = R::fused(t149, t344, t333);
     t346 = cos_q_base_pitch * t252; // torso: wrench handed to its parent
     t347 = R::fused(sin_q_base_pitch, t259, t346); // torso: wrench handed to its parent
-    t348 = R::constant(186.39000000000001) - t347; // torso: wrench handed to its parent
+    t348 = R::constant(186.39) - t347; // torso: wrench handed to its parent
     t349 = t348 - tau_base_z; // other
     t350 = R::fused(-t280, t153, t349);
     t351 = R::fused(-t298, t157, t350);
@@ -2237,10 +2237,10 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         t254, t255,
     );
     t0 = R::constant(0.0399) * sin_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t1 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
+    t1 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
     t2 = cos_q_left_knee_pitch * t1; // left_foot: mass matrix
     t3 = R::constant(0.0399) * cos_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t4 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
+    t4 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
     // left_foot: mass matrix
     t5 = R::fused(sin_q_left_knee_pitch, t4, t2);
     t6 = cos_q_left_hip_pitch * t5;
@@ -2254,10 +2254,10 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t14 = t13 * R::constant(161.73117044848053); // factors of the mass matrix
     t15 = R::fused(-t13, t14, R::constant(19.0)); // factors of the mass matrix
     t16 = R::constant(0.0399) * sin_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t17 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t16); // right_foot
+    t17 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t16); // right_foot: sums of what it carries
     t18 = cos_q_right_knee_pitch * t17; // right_foot: mass matrix
     t19 = R::constant(0.0399) * cos_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t20 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t19); // right_foot
+    t20 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t19); // right_foot: sums of what it carries
     // right_foot: mass matrix
     t21 = R::fused(sin_q_right_knee_pitch, t20, t18);
     t22 = cos_q_right_hip_pitch * t21;
@@ -2316,7 +2316,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t71 = R::constant(1.0) / t70;
     t72 = t67 * t71;
     t73 = R::fused(-t67, t72, t52);
-    t74 = R::constant(0.8354999999999999) + t38; // left_lower_leg: sums of what it carries
+    t74 = R::constant(0.8355) + t38; // left_lower_leg: sums of what it carries
     t75 = sin_q_left_hip_pitch * t74; // left_upper_leg: sums of what it carries
     t76 = R::constant(0.012) - t35; // left_lower_leg: sums of what it carries
     t77 = R::fused(-cos_q_left_hip_pitch, t76, t75); // left_upper_leg: sums of what it carries
@@ -2334,7 +2334,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t89 = t46 * t88;
     t90 = t85 - t89;
     t91 = R::fused(t38, R::constant(0.63), t48); // left_lower_leg: sums of what it carries
-    t92 = R::constant(0.23164200000000001) + t91; // left_lower_leg: sums of what it carries
+    t92 = R::constant(0.231642) + t91; // left_lower_leg: sums of what it carries
     t93 = t82 * t83;
     t94 = t92 - t93;
     t95 = t87 * t88;
@@ -2342,7 +2342,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t97 = R::constant(1.0) / t96;
     t98 = t90 * t97;
     t99 = R::fused(-t90, t98, t73);
-    t100 = R::constant(0.8354999999999999) + t59; // right_lower_leg: sums of what it carries
+    t100 = R::constant(0.8355) + t59; // right_lower_leg: sums of what it carries
     t101 = sin_q_right_hip_pitch * t100; // right_upper_leg: sums of what it carries
     t102 = R::constant(0.012) - t56; // right_lower_leg: sums of what it carries
     t103 = R::fused(-cos_q_right_hip_pitch, t102, t101); // right_upper_leg: sums of what it carries
@@ -2360,7 +2360,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t115 = t67 * t114;
     t116 = t111 - t115;
     t117 = R::fused(R::constant(0.63), t59, t69); // right_lower_leg: sums of what it carries
-    t118 = R::constant(0.23164200000000001) + t117; // right_lower_leg: sums of what it carries
+    t118 = R::constant(0.231642) + t117; // right_lower_leg: sums of what it carries
     t119 = t108 * t109;
     t120 = t118 - t119;
     t121 = t113 * t114;
@@ -2454,7 +2454,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t209 = t208 * t208; // left_foot: motion
     t210 = R::constant(0.0399) * t209; // left_foot: wrench that its motion needs
     t211 = cos_q_left_ankle_pitch * t210; // left_foot: wrench handed to its parent
-    t212 = R::constant(0.015399999999999999) * t209; // left_foot: wrench that its motion needs
+    t212 = R::constant(0.0154) * t209; // left_foot: wrench that its motion needs
     t213 = R::fused(sin_q_left_ankle_pitch, t212, t211); // left_foot: wrench handed to its parent
     t214 = t207 * t207; // left_lower_leg: motion
     t215 = R::fused(R::constant(0.3111), t214, t213); // left_foot: wrench handed to its parent
@@ -2464,7 +2464,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t219 = R::fused(R::constant(0.008), t214, -t218); // left_foot: wrench handed to its parent
     t220 = R::fused(sin_q_left_knee_pitch, t219, t216); // left_lower_leg: wrench handed to its parent
     t221 = t206 * t206; // left_upper_leg: motion
-    t222 = R::fused(R::constant(0.8354999999999999), t221, t220); // left_lower_leg: wrench handed to its parent
+    t222 = R::fused(R::constant(0.8355), t221, t220); // left_lower_leg: wrench handed to its parent
     t223 = cos_q_left_hip_pitch * t222; // left_upper_leg: wrench handed to its parent
     t224 = sin_q_left_knee_pitch * t215; // left_lower_leg: wrench handed to its parent
     t225 = R::fused(-cos_q_left_knee_pitch, t219, t224); // left_lower_leg: wrench handed to its parent
@@ -2478,7 +2478,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t233 = t232 * t232; // right_foot: motion
     t234 = R::constant(0.0399) * t233; // right_foot: wrench that its motion needs
     t235 = cos_q_right_ankle_pitch * t234; // right_foot: wrench handed to its parent
-    t236 = R::constant(0.015399999999999999) * t233; // right_foot: wrench that its motion needs
+    t236 = R::constant(0.0154) * t233; // right_foot: wrench that its motion needs
     t237 = R::fused(sin_q_right_ankle_pitch, t236, t235); // right_foot: wrench handed to its parent
     t238 = t231 * t231; // right_lower_leg: motion
     t239 = R::fused(R::constant(0.3111), t238, t237); // right_foot: wrench handed to its parent
@@ -2488,7 +2488,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t243 = R::fused(R::constant(0.008), t238, -t242); // right_foot: wrench handed to its parent
     t244 = R::fused(sin_q_right_knee_pitch, t243, t240); // right_lower_leg: wrench handed to its parent
     t245 = t230 * t230; // right_upper_leg: motion
-    t246 = R::fused(R::constant(0.8354999999999999), t245, t244); // right_lower_leg: wrench handed to its parent
+    t246 = R::fused(R::constant(0.8355), t245, t244); // right_lower_leg: wrench handed to its parent
     t247 = cos_q_right_hip_pitch * t246; // right_upper_leg: wrench handed to its parent
     t248 = sin_q_right_knee_pitch * t239; // right_lower_leg: wrench handed to its parent
     t249 = R::fused(-cos_q_right_knee_pitch, t243, t248); // right_lower_leg: wrench handed to its parent
@@ -2538,7 +2538,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t276 = R::constant(0.0399) * t275; // left_foot: wrench that its motion needs
     t277 = cos_q_left_ankle_pitch * t271; // left_foot: motion
     t278 = R::fused(-sin_q_left_ankle_pitch, t274, t277); // left_foot: motion
-    t279 = R::fused(R::constant(-0.015399999999999999), t278, t276); // left_foot: wrench that its motion needs
+    t279 = R::fused(R::constant(-0.0154), t278, t276); // left_foot: wrench that its motion needs
     t280 = t279 - tau_left_ankle_pitch; // other
     t281 = R::fused(t280, t14, t261); // solved by the factors
     t282 = cos_q_right_hip_pitch * t262; // right_upper_leg: motion
@@ -2556,7 +2556,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t294 = R::constant(0.0399) * t293; // right_foot: wrench that its motion needs
     t295 = cos_q_right_ankle_pitch * t289; // right_foot: motion
     t296 = R::fused(-sin_q_right_ankle_pitch, t292, t295); // right_foot: motion
-    t297 = R::fused(R::constant(-0.015399999999999999), t296, t294); // right_foot: wrench that its motion needs
+    t297 = R::fused(R::constant(-0.0154), t296, t294); // right_foot: wrench that its motion needs
     t298 = t297 - tau_right_ankle_pitch; // other
     t299 = R::fused(t298, t30, t281); // solved by the factors
     t300 = R::constant(0.3111) * t274; // left_lower_leg: wrench that its motion needs
@@ -2573,7 +2573,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t311 = t310 - tau_right_knee_pitch; // other
     t312 = R::fused(-t298, t66, t311); // solved by the factors
     t313 = R::fused(t72, t312, t306); // solved by the factors
-    t314 = R::constant(0.8354999999999999) * t269; // left_upper_leg: wrench that its motion needs
+    t314 = R::constant(0.8355) * t269; // left_upper_leg: wrench that its motion needs
     t315 = R::fused(R::constant(-0.012), t265, t314); // left_upper_leg: wrench that its motion needs
     t316 = t315 + t303; // left_lower_leg: wrench handed to its parent
     t317 = R::fused(R::constant(-0.315), t225, t316); // left_lower_leg: wrench handed to its parent
@@ -2584,7 +2584,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t321 = t88 * t305;
     t322 = t320 - t321;
     t323 = R::fused(t98, t322, t313);
-    t324 = R::constant(0.8354999999999999) * t287; // right_upper_leg: wrench that its motion needs
+    t324 = R::constant(0.8355) * t287; // right_upper_leg: wrench that its motion needs
     t325 = R::fused(R::constant(-0.012), t283, t324); // right_upper_leg: wrench that its motion needs
     t326 = t325 + t310; // right_lower_leg: wrench handed to its parent
     t327 = R::fused(R::constant(-0.315), t249, t326); // right_lower_leg: wrench handed to its parent
@@ -2594,7 +2594,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t331 = t114 * t312;
     t332 = t330 - t331;
     t333 = R::fused(t124, t332, t323);
-    t334 = sin_q_base_pitch * R::constant(24.441615027468004); // torso: wrench that its motion needs
+    t334 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
     t335 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t334); // torso: wrench that its motion needs
     t336 = t335 - t317; // left_upper_leg: wrench handed to its parent
     t337 = t327 - t336; // right_upper_leg: wrench handed to its parent
@@ -2608,7 +2608,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t345 = R::fused(t149, t344, t333);
     t346 = cos_q_base_pitch * t252; // torso: wrench handed to its parent
     t347 = R::fused(sin_q_base_pitch, t259, t346); // torso: wrench handed to its parent
-    t348 = R::constant(186.39000000000001) - t347; // torso: wrench handed to its parent
+    t348 = R::constant(186.39) - t347; // torso: wrench handed to its parent
     t349 = t348 - tau_base_z; // other
     t350 = R::fused(-t280, t153, t349);
     t351 = R::fused(-t298, t157, t350);

@@ -78,9 +78,9 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t27 = t15 * t24;
     // left_foot: sums of what it carries
     let t28 = R::constant(0.0399) * cos_t5;
-    let t29 = R::fused(R::constant(0.015399999999999999), sin_t5, t28);
+    let t29 = R::fused(R::constant(0.0154), sin_t5, t28);
     let t30 = R::constant(0.0399) * sin_t5;
-    let t31 = R::fused(R::constant(-0.015399999999999999), cos_t5, t30);
+    let t31 = R::fused(R::constant(-0.0154), cos_t5, t30);
     let t32 = t25 * t29;
     let t33 = t25 * t31;
     let t34 = t24 * t32;
@@ -90,9 +90,9 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t38 = t35 + t37;
     // right_foot: sums of what it carries
     let t39 = R::constant(0.0399) * cos_t4;
-    let t40 = R::fused(R::constant(0.015399999999999999), sin_t4, t39);
+    let t40 = R::fused(R::constant(0.0154), sin_t4, t39);
     let t41 = R::constant(0.0399) * sin_t4;
-    let t42 = R::fused(R::constant(-0.015399999999999999), cos_t4, t41);
+    let t42 = R::fused(R::constant(-0.0154), cos_t4, t41);
     let t43 = t20 * t40;
     let t44 = t20 * t42;
     let t45 = t19 * t43;
@@ -131,16 +131,16 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t76 = R::fused(-t12, t69, t75);
     let t77 = t74 + t76;
     // left_upper_leg: sums of what it carries
-    let t78 = R::constant(0.8354999999999999) * cos_t1;
+    let t78 = R::constant(0.8355) * cos_t1;
     let t79 = R::fused(R::constant(0.012), sin_t1, t78);
-    let t80 = R::constant(0.8354999999999999) * sin_t1;
+    let t80 = R::constant(0.8355) * sin_t1;
     let t81 = R::fused(R::constant(-0.012), cos_t1, t80);
     let t82 = R::fused(t7, t79, t56);
     let t83 = R::fused(t7, t81, t57);
     // right_upper_leg: sums of what it carries
-    let t84 = R::constant(0.8354999999999999) * cos_t0;
+    let t84 = R::constant(0.8355) * cos_t0;
     let t85 = R::fused(R::constant(0.012), sin_t0, t84);
-    let t86 = R::constant(0.8354999999999999) * sin_t0;
+    let t86 = R::constant(0.8355) * sin_t0;
     let t87 = R::fused(R::constant(-0.012), cos_t0, t86);
     let t88 = R::fused(t6, t85, t70);
     let t89 = R::fused(t6, t87, t71);

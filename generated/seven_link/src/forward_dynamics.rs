@@ -98,9 +98,9 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t34 = t33 * t33;
     // left_foot: sums of what it carries
     let t35 = R::constant(0.0399) * cos_t5;
-    let t36 = R::fused(R::constant(0.015399999999999999), sin_t5, t35);
+    let t36 = R::fused(R::constant(0.0154), sin_t5, t35);
     let t37 = R::constant(0.0399) * sin_t5;
-    let t38 = R::fused(R::constant(-0.015399999999999999), cos_t5, t37);
+    let t38 = R::fused(R::constant(-0.0154), cos_t5, t37);
     let t39 = t34 * t38;
     let t40 = t34 * t36;
     let t41 = t31 * t36;
@@ -110,9 +110,9 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t45 = R::fused(-t30, t40, t44);
     // right_foot: sums of what it carries
     let t46 = R::constant(0.0399) * cos_t4;
-    let t47 = R::fused(R::constant(0.015399999999999999), sin_t4, t46);
+    let t47 = R::fused(R::constant(0.0154), sin_t4, t46);
     let t48 = R::constant(0.0399) * sin_t4;
-    let t49 = R::fused(R::constant(-0.015399999999999999), cos_t4, t48);
+    let t49 = R::fused(R::constant(-0.0154), cos_t4, t48);
     let t50 = t28 * t49;
     let t51 = t28 * t47;
     let t52 = t25 * t47;
@@ -143,16 +143,16 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t75 = t11 * t73;
     let t76 = R::fused(-t12, t74, t75);
     // left_upper_leg: sums of what it carries
-    let t77 = R::constant(0.8354999999999999) * cos_t1;
+    let t77 = R::constant(0.8355) * cos_t1;
     let t78 = R::fused(R::constant(0.012), sin_t1, t77);
-    let t79 = R::constant(0.8354999999999999) * sin_t1;
+    let t79 = R::constant(0.8355) * sin_t1;
     let t80 = R::fused(R::constant(-0.012), cos_t1, t79);
     let t81 = R::fused(t10, t80, t63);
     let t82 = R::fused(t10, t78, t64);
     // right_upper_leg: sums of what it carries
-    let t83 = R::constant(0.8354999999999999) * cos_t0;
+    let t83 = R::constant(0.8355) * cos_t0;
     let t84 = R::fused(R::constant(0.012), sin_t0, t83);
-    let t85 = R::constant(0.8354999999999999) * sin_t0;
+    let t85 = R::constant(0.8355) * sin_t0;
     let t86 = R::fused(R::constant(-0.012), cos_t0, t85);
     let t87 = R::fused(t8, t86, t73);
     let t88 = R::fused(t8, t84, t74);
@@ -165,7 +165,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t94 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t93);
     let t95 = R::fused(-t6, t94, t89);
     let t96 = R::fused(-t6, t92, t90);
-    let t97 = t96 + R::constant(186.39000000000001); // base/z: sums of what it carries
+    let t97 = t96 + R::constant(186.39); // base/z: sums of what it carries
     // other
     let t98 = tau_base_pitch - tau_right_hip_pitch;
     let t99 = tau_left_hip_pitch - t98;
@@ -203,7 +203,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t130 = R::fused(-t38, t127, t60);
     let t131 = R::fused(-t36, t127, t58);
     let t132 = t126 * R::constant(161.73117044848053);
-    let t133 = R::fused(-t126, t132, R::constant(0.23164200000000001));
+    let t133 = R::fused(-t126, t132, R::constant(0.231642));
     let t134 = R::fused(-t38, t132, t80);
     let t135 = R::fused(-t36, t132, t78);
     let t136 = t38 * R::constant(161.73117044848053);
@@ -217,7 +217,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t144 = R::fused(-t49, t141, t70);
     let t145 = R::fused(-t47, t141, t68);
     let t146 = t124 * R::constant(161.73117044848053);
-    let t147 = R::fused(-t124, t146, R::constant(0.23164200000000001));
+    let t147 = R::fused(-t124, t146, R::constant(0.231642));
     let t148 = R::fused(-t49, t146, t86);
     let t149 = R::fused(-t47, t146, t84);
     let t150 = t49 * R::constant(161.73117044848053);

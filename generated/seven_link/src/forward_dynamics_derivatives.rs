@@ -138,9 +138,9 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t48 = t25 * t40;
     // left_foot: sums of what it carries
     t49 = R::constant(0.0399) * cos_t5;
-    t50 = R::fused(R::constant(0.015399999999999999), sin_t5, t49);
+    t50 = R::fused(R::constant(0.0154), sin_t5, t49);
     t51 = R::constant(0.0399) * sin_t5;
-    t52 = R::fused(R::constant(-0.015399999999999999), cos_t5, t51);
+    t52 = R::fused(R::constant(-0.0154), cos_t5, t51);
     t53 = t46 * t52;
     t54 = t46 * t50;
     t55 = t43 * t50;
@@ -161,9 +161,9 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t70 = R::fused(-t40, t54, t69);
     // right_foot: sums of what it carries
     t71 = R::constant(0.0399) * cos_t4;
-    t72 = R::fused(R::constant(0.015399999999999999), sin_t4, t71);
+    t72 = R::fused(R::constant(0.0154), sin_t4, t71);
     t73 = R::constant(0.0399) * sin_t4;
-    t74 = R::fused(R::constant(-0.015399999999999999), cos_t4, t73);
+    t74 = R::fused(R::constant(-0.0154), cos_t4, t73);
     t75 = t36 * t74;
     t76 = t36 * t72;
     t77 = t33 * t72;
@@ -237,9 +237,9 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t143 = t11 * t133;
     t144 = R::fused(-t12, t134, t143);
     // left_upper_leg: sums of what it carries
-    t145 = R::constant(0.8354999999999999) * cos_t1;
+    t145 = R::constant(0.8355) * cos_t1;
     t146 = R::fused(R::constant(0.012), sin_t1, t145);
-    t147 = R::constant(0.8354999999999999) * sin_t1;
+    t147 = R::constant(0.8355) * sin_t1;
     t148 = R::fused(R::constant(-0.012), cos_t1, t147);
     t149 = t10 * t148;
     t150 = t10 * t146;
@@ -252,9 +252,9 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t157 = t107 + t149;
     t158 = t108 + t150;
     // right_upper_leg: sums of what it carries
-    t159 = R::constant(0.8354999999999999) * cos_t0;
+    t159 = R::constant(0.8355) * cos_t0;
     t160 = R::fused(R::constant(0.012), sin_t0, t159);
-    t161 = R::constant(0.8354999999999999) * sin_t0;
+    t161 = R::constant(0.8355) * sin_t0;
     t162 = R::fused(R::constant(-0.012), cos_t0, t161);
     t163 = t8 * t162;
     t164 = t8 * t160;
@@ -288,7 +288,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t191 = R::fused(-v_base_pitch, t186, t176);
     t192 = t178 - t184;
     t193 = t179 - t185;
-    t194 = t193 + R::constant(186.39000000000001); // base/z: sums of what it carries
+    t194 = t193 + R::constant(186.39); // base/z: sums of what it carries
     t195 = R::fused(t29, t72, t85); // right_foot: mass matrix
     t196 = t11 * t72; // right_foot: mass matrix
     t197 = R::fused(t12, t74, t196); // right_foot: mass matrix
@@ -378,7 +378,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
         t514, t515, t516, t517,
     );
     t262 = t200 * R::constant(161.73117044848053);
-    t263 = R::fused(-t200, t262, R::constant(0.23164200000000001));
+    t263 = R::fused(-t200, t262, R::constant(0.231642));
     t264 = R::fused(-t52, t262, t148);
     t265 = R::fused(-t50, t262, t146);
     t266 = t195 * R::constant(161.73117044848053);
@@ -387,7 +387,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t269 = R::fused(-t74, t266, t122);
     t270 = R::fused(-t72, t266, t120);
     t271 = t197 * R::constant(161.73117044848053);
-    t272 = R::fused(-t197, t271, R::constant(0.23164200000000001));
+    t272 = R::fused(-t197, t271, R::constant(0.231642));
     t273 = R::fused(-t74, t271, t162);
     t274 = R::fused(-t72, t271, t160);
     t275 = R::constant(1.0) / t258;

@@ -113,18 +113,18 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t258, t259, t260, t261,
     );
     t6 = R::constant(0.0399) * cos_t5; // left_foot: sums of what it carries
-    t7 = R::fused(R::constant(0.015399999999999999), sin_t5, t6); // left_foot: sums of what it carries
+    t7 = R::fused(R::constant(0.0154), sin_t5, t6); // left_foot: sums of what it carries
     t8 = t7 * R::constant(161.73117044848053); // factors of the mass matrix
     t9 = R::fused(-t7, t8, R::constant(19.0)); // factors of the mass matrix
     t10 = R::constant(0.0399) * cos_t4; // right_foot: sums of what it carries
-    t11 = R::fused(R::constant(0.015399999999999999), sin_t4, t10); // right_foot: sums of what it carries
+    t11 = R::fused(R::constant(0.0154), sin_t4, t10); // right_foot: sums of what it carries
     t12 = t11 * R::constant(161.73117044848053); // factors of the mass matrix
     t13 = R::fused(-t11, t12, t9); // factors of the mass matrix
     t14 = R::constant(0.3111) * cos_t3; // left_lower_leg: sums of what it carries
     t15 = R::fused(R::constant(0.008), sin_t3, t14); // left_lower_leg: sums of what it carries
     t16 = R::constant(0.273) * sin_t3; // left_foot: motion
     t17 = R::constant(0.0399) * sin_t5; // left_foot: sums of what it carries
-    t18 = R::fused(R::constant(-0.015399999999999999), cos_t5, t17); // left_foot: sums of what it carries
+    t18 = R::fused(R::constant(-0.0154), cos_t5, t17); // left_foot: sums of what it carries
     t19 = t16 * t18; // left_foot: sums of what it carries
     t20 = R::constant(0.273) * cos_t3; // left_foot: motion
     t21 = R::fused(t20, t7, t19); // left_lower_leg: mass matrix in absolute angles
@@ -139,7 +139,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t29 = R::fused(R::constant(0.008), sin_t2, t28); // right_lower_leg: sums of what it carries
     t30 = R::constant(0.273) * sin_t2; // right_foot: motion
     t31 = R::constant(0.0399) * sin_t4; // right_foot: sums of what it carries
-    t32 = R::fused(R::constant(-0.015399999999999999), cos_t4, t31); // right_foot: sums of what it carries
+    t32 = R::fused(R::constant(-0.0154), cos_t4, t31); // right_foot: sums of what it carries
     t33 = t30 * t32; // right_foot: sums of what it carries
     t34 = R::constant(0.273) * cos_t2; // right_foot: motion
     t35 = R::fused(t34, t11, t33); // right_lower_leg: mass matrix in absolute angles
@@ -149,7 +149,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t39 = R::constant(1.0) / t38;
     t40 = t37 * t39;
     t41 = R::fused(-t37, t40, t27);
-    t42 = R::constant(0.8354999999999999) * cos_t1; // left_upper_leg: sums of what it carries
+    t42 = R::constant(0.8355) * cos_t1; // left_upper_leg: sums of what it carries
     t43 = R::fused(R::constant(0.012), sin_t1, t42); // left_upper_leg: sums of what it carries
     t44 = R::constant(0.315) * cos_t1; // left_lower_leg: motion
     t45 = t44 * t7; // left_foot: mass matrix in absolute angles
@@ -164,12 +164,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t54 = R::fused(-t47, t22, t53);
     t55 = t54 * t25;
     t56 = R::fused(-t23, t55, t49);
-    t57 = R::fused(-t47, t48, R::constant(0.23164200000000001));
+    t57 = R::fused(-t47, t48, R::constant(0.231642));
     t58 = R::fused(-t54, t55, t57);
     t59 = R::constant(1.0) / t58;
     t60 = t56 * t59;
     t61 = R::fused(-t56, t60, t41);
-    t62 = R::constant(0.8354999999999999) * cos_t0; // right_upper_leg: sums of what it carries
+    t62 = R::constant(0.8355) * cos_t0; // right_upper_leg: sums of what it carries
     t63 = R::fused(R::constant(0.012), sin_t0, t62); // right_upper_leg: sums of what it carries
     t64 = R::constant(0.315) * cos_t0; // right_lower_leg: motion
     t65 = t64 * t11; // right_foot: mass matrix in absolute angles
@@ -184,7 +184,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t74 = R::fused(-t67, t36, t73);
     t75 = t74 * t39;
     t76 = R::fused(-t37, t75, t69);
-    t77 = R::fused(-t67, t68, R::constant(0.23164200000000001));
+    t77 = R::fused(-t67, t68, R::constant(0.231642));
     t78 = R::fused(-t74, t75, t77);
     t79 = R::constant(1.0) / t78;
     t80 = t76 * t79;
@@ -203,13 +203,13 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t93 = R::fused(-t32, t36, t72);
     t94 = t93 * t39;
     t95 = R::fused(t37, t94, t92);
-    t96 = R::constant(0.8354999999999999) * sin_t1; // left_upper_leg: sums of what it carries
+    t96 = R::constant(0.8355) * sin_t1; // left_upper_leg: sums of what it carries
     t97 = R::fused(R::constant(-0.012), cos_t1, t96); // left_upper_leg: sums of what it carries
     t98 = R::fused(-t18, t48, t97);
     t99 = R::fused(-t90, t55, t98);
     t100 = t99 * t59;
     t101 = R::fused(t56, t100, t95);
-    t102 = R::constant(0.8354999999999999) * sin_t0; // right_upper_leg: sums of what it carries
+    t102 = R::constant(0.8355) * sin_t0; // right_upper_leg: sums of what it carries
     t103 = R::fused(R::constant(-0.012), cos_t0, t102); // right_upper_leg: sums of what it carries
     t104 = R::fused(-t32, t68, t103);
     t105 = R::fused(-t93, t75, t104);
@@ -425,7 +425,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t302 = R::fused(t212, t63, t285); // right_upper_leg: sums of what it carries
     t303 = t301 + t302; // right_upper_leg: sums of what it carries
     t304 = R::fused(-t215, t83, t303); // torso: sums of what it carries
-    t305 = t304 + R::constant(186.39000000000001); // base/z: sums of what it carries
+    t305 = t304 + R::constant(186.39); // base/z: sums of what it carries
     t306 = t300 - t305;
     // solved by the factors
     t307 = R::fused(-t230, t86, t306);

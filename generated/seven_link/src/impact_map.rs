@@ -74,10 +74,10 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
         t254, t255,
     );
     t0 = R::constant(0.0399) * sin_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t1 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
+    t1 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
     t2 = cos_q_left_knee_pitch * t1; // left_foot: mass matrix
     t3 = R::constant(0.0399) * cos_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t4 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
+    t4 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
     // left_foot: mass matrix
     t5 = R::fused(sin_q_left_knee_pitch, t4, t2);
     t6 = cos_q_left_hip_pitch * t5;
@@ -91,10 +91,10 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t14 = t13 * R::constant(161.73117044848053); // factors of the mass matrix
     t15 = R::fused(-t13, t14, R::constant(19.0)); // factors of the mass matrix
     t16 = R::constant(0.0399) * sin_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t17 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t16); // right_foot
+    t17 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t16); // right_foot: sums of what it carries
     t18 = cos_q_right_knee_pitch * t17; // right_foot: mass matrix
     t19 = R::constant(0.0399) * cos_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t20 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t19); // right_foot
+    t20 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t19); // right_foot: sums of what it carries
     // right_foot: mass matrix
     t21 = R::fused(sin_q_right_knee_pitch, t20, t18);
     t22 = cos_q_right_hip_pitch * t21;
@@ -153,7 +153,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t71 = R::constant(1.0) / t70;
     t72 = t67 * t71;
     t73 = R::fused(-t67, t72, t52);
-    t74 = R::constant(0.8354999999999999) + t38; // left_lower_leg: sums of what it carries
+    t74 = R::constant(0.8355) + t38; // left_lower_leg: sums of what it carries
     t75 = sin_q_left_hip_pitch * t74; // left_upper_leg: sums of what it carries
     t76 = R::constant(0.012) - t35; // left_lower_leg: sums of what it carries
     t77 = R::fused(-cos_q_left_hip_pitch, t76, t75); // left_upper_leg: sums of what it carries
@@ -171,7 +171,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t89 = t46 * t88;
     t90 = t85 - t89;
     t91 = R::fused(t38, R::constant(0.63), t48); // left_lower_leg: sums of what it carries
-    t92 = R::constant(0.23164200000000001) + t91; // left_lower_leg: sums of what it carries
+    t92 = R::constant(0.231642) + t91; // left_lower_leg: sums of what it carries
     t93 = t82 * t83;
     t94 = t92 - t93;
     t95 = t87 * t88;
@@ -179,7 +179,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t97 = R::constant(1.0) / t96;
     t98 = t90 * t97;
     t99 = R::fused(-t90, t98, t73);
-    t100 = R::constant(0.8354999999999999) + t59; // right_lower_leg: sums of what it carries
+    t100 = R::constant(0.8355) + t59; // right_lower_leg: sums of what it carries
     t101 = sin_q_right_hip_pitch * t100; // right_upper_leg: sums of what it carries
     t102 = R::constant(0.012) - t56; // right_lower_leg: sums of what it carries
     t103 = R::fused(-cos_q_right_hip_pitch, t102, t101); // right_upper_leg: sums of what it carries
@@ -197,7 +197,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t115 = t67 * t114;
     t116 = t111 - t115;
     t117 = R::fused(R::constant(0.63), t59, t69); // right_lower_leg: sums of what it carries
-    t118 = R::constant(0.23164200000000001) + t117; // right_lower_leg: sums of what it carries
+    t118 = R::constant(0.231642) + t117; // right_lower_leg: sums of what it carries
     t119 = t108 * t109;
     t120 = t118 - t119;
     t121 = t113 * t114;
@@ -665,10 +665,10 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         t254, t255,
     );
     t0 = R::constant(0.0399) * sin_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t1 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
+    t1 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t0); // left_foot: sums of what it carries
     t2 = cos_q_left_knee_pitch * t1; // left_foot: mass matrix
     t3 = R::constant(0.0399) * cos_q_left_ankle_pitch; // left_foot: sums of what it carries
-    t4 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
+    t4 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t3); // left_foot: sums of what it carries
     // left_foot: mass matrix
     t5 = R::fused(sin_q_left_knee_pitch, t4, t2);
     t6 = cos_q_left_hip_pitch * t5;
@@ -682,10 +682,10 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t14 = t13 * R::constant(161.73117044848053); // factors of the mass matrix
     t15 = R::fused(-t13, t14, R::constant(19.0)); // factors of the mass matrix
     t16 = R::constant(0.0399) * sin_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t17 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t16); // right_foot
+    t17 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t16); // right_foot: sums of what it carries
     t18 = cos_q_right_knee_pitch * t17; // right_foot: mass matrix
     t19 = R::constant(0.0399) * cos_q_right_ankle_pitch; // right_foot: sums of what it carries
-    t20 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t19); // right_foot
+    t20 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t19); // right_foot: sums of what it carries
     // right_foot: mass matrix
     t21 = R::fused(sin_q_right_knee_pitch, t20, t18);
     t22 = cos_q_right_hip_pitch * t21;
@@ -744,7 +744,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t71 = R::constant(1.0) / t70;
     t72 = t67 * t71;
     t73 = R::fused(-t67, t72, t52);
-    t74 = R::constant(0.8354999999999999) + t38; // left_lower_leg: sums of what it carries
+    t74 = R::constant(0.8355) + t38; // left_lower_leg: sums of what it carries
     t75 = sin_q_left_hip_pitch * t74; // left_upper_leg: sums of what it carries
     t76 = R::constant(0.012) - t35; // left_lower_leg: sums of what it carries
     t77 = R::fused(-cos_q_left_hip_pitch, t76, t75); // left_upper_leg: sums of what it carries
@@ -762,7 +762,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t89 = t46 * t88;
     t90 = t85 - t89;
     t91 = R::fused(t38, R::constant(0.63), t48); // left_lower_leg: sums of what it carries
-    t92 = R::constant(0.23164200000000001) + t91; // left_lower_leg: sums of what it carries
+    t92 = R::constant(0.231642) + t91; // left_lower_leg: sums of what it carries
     t93 = t82 * t83;
     t94 = t92 - t93;
     t95 = t87 * t88;
@@ -770,7 +770,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t97 = R::constant(1.0) / t96;
     t98 = t90 * t97;
     t99 = R::fused(-t90, t98, t73);
-    t100 = R::constant(0.8354999999999999) + t59; // right_lower_leg: sums of what it carries
+    t100 = R::constant(0.8355) + t59; // right_lower_leg: sums of what it carries
     t101 = sin_q_right_hip_pitch * t100; // right_upper_leg: sums of what it carries
     t102 = R::constant(0.012) - t56; // right_lower_leg: sums of what it carries
     t103 = R::fused(-cos_q_right_hip_pitch, t102, t101); // right_upper_leg: sums of what it carries
@@ -788,7 +788,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t115 = t67 * t114;
     t116 = t111 - t115;
     t117 = R::fused(R::constant(0.63), t59, t69); // right_lower_leg: sums of what it carries
-    t118 = R::constant(0.23164200000000001) + t117; // right_lower_leg: sums of what it carries
+    t118 = R::constant(0.231642) + t117; // right_lower_leg: sums of what it carries
     t119 = t108 * t109;
     t120 = t118 - t119;
     t121 = t113 * t114;

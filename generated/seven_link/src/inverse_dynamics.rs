@@ -121,9 +121,9 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t57 = t41 + t55;
     // left_foot: sums of what it carries
     let t58 = R::constant(0.0399) * cos_t5;
-    let t59 = R::fused(R::constant(0.015399999999999999), sin_t5, t58);
+    let t59 = R::fused(R::constant(0.0154), sin_t5, t58);
     let t60 = R::constant(0.0399) * sin_t5;
-    let t61 = R::fused(R::constant(-0.015399999999999999), cos_t5, t60);
+    let t61 = R::fused(R::constant(-0.0154), cos_t5, t60);
     let t62 = t25 * t61;
     let t63 = R::fused(-t23, t59, t62);
     let t64 = t23 * t61;
@@ -136,9 +136,9 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t71 = t68 - t70;
     // right_foot: sums of what it carries
     let t72 = R::constant(0.0399) * cos_t4;
-    let t73 = R::fused(R::constant(0.015399999999999999), sin_t4, t72);
+    let t73 = R::fused(R::constant(0.0154), sin_t4, t72);
     let t74 = R::constant(0.0399) * sin_t4;
-    let t75 = R::fused(R::constant(-0.015399999999999999), cos_t4, t74);
+    let t75 = R::fused(R::constant(-0.0154), cos_t4, t74);
     let t76 = t22 * t75;
     let t77 = R::fused(-t20, t73, t76);
     let t78 = t20 * t75;
@@ -186,9 +186,9 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t118 = R::fused(-t27, t115, t117);
     let t119 = t116 - t118;
     // left_upper_leg: sums of what it carries
-    let t120 = R::constant(0.8354999999999999) * cos_t1;
+    let t120 = R::constant(0.8355) * cos_t1;
     let t121 = R::fused(R::constant(0.012), sin_t1, t120);
-    let t122 = R::constant(0.8354999999999999) * sin_t1;
+    let t122 = R::constant(0.8355) * sin_t1;
     let t123 = R::fused(R::constant(-0.012), cos_t1, t122);
     let t124 = t13 * t123;
     let t125 = R::fused(-t11, t121, t124);
@@ -196,14 +196,14 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t127 = R::fused(t13, t121, t126);
     let t128 = a_base_x * t121;
     let t129 = R::fused(-t6, t123, t128);
-    let t130 = R::fused(R::constant(0.23164200000000001), t11, -t129);
+    let t130 = R::fused(R::constant(0.231642), t11, -t129);
     let t131 = t97 + t125;
     let t132 = t98 + t127;
     let t133 = t102 + t130;
     // right_upper_leg: sums of what it carries
-    let t134 = R::constant(0.8354999999999999) * cos_t0;
+    let t134 = R::constant(0.8355) * cos_t0;
     let t135 = R::fused(R::constant(0.012), sin_t0, t134);
-    let t136 = R::constant(0.8354999999999999) * sin_t0;
+    let t136 = R::constant(0.8355) * sin_t0;
     let t137 = R::fused(R::constant(-0.012), cos_t0, t136);
     let t138 = t10 * t137;
     let t139 = R::fused(-t8, t135, t138);
@@ -211,7 +211,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t141 = R::fused(t10, t135, t140);
     let t142 = a_base_x * t135;
     let t143 = R::fused(-t6, t137, t142);
-    let t144 = R::fused(R::constant(0.23164200000000001), t8, -t143);
+    let t144 = R::fused(R::constant(0.231642), t8, -t143);
     let t145 = t114 + t139;
     let t146 = t115 + t141;
     let t147 = t119 + t144;

@@ -159,20 +159,20 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     let t62 = R::fused(R::constant(0.8044641474534446), a_base_pitch, -t61);
     // right_upper_leg: wrench that its motion needs
     let t63 = R::constant(0.012) * t12;
-    let t64 = R::fused(R::constant(0.8354999999999999), t10, t63);
+    let t64 = R::fused(R::constant(0.8355), t10, t63);
     let t65 = R::constant(0.012) * t10;
-    let t66 = R::fused(R::constant(-0.8354999999999999), t12, t65);
-    let t67 = R::constant(0.8354999999999999) * t9;
+    let t66 = R::fused(R::constant(-0.8355), t12, t65);
+    let t67 = R::constant(0.8355) * t9;
     let t68 = R::fused(R::constant(-0.012), t7, t67);
-    let t69 = R::fused(R::constant(0.23164200000000001), t10, t68);
+    let t69 = R::fused(R::constant(0.231642), t10, t68);
     // left_upper_leg: wrench that its motion needs
     let t70 = R::constant(0.012) * t19;
-    let t71 = R::fused(R::constant(0.8354999999999999), t17, t70);
+    let t71 = R::fused(R::constant(0.8355), t17, t70);
     let t72 = R::constant(0.012) * t17;
-    let t73 = R::fused(R::constant(-0.8354999999999999), t19, t72);
-    let t74 = R::constant(0.8354999999999999) * t16;
+    let t73 = R::fused(R::constant(-0.8355), t19, t72);
+    let t74 = R::constant(0.8355) * t16;
     let t75 = R::fused(R::constant(-0.012), t14, t74);
-    let t76 = R::fused(R::constant(0.23164200000000001), t17, t75);
+    let t76 = R::fused(R::constant(0.231642), t17, t75);
     // right_lower_leg: wrench that its motion needs
     let t77 = R::constant(0.008) * t28;
     let t78 = R::fused(R::constant(0.3111), t26, t77);
@@ -190,20 +190,20 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     let t89 = R::fused(R::constant(-0.008), t32, t88);
     let t90 = R::fused(R::constant(0.07325338333), t35, t89);
     // right_foot: wrench that its motion needs
-    let t91 = R::constant(0.015399999999999999) * t46;
+    let t91 = R::constant(0.0154) * t46;
     let t92 = R::fused(R::constant(0.0399), t44, t91);
-    let t93 = R::constant(0.015399999999999999) * t44;
+    let t93 = R::constant(0.0154) * t44;
     let t94 = R::fused(R::constant(-0.0399), t46, t93);
     let t95 = R::constant(0.0399) * t43;
-    let t96 = R::fused(R::constant(-0.015399999999999999), t41, t95);
+    let t96 = R::fused(R::constant(-0.0154), t41, t95);
     let t97 = R::fused(R::constant(0.0061831), t44, t96);
     // left_foot: wrench that its motion needs
-    let t98 = R::constant(0.015399999999999999) * t55;
+    let t98 = R::constant(0.0154) * t55;
     let t99 = R::fused(R::constant(0.0399), t53, t98);
-    let t100 = R::constant(0.015399999999999999) * t53;
+    let t100 = R::constant(0.0154) * t53;
     let t101 = R::fused(R::constant(-0.0399), t55, t100);
     let t102 = R::constant(0.0399) * t52;
-    let t103 = R::fused(R::constant(-0.015399999999999999), t50, t102);
+    let t103 = R::fused(R::constant(-0.0154), t50, t102);
     let t104 = R::fused(R::constant(0.0061831), t53, t103);
     // right_upper_leg: pose in the world
     let t105 = sin_q_base_pitch * cos_q_right_hip_pitch;

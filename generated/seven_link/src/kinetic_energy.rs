@@ -115,21 +115,21 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     let t49 = t41 - t48;
     let t50 = R::fused(-v_base_pitch, t46, t49);
     // right_upper_leg: kinetic energy
-    let t51 = R::constant(0.8354999999999999) * t8;
+    let t51 = R::constant(0.8355) * t8;
     let t52 = R::constant(0.012) * t8;
-    let t53 = R::constant(0.8354999999999999) * t7;
+    let t53 = R::constant(0.8355) * t7;
     let t54 = R::fused(R::constant(-0.012), t5, t53);
-    let t55 = R::fused(R::constant(0.23164200000000001), t8, t54);
+    let t55 = R::fused(R::constant(0.231642), t8, t54);
     let t56 = t7 * t51;
     let t57 = R::fused(-t5, t52, t56);
     let t58 = t50 + t57;
     let t59 = R::fused(t8, t55, t58);
     // left_upper_leg: kinetic energy
-    let t60 = R::constant(0.8354999999999999) * t13;
+    let t60 = R::constant(0.8355) * t13;
     let t61 = R::constant(0.012) * t13;
-    let t62 = R::constant(0.8354999999999999) * t12;
+    let t62 = R::constant(0.8355) * t12;
     let t63 = R::fused(R::constant(-0.012), t10, t62);
-    let t64 = R::fused(R::constant(0.23164200000000001), t13, t63);
+    let t64 = R::fused(R::constant(0.231642), t13, t63);
     let t65 = t12 * t60;
     let t66 = R::fused(-t10, t61, t65);
     let t67 = t59 + t66;
@@ -156,9 +156,9 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     let t86 = R::fused(t25, t82, t85);
     // right_foot: kinetic energy
     let t87 = R::constant(0.0399) * t31;
-    let t88 = R::constant(0.015399999999999999) * t31;
+    let t88 = R::constant(0.0154) * t31;
     let t89 = R::constant(0.0399) * t30;
-    let t90 = R::fused(R::constant(-0.015399999999999999), t28, t89);
+    let t90 = R::fused(R::constant(-0.0154), t28, t89);
     let t91 = R::fused(R::constant(0.0061831), t31, t90);
     let t92 = t30 * t87;
     let t93 = R::fused(-t28, t88, t92);
@@ -166,9 +166,9 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     let t95 = R::fused(t31, t91, t94);
     // left_foot: kinetic energy
     let t96 = R::constant(0.0399) * t37;
-    let t97 = R::constant(0.015399999999999999) * t37;
+    let t97 = R::constant(0.0154) * t37;
     let t98 = R::constant(0.0399) * t36;
-    let t99 = R::fused(R::constant(-0.015399999999999999), t34, t98);
+    let t99 = R::fused(R::constant(-0.0154), t34, t98);
     let t100 = R::fused(R::constant(0.0061831), t37, t99);
     let t101 = t36 * t96;
     let t102 = R::fused(-t34, t97, t101);

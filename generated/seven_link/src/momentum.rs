@@ -104,12 +104,12 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     let t38 = R::constant(2.4915000028) * t3; // torso: momentum
     let t39 = R::fused(R::constant(-0.22408000024), t1, t38); // torso: momentum
     let t40 = R::fused(R::constant(-0.8044641474534446), v_base_pitch, t39); // torso: momentum
-    let t41 = R::constant(0.8354999999999999) * t7; // right_upper_leg: momentum
+    let t41 = R::constant(0.8355) * t7; // right_upper_leg: momentum
     let t42 = R::fused(R::constant(-0.012), t5, t41); // right_upper_leg: momentum
-    let t43 = R::fused(R::constant(0.23164200000000001), t8, t42); // right_upper_leg: momentum
-    let t44 = R::constant(0.8354999999999999) * t12; // left_upper_leg: momentum
+    let t43 = R::fused(R::constant(0.231642), t8, t42); // right_upper_leg: momentum
+    let t44 = R::constant(0.8355) * t12; // left_upper_leg: momentum
     let t45 = R::fused(R::constant(-0.012), t10, t44); // left_upper_leg: momentum
-    let t46 = R::fused(R::constant(0.23164200000000001), t13, t45); // left_upper_leg: momentum
+    let t46 = R::fused(R::constant(0.231642), t13, t45); // left_upper_leg: momentum
     let t47 = R::constant(0.3111) * t18; // right_lower_leg: momentum
     let t48 = R::fused(R::constant(-0.008), t16, t47); // right_lower_leg: momentum
     let t49 = R::fused(R::constant(0.07325338333), t19, t48); // right_lower_leg: momentum
@@ -118,15 +118,15 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     let t52 = R::fused(R::constant(0.07325338333), t25, t51); // left_lower_leg: momentum
     // right_foot: momentum
     let t53 = R::constant(0.0399) * t31;
-    let t54 = R::constant(0.015399999999999999) * t31;
+    let t54 = R::constant(0.0154) * t31;
     let t55 = R::constant(0.0399) * t30;
-    let t56 = R::fused(R::constant(-0.015399999999999999), t28, t55);
+    let t56 = R::fused(R::constant(-0.0154), t28, t55);
     let t57 = R::fused(R::constant(0.0061831), t31, t56);
     // left_foot: momentum
     let t58 = R::constant(0.0399) * t37;
-    let t59 = R::constant(0.015399999999999999) * t37;
+    let t59 = R::constant(0.0154) * t37;
     let t60 = R::constant(0.0399) * t36;
-    let t61 = R::fused(R::constant(-0.015399999999999999), t34, t60);
+    let t61 = R::fused(R::constant(-0.0154), t34, t60);
     let t62 = R::fused(R::constant(0.0061831), t37, t61);
     // left_foot: sums of what it carries
     let t63 = cos_q_left_ankle_pitch * t59;
@@ -151,7 +151,7 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     let t80 = R::fused(-sin_q_left_knee_pitch, t67, t79);
     let t81 = sin_q_left_knee_pitch * t68;
     let t82 = R::fused(cos_q_left_knee_pitch, t67, t81);
-    let t83 = R::fused(R::constant(0.8354999999999999), t13, t82);
+    let t83 = R::fused(R::constant(0.8355), t13, t82);
     let t84 = R::fused(R::constant(0.012), t13, t80);
     let t85 = t46 + t70;
     let t86 = R::fused(R::constant(0.315), t82, t85);
@@ -160,7 +160,7 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     let t88 = R::fused(-sin_q_right_knee_pitch, t75, t87);
     let t89 = sin_q_right_knee_pitch * t76;
     let t90 = R::fused(cos_q_right_knee_pitch, t75, t89);
-    let t91 = R::fused(R::constant(0.8354999999999999), t8, t90);
+    let t91 = R::fused(R::constant(0.8355), t8, t90);
     let t92 = R::fused(R::constant(0.012), t8, t88);
     let t93 = t43 + t78;
     let t94 = R::fused(R::constant(0.315), t90, t93);

@@ -48,16 +48,16 @@ pub(super) fn potential_energy_program<R: Real>(q: &[R; NQ], out: &mut [[R; 1]; 
     ]);
     // left_foot: sums of what it carries
     let t0 = R::constant(0.0399) * cos_q_left_ankle_pitch;
-    let t1 = R::fused(R::constant(0.015399999999999999), sin_q_left_ankle_pitch, t0);
+    let t1 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t0);
     let t2 = R::constant(0.0399) * sin_q_left_ankle_pitch;
-    let t3 = R::fused(R::constant(-0.015399999999999999), cos_q_left_ankle_pitch, t2);
+    let t3 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t2);
     let t4 = R::constant(0.008) - t3;
     let t5 = R::constant(0.3111) + t1;
     // right_foot: sums of what it carries
     let t6 = R::constant(0.0399) * cos_q_right_ankle_pitch;
-    let t7 = R::fused(R::constant(0.015399999999999999), sin_q_right_ankle_pitch, t6);
+    let t7 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t6);
     let t8 = R::constant(0.0399) * sin_q_right_ankle_pitch;
-    let t9 = R::fused(R::constant(-0.015399999999999999), cos_q_right_ankle_pitch, t8);
+    let t9 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t8);
     let t10 = R::constant(0.008) - t9;
     let t11 = R::constant(0.3111) + t7;
     // left_lower_leg: sums of what it carries
@@ -66,14 +66,14 @@ pub(super) fn potential_energy_program<R: Real>(q: &[R; NQ], out: &mut [[R; 1]; 
     let t14 = t5 * sin_q_left_knee_pitch;
     let t15 = R::fused(-t4, cos_q_left_knee_pitch, t14);
     let t16 = R::constant(0.012) - t15;
-    let t17 = R::constant(0.8354999999999999) + t13;
+    let t17 = R::constant(0.8355) + t13;
     // right_lower_leg: sums of what it carries
     let t18 = t11 * cos_q_right_knee_pitch;
     let t19 = R::fused(t10, sin_q_right_knee_pitch, t18);
     let t20 = t11 * sin_q_right_knee_pitch;
     let t21 = R::fused(-t10, cos_q_right_knee_pitch, t20);
     let t22 = R::constant(0.012) - t21;
-    let t23 = R::constant(0.8354999999999999) + t19;
+    let t23 = R::constant(0.8355) + t19;
     // left_upper_leg: sums of what it carries
     let t24 = t17 * cos_q_left_hip_pitch;
     let t25 = R::fused(t16, sin_q_left_hip_pitch, t24);

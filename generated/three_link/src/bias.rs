@@ -47,11 +47,11 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t8 = R::constant(2.5) * sin_t1;
     let t9 = t6 * t8;
     let t10 = t6 * t7;
-    let t11 = sin_t1 * R::constant(24.525000000000002);
+    let t11 = sin_t1 * R::constant(24.525);
     // right_leg: sums of what it carries
     let t12 = R::constant(2.5) * cos_t0;
     let t13 = R::constant(2.5) * sin_t0;
-    let t14 = sin_t0 * R::constant(24.525000000000002);
+    let t14 = sin_t0 * R::constant(24.525);
     let t15 = R::fused(t4, t13, t9);
     let t16 = R::fused(t4, t12, t10);
     let t17 = t11 + t14;
@@ -60,7 +60,7 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t19 = R::constant(5.0) * sin_q_base_pitch;
     let t20 = R::fused(-t2, t19, t15);
     let t21 = R::fused(-t2, t18, t16);
-    let t22 = R::fused(sin_q_base_pitch, R::constant(49.050000000000004), -t17);
+    let t22 = R::fused(sin_q_base_pitch, R::constant(49.05), -t17);
     let t23 = R::constant(343.35) + t21; // base/z: sums of what it carries
     let t24 = -t22;
     *out = [[t20, t23, t24, t14, t11]];

@@ -127,7 +127,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t66 = R::constant(2.5) * t65; // right_leg: wrench that its motion needs
     let t67 = t66 - tau_right_hip_pitch; // other
     let t68 = R::fused(t67, t10, t63); // solved by the factors
-    let t69 = R::fused(sin_q_base_pitch, R::constant(49.050000000000004), -t61); // left_leg
+    let t69 = R::fused(sin_q_base_pitch, R::constant(49.05), -t61); // left_leg: wrench handed to its parent
     let t70 = t66 - t69; // right_leg: wrench handed to its parent
     let t71 = t70 - tau_base_pitch; // other
     let t72 = t71 - t62; // solved by the factors

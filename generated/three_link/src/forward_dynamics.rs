@@ -73,19 +73,19 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t21 = tau_left_hip_pitch - t20;
     let t22 = tau_base_x - t17;
     let t23 = tau_base_z - t19;
-    let t24 = R::fused(sin_q_base_pitch, R::constant(49.050000000000004), -t21);
-    let t25 = R::fused(-sin_t0, R::constant(24.525000000000002), tau_right_hip_pitch);
-    let t26 = R::fused(-sin_t1, R::constant(24.525000000000002), tau_left_hip_pitch);
+    let t24 = R::fused(sin_q_base_pitch, R::constant(49.05), -t21);
+    let t25 = R::fused(-sin_t0, R::constant(24.525), tau_right_hip_pitch);
+    let t26 = R::fused(-sin_t1, R::constant(24.525), tau_left_hip_pitch);
     // factors of the mass matrix
-    let t27 = sin_t1 * R::constant(1.9998400127989766);
+    let t27 = sin_t1 * R::constant(1.999840012798976);
     let t28 = R::fused(-t8, t27, R::constant(35.0));
     let t29 = t7 * t27;
-    let t30 = cos_t1 * R::constant(1.9998400127989766);
+    let t30 = cos_t1 * R::constant(1.999840012798976);
     let t31 = R::fused(-t7, t30, R::constant(35.0));
-    let t32 = sin_t0 * R::constant(1.9998400127989766);
+    let t32 = sin_t0 * R::constant(1.999840012798976);
     let t33 = R::fused(-t12, t32, t28);
     let t34 = R::fused(t11, t32, t29);
-    let t35 = cos_t0 * R::constant(1.9998400127989766);
+    let t35 = cos_t0 * R::constant(1.999840012798976);
     let t36 = R::fused(-t11, t35, t31);
     let t37 = sin_q_base_pitch * R::constant(2.0);
     let t38 = R::fused(-t16, t37, t33);
@@ -108,8 +108,8 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t53 = t45 * t52;
     let t54 = t42 * t50;
     let t55 = t24 * R::constant(0.4);
-    let t56 = t25 * R::constant(0.7999360051195906);
-    let t57 = t26 * R::constant(0.7999360051195906);
+    let t56 = t25 * R::constant(0.7999360051195904);
+    let t57 = t26 * R::constant(0.7999360051195904);
     // solved by the factors
     let t58 = R::fused(-t43, t53, t54);
     let t59 = R::fused(-t40, t53, t55);

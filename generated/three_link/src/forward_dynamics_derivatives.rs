@@ -117,28 +117,28 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t40 = t28 - t32;
     t41 = t40 + R::constant(343.35); // base/z: sums of what it carries
     // factors of the mass matrix
-    t42 = sin_t1 * R::constant(1.9998400127989766);
+    t42 = sin_t1 * R::constant(1.999840012798976);
     t43 = R::fused(-t8, t42, R::constant(35.0));
     t44 = t7 * t42;
-    t45 = cos_t1 * R::constant(1.9998400127989766);
+    t45 = cos_t1 * R::constant(1.999840012798976);
     t46 = R::fused(-t7, t45, R::constant(35.0));
-    t47 = sin_t0 * R::constant(1.9998400127989766);
+    t47 = sin_t0 * R::constant(1.999840012798976);
     t48 = R::fused(-t16, t47, t43);
     t49 = R::fused(t15, t47, t44);
-    t50 = cos_t0 * R::constant(1.9998400127989766);
+    t50 = cos_t0 * R::constant(1.999840012798976);
     t51 = R::fused(-t15, t50, t46);
     // other
     t52 = t39 - tau_base_x;
     t53 = t41 - tau_base_z;
-    t54 = R::fused(sin_t0, R::constant(24.525000000000002), -tau_right_hip_pitch);
-    t55 = R::fused(sin_t1, R::constant(24.525000000000002), -tau_left_hip_pitch);
+    t54 = R::fused(sin_t0, R::constant(24.525), -tau_right_hip_pitch);
+    t55 = R::fused(sin_t1, R::constant(24.525), -tau_left_hip_pitch);
     // solved by the factors
     t56 = R::fused(-t42, t55, t53);
     t57 = R::fused(t45, t55, t52);
     t58 = R::fused(-t47, t54, t56);
     t59 = R::fused(t50, t54, t57);
-    t60 = R::constant(0.7999360051195906) * t54; // other
-    t61 = R::constant(0.7999360051195906) * t55; // other
+    t60 = R::constant(0.7999360051195904) * t54; // other
+    t61 = R::constant(0.7999360051195904) * t55; // other
     // factors of the mass matrix
     t62 = sin_q_base_pitch * R::constant(2.0);
     t63 = R::fused(-t30, t62, t48);
@@ -159,7 +159,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t77 = t42 + t62;
     t78 = tau_base_pitch - tau_right_hip_pitch;
     t79 = tau_left_hip_pitch - t78;
-    t80 = R::fused(sin_q_base_pitch, R::constant(49.050000000000004), -t79);
+    t80 = R::fused(sin_q_base_pitch, R::constant(49.05), -t79);
     t81 = R::fused(-t62, t80, t58); // solved by the factors
     t82 = R::fused(t65, t80, t59); // solved by the factors
     t83 = R::fused(-t68, t81, t82); // solved by the factors
@@ -215,8 +215,8 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t128 = t70 * t127;
     t129 = t67 * t125;
     t130 = R::constant(0.4) * t116;
-    t131 = R::constant(0.7999360051195906) * t112;
-    t132 = R::constant(0.7999360051195906) * t114;
+    t131 = R::constant(0.7999360051195904) * t112;
+    t132 = R::constant(0.7999360051195904) * t114;
     t133 = R::fused(t68, t128, t129);
     t134 = t71 * t128;
     t135 = R::fused(t62, t129, t134);
@@ -302,7 +302,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t215 = t74 * t209;
     t216 = R::fused(t76, t210, t215);
     t217 = R::constant(0.4) + t216;
-    t218 = R::constant(0.7999360051195906) + t217;
+    t218 = R::constant(0.7999360051195904) + t217;
     t219 = t70 * t75;
     t220 = t67 * t77;
     t221 = R::fused(t68, t219, t220);
@@ -315,7 +315,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t228 = t75 * t219;
     t229 = R::fused(t77, t220, t228);
     t230 = R::constant(0.4) + t229;
-    t231 = R::constant(0.7999360051195906) + t230;
+    t231 = R::constant(0.7999360051195904) + t230;
     t232 = -t128;
     t233 = -t140;
     t234 = -t144;

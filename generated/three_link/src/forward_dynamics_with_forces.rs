@@ -66,18 +66,18 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_t0, cos_t1],
     ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, t0, t1]);
     let t2 = R::constant(2.5) * cos_t1; // left_leg: sums of what it carries
-    let t3 = cos_t1 * R::constant(1.9998400127989766); // factors of the mass matrix
+    let t3 = cos_t1 * R::constant(1.999840012798976); // factors of the mass matrix
     let t4 = R::fused(-t2, t3, R::constant(35.0)); // factors of the mass matrix
     let t5 = R::constant(2.5) * cos_t0; // right_leg: sums of what it carries
-    let t6 = cos_t0 * R::constant(1.9998400127989766); // factors of the mass matrix
+    let t6 = cos_t0 * R::constant(1.999840012798976); // factors of the mass matrix
     let t7 = R::fused(-t5, t6, t4); // factors of the mass matrix
     let t8 = R::constant(5.0) * cos_q_base_pitch; // torso: sums of what it carries
     // factors of the mass matrix
     let t9 = R::constant(2.0) * cos_q_base_pitch;
     let t10 = R::fused(-t8, t9, t7);
-    let t11 = sin_t1 * R::constant(1.9998400127989766);
+    let t11 = sin_t1 * R::constant(1.999840012798976);
     let t12 = t2 * t11;
-    let t13 = sin_t0 * R::constant(1.9998400127989766);
+    let t13 = sin_t0 * R::constant(1.999840012798976);
     let t14 = R::fused(t5, t13, t12);
     let t15 = R::constant(2.0) * sin_q_base_pitch;
     let t16 = R::fused(t8, t15, t14);
@@ -130,17 +130,17 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t63 = R::fused(-t62, t21, t61); // torso: sums of what it carries
     let t64 = t55 - t63; // other
     let t65 = tau_left_hip_pitch + t35; // other
-    let t66 = R::fused(-sin_t1, R::constant(24.525000000000002), t65); // other
+    let t66 = R::fused(-sin_t1, R::constant(24.525), t65); // other
     let t67 = R::fused(t66, t3, t64); // solved by the factors
     let t68 = tau_right_hip_pitch + t45; // other
-    let t69 = R::fused(-sin_t0, R::constant(24.525000000000002), t68); // other
+    let t69 = R::fused(-sin_t0, R::constant(24.525), t68); // other
     let t70 = R::fused(t69, t6, t67); // solved by the factors
     let t71 = t45 + t35; // right_leg: wrench handed to its parent
     // other
     let t72 = tau_base_pitch + t71;
     let t73 = t72 - t68;
     let t74 = t65 - t73;
-    let t75 = R::fused(sin_q_base_pitch, R::constant(49.050000000000004), -t74);
+    let t75 = R::fused(sin_q_base_pitch, R::constant(49.05), -t74);
     let t76 = R::fused(-t75, t9, t70); // solved by the factors
     let t77 = cos_q_base_pitch * t47; // torso: wrench handed to its parent
     let t78 = R::fused(-sin_q_base_pitch, t53, t77); // torso: wrench handed to its parent
@@ -161,12 +161,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t92 = t75 * R::constant(0.4); // other
     let t93 = R::fused(-t9, t89, t92);
     let t94 = R::fused(t15, t91, t93);
-    let t95 = t69 * R::constant(0.7999360051195906); // other
+    let t95 = t69 * R::constant(0.7999360051195904); // other
     let t96 = R::fused(t6, t89, t95);
     let t97 = R::fused(-t13, t91, t96);
     let t98 = t94 - t97; // other
     let t99 = -t98; // other
-    let t100 = t66 * R::constant(0.7999360051195906); // other
+    let t100 = t66 * R::constant(0.7999360051195904); // other
     let t101 = R::fused(t3, t89, t100);
     let t102 = R::fused(-t11, t91, t101);
     let t103 = t94 - t102; // other

@@ -40,7 +40,7 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t5 = R::fused(t1, cos_q_left_hip_pitch, t4); // left_leg: motion
     let t6 = R::constant(2.5) * t3; // right_leg: wrench that its motion needs
     let t7 = R::constant(2.5) * t5; // left_leg: wrench that its motion needs
-    let t8 = R::fused(sin_q_base_pitch, R::constant(49.050000000000004), -t7); // left_leg: wrench handed to its parent
+    let t8 = R::fused(sin_q_base_pitch, R::constant(49.05), -t7); // left_leg: wrench handed to its parent
     let t9 = t6 - t8; // right_leg: wrench handed to its parent
     *out = [[R::constant(0.0), R::constant(343.35), t9, t6, t7]];
 }

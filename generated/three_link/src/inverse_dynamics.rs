@@ -64,7 +64,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t15 = R::fused(t9, t10, t14);
     let t16 = a_base_x * t10;
     let t17 = R::fused(-t2, t11, t16);
-    let t18 = R::fused(t7, R::constant(1.2500999999999998), -t17);
+    let t18 = R::fused(R::constant(1.2501), t7, -t17);
     // right_leg: sums of what it carries
     let t19 = R::constant(2.5) * cos_t0;
     let t20 = R::constant(2.5) * sin_t0;
@@ -74,7 +74,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t24 = R::fused(t6, t19, t23);
     let t25 = a_base_x * t19;
     let t26 = R::fused(-t2, t20, t25);
-    let t27 = R::fused(t4, R::constant(1.2500999999999998), -t26);
+    let t27 = R::fused(R::constant(1.2501), t4, -t26);
     let t28 = t13 + t22;
     let t29 = t15 + t24;
     let t30 = t18 + t27;

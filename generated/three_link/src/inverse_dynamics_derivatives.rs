@@ -149,7 +149,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
         [t46, t53, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/left_hip_pitch
         [R::constant(35.0), R::constant(0.0), t67, t69, t71], // a/base/x
         [R::constant(0.0), R::constant(35.0), t74, t76, t78], // a/base/z
-        [t67, t79, R::constant(5.0001999999999995), R::constant(1.2501), R::constant(1.2501)], // a/base/pitch
+        [t67, t79, R::constant(5.0002), R::constant(1.2501), R::constant(1.2501)], // a/base/pitch
         [t69, t76, R::constant(1.2501), R::constant(1.2501), R::constant(0.0)], // a/right_hip_pitch
         [t71, t78, R::constant(1.2501), R::constant(0.0), R::constant(1.2501)], // a/left_hip_pitch
     ];

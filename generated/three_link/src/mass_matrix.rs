@@ -53,9 +53,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     *out = [
         [R::constant(35.0), R::constant(0.0), t14, t7, t8], // base/x
         [R::constant(0.0), R::constant(35.0), t13, t5, t4], // base/z
-        // base/pitch
-        [t15, t13, R::constant(5.0001999999999995), R::constant(1.2500999999999998), R::constant(1.2500999999999998)],
-        [t9, t5, R::constant(1.2500999999999998), R::constant(1.2500999999999998), R::constant(0.0)], // right_hip_pitch
-        [t10, t4, R::constant(1.2500999999999998), R::constant(0.0), R::constant(1.2500999999999998)], // left_hip_pitch
+        [t15, t13, R::constant(5.0002), R::constant(1.2501), R::constant(1.2501)], // base/pitch
+        [t9, t5, R::constant(1.2501), R::constant(1.2501), R::constant(0.0)], // right_hip_pitch
+        [t10, t4, R::constant(1.2501), R::constant(0.0), R::constant(1.2501)], // left_hip_pitch
     ];
 }

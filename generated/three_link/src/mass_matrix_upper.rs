@@ -49,8 +49,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     *out = [
         [R::constant(35.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/x
         [R::constant(0.0), R::constant(35.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/z
-        [t12, t11, R::constant(5.0001999999999995), R::constant(0.0), R::constant(0.0)], // base/pitch
-        [t7, t5, R::constant(1.2500999999999998), R::constant(1.2500999999999998), R::constant(0.0)], // right_hip_pitch
-        [t8, t4, R::constant(1.2500999999999998), R::constant(0.0), R::constant(1.2500999999999998)], // left_hip_pitch
+        [t12, t11, R::constant(5.0002), R::constant(0.0), R::constant(0.0)], // base/pitch
+        [t7, t5, R::constant(1.2501), R::constant(1.2501), R::constant(0.0)], // right_hip_pitch
+        [t8, t4, R::constant(1.2501), R::constant(0.0), R::constant(1.2501)], // left_hip_pitch
     ];
 }

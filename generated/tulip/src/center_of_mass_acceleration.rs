@@ -407,58 +407,58 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     t257 = R::fused(t246, t246, t254);
     // torso: wrench that its motion needs
     t258 = R::constant(0.20808) * t39;
-    t259 = R::fused(R::constant(-0.010199999999999987), t40, t258);
-    t260 = R::fused(R::constant(2.4914999999999994), t41, t259);
+    t259 = R::fused(R::constant(-0.0102), t40, t258);
+    t260 = R::fused(R::constant(2.4915), t41, t259);
     t261 = R::constant(0.20808) * t42;
-    t262 = R::fused(R::constant(0.010199999999999987), t43, t261);
-    t263 = R::fused(R::constant(2.4914999999999994), t44, t262);
+    t262 = R::fused(R::constant(0.0102), t43, t261);
+    t263 = R::fused(R::constant(2.4915), t44, t262);
     t264 = R::constant(0.20808) * t45;
-    t265 = R::fused(R::constant(0.010199999999999987), t46, t264);
-    t266 = R::fused(R::constant(-2.4914999999999994), t47, t265);
+    t265 = R::fused(R::constant(0.0102), t46, t264);
+    t266 = R::fused(R::constant(-2.4915), t47, t265);
     t267 = R::fused(R::constant(19.0), t6, t260);
     t268 = R::fused(R::constant(-19.0), t7, t263);
     t269 = R::fused(R::constant(19.0), t8, t266);
     // right_upper_leg: wrench that its motion needs
     t270 = R::constant(0.012) * t126;
-    t271 = R::fused(R::constant(-0.8355000000000001), t127, t270);
+    t271 = R::fused(R::constant(-0.8355), t127, t270);
     t272 = R::constant(0.012) * t128;
-    t273 = R::fused(R::constant(-0.8355000000000001), t129, t272);
+    t273 = R::fused(R::constant(-0.8355), t129, t272);
     t274 = R::constant(0.012) * t130;
-    t275 = R::fused(R::constant(0.8355000000000001), t131, t274);
+    t275 = R::fused(R::constant(0.8355), t131, t274);
     // left_upper_leg: wrench that its motion needs
     t276 = R::constant(0.012) * t146;
-    t277 = R::fused(R::constant(-0.8355000000000001), t147, t276);
+    t277 = R::fused(R::constant(-0.8355), t147, t276);
     t278 = R::constant(0.012) * t148;
-    t279 = R::fused(R::constant(-0.8355000000000001), t149, t278);
+    t279 = R::fused(R::constant(-0.8355), t149, t278);
     t280 = R::constant(0.012) * t150;
-    t281 = R::fused(R::constant(0.8355000000000001), t151, t280);
+    t281 = R::fused(R::constant(0.8355), t151, t280);
     // right_lower_leg: wrench that its motion needs
     t282 = R::constant(0.008) * t166;
-    t283 = R::fused(R::constant(-0.31110000000000004), t167, t282);
+    t283 = R::fused(R::constant(-0.3111), t167, t282);
     t284 = R::constant(0.008) * t168;
-    t285 = R::fused(R::constant(-0.31110000000000004), t169, t284);
+    t285 = R::fused(R::constant(-0.3111), t169, t284);
     t286 = R::constant(0.008) * t170;
-    t287 = R::fused(R::constant(0.31110000000000004), t171, t286);
+    t287 = R::fused(R::constant(0.3111), t171, t286);
     // left_lower_leg: wrench that its motion needs
     t288 = R::constant(0.008) * t186;
-    t289 = R::fused(R::constant(-0.31110000000000004), t187, t288);
+    t289 = R::fused(R::constant(-0.3111), t187, t288);
     t290 = R::constant(0.008) * t188;
-    t291 = R::fused(R::constant(-0.31110000000000004), t189, t290);
+    t291 = R::fused(R::constant(-0.3111), t189, t290);
     t292 = R::constant(0.008) * t190;
-    t293 = R::fused(R::constant(0.31110000000000004), t191, t292);
+    t293 = R::fused(R::constant(0.3111), t191, t292);
     // right_ankle: wrench that its motion needs
-    t294 = R::constant(0.015400000000000002) * t206;
+    t294 = R::constant(0.0154) * t206;
     t295 = R::fused(R::constant(-0.023125), t207, t294);
-    t296 = R::constant(0.015400000000000002) * t208;
+    t296 = R::constant(0.0154) * t208;
     t297 = R::fused(R::constant(-0.023125), t209, t296);
-    t298 = R::constant(0.015400000000000002) * t210;
+    t298 = R::constant(0.0154) * t210;
     t299 = R::fused(R::constant(0.023125), t211, t298);
     // left_ankle: wrench that its motion needs
-    t300 = R::constant(0.015400000000000002) * t226;
+    t300 = R::constant(0.0154) * t226;
     t301 = R::fused(R::constant(-0.023125), t227, t300);
-    t302 = R::constant(0.015400000000000002) * t228;
+    t302 = R::constant(0.0154) * t228;
     t303 = R::fused(R::constant(-0.023125), t229, t302);
-    t304 = R::constant(0.015400000000000002) * t230;
+    t304 = R::constant(0.0154) * t230;
     t305 = R::fused(R::constant(0.023125), t231, t304);
     t306 = R::constant(0.0165) * t243; // right_foot: wrench that its motion needs
     t307 = R::constant(0.0165) * t244; // right_foot: wrench that its motion needs

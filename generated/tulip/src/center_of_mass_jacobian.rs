@@ -247,32 +247,32 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t157 = R::fused(R::constant(0.0165), cos_q_right_ankle_roll, R::constant(0.023125)); // right_foot
     // left_ankle: sums of what it carries
     t158 = cos_q_left_ankle_pitch * t156;
-    t159 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t158);
+    t159 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t158);
     t160 = sin_q_left_ankle_pitch * t156;
-    t161 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t160);
+    t161 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t160);
     t162 = R::constant(0.008) - t161;
-    t163 = R::constant(0.31110000000000004) + t159;
+    t163 = R::constant(0.3111) + t159;
     // right_ankle: sums of what it carries
     t164 = cos_q_right_ankle_pitch * t157;
-    t165 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t164);
+    t165 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t164);
     t166 = sin_q_right_ankle_pitch * t157;
-    t167 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t166);
+    t167 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t166);
     t168 = R::constant(0.008) - t167;
-    t169 = R::constant(0.31110000000000004) + t165;
+    t169 = R::constant(0.3111) + t165;
     // left_lower_leg: sums of what it carries
     t170 = cos_q_left_knee_pitch * t163;
     t171 = R::fused(sin_q_left_knee_pitch, t162, t170);
     t172 = sin_q_left_knee_pitch * t163;
     t173 = R::fused(-cos_q_left_knee_pitch, t162, t172);
     t174 = R::constant(0.012) - t173;
-    t175 = R::constant(0.8355000000000001) + t171;
+    t175 = R::constant(0.8355) + t171;
     // right_lower_leg: sums of what it carries
     t176 = cos_q_right_knee_pitch * t169;
     t177 = R::fused(sin_q_right_knee_pitch, t168, t176);
     t178 = sin_q_right_knee_pitch * t169;
     t179 = R::fused(-cos_q_right_knee_pitch, t168, t178);
     t180 = R::constant(0.012) - t179;
-    t181 = R::constant(0.8355000000000001) + t177;
+    t181 = R::constant(0.8355) + t177;
     // left_upper_leg: sums of what it carries
     t182 = cos_q_left_hip_pitch * t175;
     t183 = R::fused(sin_q_left_hip_pitch, t174, t182);
@@ -303,8 +303,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t204 = sin_q_left_hip_yaw * t196;
     t205 = R::fused(-cos_q_left_hip_yaw, t193, t204);
     t206 = R::constant(0.20808) + t203;
-    t207 = R::constant(0.010199999999999987) - t205;
-    t208 = R::constant(2.4914999999999994) + t195;
+    t207 = R::constant(0.0102) - t205;
+    t208 = R::constant(2.4915) + t195;
     // right_hip_yaw_link: sums of what it carries
     t209 = cos_q_right_hip_yaw * t201;
     t210 = R::fused(-sin_q_right_hip_yaw, t198, t209);
@@ -417,19 +417,19 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     // right_ankle: Jacobian of the centre of mass
     t301 = t157 * R::constant(0.05263157894736842);
     t302 = t123 * t301;
-    t303 = R::fused(-t121, R::constant(0.0008105263157894738), t302);
+    t303 = R::fused(-t121, R::constant(0.0008105263157894737), t302);
     t304 = t127 * t301;
-    t305 = R::fused(-t125, R::constant(0.0008105263157894738), t304);
+    t305 = R::fused(-t125, R::constant(0.0008105263157894737), t304);
     t306 = t131 * t301;
-    t307 = R::fused(-t129, R::constant(0.0008105263157894738), t306);
+    t307 = R::fused(-t129, R::constant(0.0008105263157894737), t306);
     // left_ankle: Jacobian of the centre of mass
     t308 = t156 * R::constant(0.05263157894736842);
     t309 = t135 * t308;
-    t310 = R::fused(-t133, R::constant(0.0008105263157894738), t309);
+    t310 = R::fused(-t133, R::constant(0.0008105263157894737), t309);
     t311 = t139 * t308;
-    t312 = R::fused(-t137, R::constant(0.0008105263157894738), t311);
+    t312 = R::fused(-t137, R::constant(0.0008105263157894737), t311);
     t313 = t143 * t308;
-    t314 = R::fused(-t141, R::constant(0.0008105263157894738), t313);
+    t314 = R::fused(-t141, R::constant(0.0008105263157894737), t313);
     t315 = t145 * R::constant(0.000868421052631579); // right_foot: Jacobian of the centre of mass
     t316 = t147 * R::constant(0.000868421052631579); // right_foot: Jacobian of the centre of mass
     t317 = t149 * R::constant(0.000868421052631579); // right_foot: Jacobian of the centre of mass

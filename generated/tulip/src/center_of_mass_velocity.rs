@@ -142,33 +142,33 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t54 = R::fused(-t46, sin_q_left_ankle_roll, t53); // left_foot: velocity
     let t55 = t48 - v_left_ankle_roll; // left_foot: velocity
     // torso: momentum
-    let t56 = R::constant(2.4914999999999994) * v_base_angular_y;
-    let t57 = R::fused(R::constant(-0.010199999999999987), v_base_angular_z, t56);
+    let t56 = R::constant(2.4915) * v_base_angular_y;
+    let t57 = R::fused(R::constant(-0.0102), v_base_angular_z, t56);
     let t58 = R::constant(0.20808) * v_base_angular_z;
-    let t59 = R::fused(R::constant(2.4914999999999994), v_base_angular_x, t58);
-    let t60 = R::constant(0.010199999999999987) * v_base_angular_x;
+    let t59 = R::fused(R::constant(2.4915), v_base_angular_x, t58);
+    let t60 = R::constant(0.0102) * v_base_angular_x;
     let t61 = R::fused(R::constant(0.20808), v_base_angular_y, t60);
     let t62 = R::fused(R::constant(19.0), v_base_linear_x, t57);
     let t63 = R::fused(R::constant(19.0), v_base_linear_y, -t59);
     let t64 = R::fused(R::constant(19.0), v_base_linear_z, t61);
     let t65 = R::constant(0.012) * t21; // right_upper_leg: momentum
-    let t66 = R::fused(R::constant(-0.8355000000000001), t23, t65); // right_upper_leg: momentum
+    let t66 = R::fused(R::constant(-0.8355), t23, t65); // right_upper_leg: momentum
     let t67 = R::constant(0.012) * t26; // left_upper_leg: momentum
-    let t68 = R::fused(R::constant(-0.8355000000000001), t28, t67); // left_upper_leg: momentum
+    let t68 = R::fused(R::constant(-0.8355), t28, t67); // left_upper_leg: momentum
     let t69 = R::constant(0.008) * t31; // right_lower_leg: momentum
-    let t70 = R::fused(R::constant(-0.31110000000000004), t33, t69); // right_lower_leg: momentum
+    let t70 = R::fused(R::constant(-0.3111), t33, t69); // right_lower_leg: momentum
     let t71 = R::constant(0.008) * t36; // left_lower_leg: momentum
-    let t72 = R::fused(R::constant(-0.31110000000000004), t38, t71); // left_lower_leg: momentum
+    let t72 = R::fused(R::constant(-0.3111), t38, t71); // left_lower_leg: momentum
     // right_ankle: momentum
     let t73 = R::constant(0.023125) * t44;
-    let t74 = R::constant(0.015400000000000002) * t41;
+    let t74 = R::constant(0.0154) * t41;
     let t75 = R::fused(R::constant(-0.023125), t43, t74);
-    let t76 = R::constant(0.015400000000000002) * t44;
+    let t76 = R::constant(0.0154) * t44;
     // left_ankle: momentum
     let t77 = R::constant(0.023125) * t49;
-    let t78 = R::constant(0.015400000000000002) * t46;
+    let t78 = R::constant(0.0154) * t46;
     let t79 = R::fused(R::constant(-0.023125), t48, t78);
-    let t80 = R::constant(0.015400000000000002) * t49;
+    let t80 = R::constant(0.0154) * t49;
     let t81 = R::constant(0.0165) * t52; // right_foot: momentum
     let t82 = R::constant(0.0165) * t55; // left_foot: momentum
     let t83 = R::fused(R::constant(0.0165), t54, t77); // left_foot: sums of what it carries
@@ -182,7 +182,7 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t90 = R::fused(-sin_q_left_ankle_pitch, t83, t89);
     let t91 = sin_q_left_ankle_pitch * t85;
     let t92 = R::fused(cos_q_left_ankle_pitch, t83, t91);
-    let t93 = R::fused(R::constant(0.31110000000000004), t39, t92);
+    let t93 = R::fused(R::constant(0.3111), t39, t92);
     let t94 = t72 + t84;
     let t95 = R::fused(R::constant(0.008), t39, t90);
     // right_ankle: sums of what it carries
@@ -190,7 +190,7 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t97 = R::fused(-sin_q_right_ankle_pitch, t86, t96);
     let t98 = sin_q_right_ankle_pitch * t88;
     let t99 = R::fused(cos_q_right_ankle_pitch, t86, t98);
-    let t100 = R::fused(R::constant(0.31110000000000004), t34, t99);
+    let t100 = R::fused(R::constant(0.3111), t34, t99);
     let t101 = t70 + t87;
     let t102 = R::fused(R::constant(0.008), t34, t97);
     // left_lower_leg: sums of what it carries
@@ -198,7 +198,7 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t104 = R::fused(-sin_q_left_knee_pitch, t93, t103);
     let t105 = sin_q_left_knee_pitch * t95;
     let t106 = R::fused(cos_q_left_knee_pitch, t93, t105);
-    let t107 = R::fused(R::constant(0.8355000000000001), t29, t106);
+    let t107 = R::fused(R::constant(0.8355), t29, t106);
     let t108 = t68 + t94;
     let t109 = R::fused(R::constant(0.012), t29, t104);
     // right_lower_leg: sums of what it carries
@@ -206,7 +206,7 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t111 = R::fused(-sin_q_right_knee_pitch, t100, t110);
     let t112 = sin_q_right_knee_pitch * t102;
     let t113 = R::fused(cos_q_right_knee_pitch, t100, t112);
-    let t114 = R::fused(R::constant(0.8355000000000001), t24, t113);
+    let t114 = R::fused(R::constant(0.8355), t24, t113);
     let t115 = t66 + t101;
     let t116 = R::fused(R::constant(0.012), t24, t111);
     // left_upper_leg: sums of what it carries

@@ -393,7 +393,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t252 = R::fused(-t149, t251, t240);
     t253 = t5 + t252;
     t254 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t255 = R::constant(0.00009166666999999972) * t254; // right_foot: sums of what it carries
+    t255 = R::constant(0.00009166667) * t254; // right_foot: sums of what it carries
     let (
         t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
         t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
@@ -414,23 +414,23 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t256 = R::constant(0.0029269125) - t255; // right_foot: sums of what it carries
     t257 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t258 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
-    t259 = R::constant(0.0012283333330000003) + t258; // right_foot: sums of what it carries
+    t259 = R::constant(0.001228333333) + t258; // right_foot: sums of what it carries
     t260 = t259 - t256; // right_ankle: sums of what it carries
     t261 = t257 * t260; // right_ankle: sums of what it carries
     t262 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t263 = R::constant(0.0005698000000000001) + t262; // right_foot: sums of what it carries
+    t263 = R::constant(0.0005698) + t262; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t264 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch;
     t265 = t263 * t264;
     t266 = R::fused(R::constant(-2.0), t265, t261);
     t267 = t256 + t266;
-    t268 = R::constant(0.07230871666700002) - t267;
+    t268 = R::constant(0.072308716667) - t267;
     t269 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t270 = t259 - t266;
     t271 = R::constant(0.0165) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t272 = R::constant(0.023125) + t271; // right_foot: sums of what it carries
     t273 = cos_q_right_ankle_pitch * t272;
-    t274 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t273);
+    t274 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t273);
     t275 = R::constant(0.546) * t274;
     t276 = t270 + t275;
     t277 = t276 + t268; // right_lower_leg: sums of what it carries
@@ -439,7 +439,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t280 = R::fused(R::constant(-2.0), t279, t263);
     t281 = R::fused(-t264, t260, t280);
     t282 = sin_q_right_ankle_pitch * t272;
-    t283 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t282);
+    t283 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t282);
     t284 = R::fused(R::constant(-0.273), t283, t281);
     t285 = R::constant(0.00086) + t284;
     // right_lower_leg: sums of what it carries
@@ -447,10 +447,10 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t287 = t285 * t286;
     t288 = R::fused(R::constant(-2.0), t287, t278);
     t289 = t268 - t288;
-    t290 = R::constant(0.22879800003000006) + t289;
+    t290 = R::constant(0.22879800003) + t289;
     t291 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t292 = t276 - t288;
-    t293 = R::constant(0.31110000000000004) + t274; // right_ankle: sums of what it carries
+    t293 = R::constant(0.3111) + t274; // right_ankle: sums of what it carries
     t294 = cos_q_right_knee_pitch * t293;
     t295 = R::constant(0.008) - t283; // right_ankle: sums of what it carries
     t296 = R::fused(sin_q_right_knee_pitch, t295, t294);
@@ -471,23 +471,23 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t310 = R::fused(R::constant(-2.0), t309, t300);
     t311 = t290 - t310;
     t312 = sin_q_right_hip_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t313 = R::constant(0.00009166666999999972) - t255; // right_foot: sums of what it carries
+    t313 = R::constant(0.00009166667) - t255; // right_foot: sums of what it carries
     t314 = t313 - t258; // right_foot: sums of what it carries
     t315 = R::constant(0.0045979875) - t314; // right_foot: sums of what it carries
     t316 = t315 + t275; // right_ankle: sums of what it carries
-    t317 = R::constant(0.07325338333000002) + t316; // right_ankle: sums of what it carries
+    t317 = R::constant(0.07325338333) + t316; // right_ankle: sums of what it carries
     t318 = t317 + t297; // right_lower_leg: sums of what it carries
-    t319 = R::constant(0.23164200000000004) + t318; // right_lower_leg: sums of what it carries
-    t320 = R::constant(0.30527050420000007) - t319;
+    t319 = R::constant(0.231642) + t318; // right_lower_leg: sums of what it carries
+    t320 = R::constant(0.3052705042) - t319;
     t321 = t311 - t320; // right_hip_roll_link: sums of what it carries
     t322 = t312 * t321; // right_hip_roll_link: sums of what it carries
     t323 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t324 = R::constant(0.00009166666999999972) * t323; // right_foot: sums of what it carries
+    t324 = R::constant(0.00009166667) * t323; // right_foot: sums of what it carries
     t325 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t324); // right_foot: sums of what it carries
     t326 = cos_q_right_ankle_pitch * t325; // right_ankle: sums of what it carries
     t327 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t328 = R::fused(-sin_q_right_ankle_pitch, t327, t326); // right_ankle: sums of what it carries
-    t329 = R::fused(-sin_q_right_ankle_roll, R::constant(0.004504500000000001), t328); // right_ankle
+    t329 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0045045), t328); // right_ankle: sums of what it carries
     t330 = R::constant(0.00024) + t329; // right_ankle: sums of what it carries
     t331 = cos_q_right_knee_pitch * t330; // right_lower_leg: sums of what it carries
     t332 = sin_q_right_ankle_pitch * t325; // right_ankle: sums of what it carries
@@ -495,7 +495,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t334 = R::constant(0.000016) - t333; // right_ankle: sums of what it carries
     t335 = R::fused(sin_q_right_knee_pitch, t334, t331); // right_lower_leg: sums of what it carries
     t336 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0051975), t335); // right_lower_leg: sums of what it carries
-    t337 = R::constant(0.0019299999999999999) + t336; // right_lower_leg: sums of what it carries
+    t337 = R::constant(0.00193) + t336; // right_lower_leg: sums of what it carries
     t338 = cos_q_right_hip_pitch * t337;
     t339 = sin_q_right_knee_pitch * t330; // right_lower_leg: sums of what it carries
     t340 = R::fused(-cos_q_right_knee_pitch, t334, t339); // right_lower_leg: sums of what it carries
@@ -506,8 +506,8 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t344 = t342 * t343;
     t345 = R::fused(R::constant(-2.0), t344, t322);
     t346 = t311 - t345;
-    t347 = R::constant(0.3059638375330001) - t346;
-    t348 = R::constant(0.8355000000000001) + t296; // right_lower_leg: sums of what it carries
+    t347 = R::constant(0.305963837533) - t346;
+    t348 = R::constant(0.8355) + t296; // right_lower_leg: sums of what it carries
     t349 = sin_q_right_hip_pitch * t348; // right_upper_leg: sums of what it carries
     t350 = R::constant(0.012) - t305; // right_lower_leg: sums of what it carries
     t351 = R::fused(-cos_q_right_hip_pitch, t350, t349); // right_upper_leg: sums of what it carries
@@ -522,27 +522,27 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t360 = R::fused(cos_q_right_hip_yaw, t359, t353); // right_hip_yaw_link: sums of what it carries
     t361 = R::fused(R::constant(0.0764), t360, t347); // right_hip_yaw_link: mass matrix
     t362 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t363 = R::constant(0.00009166666999999972) * t362; // left_foot: sums of what it carries
+    t363 = R::constant(0.00009166667) * t362; // left_foot: sums of what it carries
     t364 = R::constant(0.0029269125) - t363; // left_foot: sums of what it carries
     t365 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t366 = cos_q_left_ankle_roll * R::constant(0.001221); // left_foot: sums of what it carries
-    t367 = R::constant(0.0012283333330000003) + t366; // left_foot: sums of what it carries
+    t367 = R::constant(0.001228333333) + t366; // left_foot: sums of what it carries
     t368 = t367 - t364; // left_ankle: sums of what it carries
     t369 = t365 * t368; // left_ankle: sums of what it carries
     t370 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t371 = R::constant(0.0005698000000000001) + t370; // left_foot: sums of what it carries
+    t371 = R::constant(0.0005698) + t370; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t372 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch;
     t373 = t371 * t372;
     t374 = R::fused(R::constant(-2.0), t373, t369);
     t375 = t364 + t374;
-    t376 = R::constant(0.07230871666700002) - t375;
+    t376 = R::constant(0.072308716667) - t375;
     t377 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t378 = t367 - t374;
     t379 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t380 = R::constant(0.023125) + t379; // left_foot: sums of what it carries
     t381 = cos_q_left_ankle_pitch * t380;
-    t382 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t381);
+    t382 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t381);
     t383 = t382 * R::constant(0.546);
     t384 = t378 + t383;
     t385 = t384 + t376; // left_lower_leg: sums of what it carries
@@ -551,7 +551,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t388 = R::fused(R::constant(-2.0), t387, t371);
     t389 = R::fused(-t372, t368, t388);
     t390 = sin_q_left_ankle_pitch * t380;
-    t391 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t390);
+    t391 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t390);
     t392 = R::fused(R::constant(-0.273), t391, t389);
     t393 = R::constant(0.00086) + t392;
     // left_lower_leg: sums of what it carries
@@ -559,10 +559,10 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t395 = t393 * t394;
     t396 = R::fused(R::constant(-2.0), t395, t386);
     t397 = t376 - t396;
-    t398 = R::constant(0.22879800003000006) + t397;
+    t398 = R::constant(0.22879800003) + t397;
     t399 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t400 = t384 - t396;
-    t401 = R::constant(0.31110000000000004) + t382; // left_ankle: sums of what it carries
+    t401 = R::constant(0.3111) + t382; // left_ankle: sums of what it carries
     t402 = cos_q_left_knee_pitch * t401;
     t403 = R::constant(0.008) - t391; // left_ankle: sums of what it carries
     t404 = R::fused(sin_q_left_knee_pitch, t403, t402);
@@ -583,23 +583,23 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t418 = R::fused(R::constant(-2.0), t417, t408);
     t419 = t398 - t418;
     t420 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
-    t421 = R::constant(0.00009166666999999972) - t363; // left_foot: sums of what it carries
+    t421 = R::constant(0.00009166667) - t363; // left_foot: sums of what it carries
     t422 = t421 - t366; // left_foot: sums of what it carries
     t423 = R::constant(0.0045979875) - t422; // left_foot: sums of what it carries
     t424 = t423 + t383; // left_ankle: sums of what it carries
-    t425 = R::constant(0.07325338333000002) + t424; // left_ankle: sums of what it carries
+    t425 = R::constant(0.07325338333) + t424; // left_ankle: sums of what it carries
     t426 = t425 + t405; // left_lower_leg: sums of what it carries
-    t427 = R::constant(0.23164200000000004) + t426; // left_lower_leg: sums of what it carries
-    t428 = R::constant(0.30527050420000007) - t427;
+    t427 = R::constant(0.231642) + t426; // left_lower_leg: sums of what it carries
+    t428 = R::constant(0.3052705042) - t427;
     t429 = t419 - t428; // left_hip_roll_link: sums of what it carries
     t430 = t420 * t429; // left_hip_roll_link: sums of what it carries
     t431 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t432 = R::constant(0.00009166666999999972) * t431; // left_foot: sums of what it carries
+    t432 = R::constant(0.00009166667) * t431; // left_foot: sums of what it carries
     t433 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t432); // left_foot: sums of what it carries
     t434 = cos_q_left_ankle_pitch * t433; // left_ankle: sums of what it carries
     t435 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t436 = R::fused(-sin_q_left_ankle_pitch, t435, t434); // left_ankle: sums of what it carries
-    t437 = R::fused(-sin_q_left_ankle_roll, R::constant(0.004504500000000001), t436); // left_ankle
+    t437 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0045045), t436); // left_ankle: sums of what it carries
     t438 = R::constant(0.00024) - t437; // left_ankle: sums of what it carries
     t439 = cos_q_left_knee_pitch * t438; // left_lower_leg: sums of what it carries
     t440 = sin_q_left_ankle_pitch * t433; // left_ankle: sums of what it carries
@@ -607,7 +607,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t442 = R::constant(0.000016) + t441; // left_ankle: sums of what it carries
     t443 = R::fused(sin_q_left_knee_pitch, t442, t439); // left_lower_leg: sums of what it carries
     t444 = R::fused(sin_q_left_ankle_roll, R::constant(0.0051975), t443); // left_lower_leg: sums of what it carries
-    t445 = R::constant(0.0019299999999999999) + t444; // left_lower_leg: sums of what it carries
+    t445 = R::constant(0.00193) + t444; // left_lower_leg: sums of what it carries
     t446 = cos_q_left_hip_pitch * t445;
     t447 = sin_q_left_knee_pitch * t438; // left_lower_leg: sums of what it carries
     t448 = R::fused(-cos_q_left_knee_pitch, t442, t447); // left_lower_leg: sums of what it carries
@@ -618,8 +618,8 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t452 = t450 * t451;
     t453 = R::fused(R::constant(2.0), t452, t430);
     t454 = t419 - t453;
-    t455 = R::constant(0.3059638375330001) - t454;
-    t456 = R::constant(0.8355000000000001) + t404; // left_lower_leg: sums of what it carries
+    t455 = R::constant(0.305963837533) - t454;
+    t456 = R::constant(0.8355) + t404; // left_lower_leg: sums of what it carries
     t457 = sin_q_left_hip_pitch * t456; // left_upper_leg: sums of what it carries
     t458 = R::constant(0.012) - t413; // left_lower_leg: sums of what it carries
     t459 = R::fused(-cos_q_left_hip_pitch, t458, t457); // left_upper_leg: sums of what it carries
@@ -639,7 +639,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t472 = R::constant(0.1528) * t360; // right_hip_yaw_link: sums of what it carries
     t473 = t347 + t472; // right_hip_yaw_link: sums of what it carries
     t474 = t471 + t473; // right_hip_yaw_link: sums of what it carries
-    t475 = R::constant(0.010199999999999987) - t468;
+    t475 = R::constant(0.0102) - t468;
     t476 = t475 - t360; // right_hip_yaw_link: sums of what it carries
     // other
     t477 = R::fused(R::constant(0.0764), t476, t474);
@@ -667,12 +667,12 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t498 = R::fused(R::constant(0.315), t488, t497);
     t499 = sin_q_left_hip_roll * t498;
     t500 = cos_q_left_ankle_pitch * t370;
-    t501 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t501 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t502 = R::fused(-sin_q_left_ankle_pitch, t501, t500);
     t503 = cos_q_left_knee_pitch * t502;
     t504 = sin_q_left_ankle_pitch * t370;
     t505 = R::fused(cos_q_left_ankle_pitch, t501, t504);
-    t506 = R::fused(cos_q_left_ankle_roll, R::constant(0.004504500000000001), t505);
+    t506 = R::fused(cos_q_left_ankle_roll, R::constant(0.0045045), t505);
     t507 = R::fused(-sin_q_left_knee_pitch, t506, t503);
     t508 = cos_q_left_hip_pitch * t507;
     t509 = sin_q_left_knee_pitch * t502;
@@ -699,7 +699,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t513 = R::fused(-cos_q_left_hip_roll, t512, t499);
     t514 = t513 + t496;
     t515 = t496 + t514; // other
-    t516 = t515 * R::constant(814.1112620933815); // factors of the mass matrix
+    t516 = t515 * R::constant(814.1112620933816); // factors of the mass matrix
     t517 = R::fused(t515, t516, t481); // factors of the mass matrix
     // left_ankle: mass matrix
     t518 = cos_q_left_knee_pitch * t391;
@@ -727,7 +727,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t540 = t539 - t529;
     t541 = t529 - t540; // other
     // factors of the mass matrix
-    t542 = sin_q_left_ankle_roll * R::constant(0.49823609240114947);
+    t542 = sin_q_left_ankle_roll * R::constant(0.4982360924011495);
     t543 = R::fused(t515, t542, t541);
     t544 = R::fused(-t435, t542, t423);
     t545 = R::constant(1.0) / t544;
@@ -750,7 +750,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t561 = t560 - t555;
     t562 = t555 - t561; // other
     // factors of the mass matrix
-    t563 = t497 * R::constant(814.1112620933815);
+    t563 = t497 * R::constant(814.1112620933816);
     t564 = R::fused(t515, t563, t562);
     t565 = R::fused(-t497, t542, t530);
     t566 = t565 * t545;
@@ -770,7 +770,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t579 = t578 + t576;
     t580 = t576 + t579; // other
     // factors of the mass matrix
-    t581 = t498 * R::constant(814.1112620933815);
+    t581 = t498 * R::constant(814.1112620933816);
     t582 = R::fused(-t515, t581, t580);
     t583 = R::fused(-t498, t542, t531);
     t584 = t583 * t545;
@@ -800,7 +800,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t608 = t599 - t607; // other
     t609 = sin_q_left_hip_pitch * t507; // left_foot: mass matrix
     t610 = R::fused(cos_q_left_hip_pitch, t511, t609); // left_foot: mass matrix
-    t611 = t610 * R::constant(814.1112620933815);
+    t611 = t610 * R::constant(814.1112620933816);
     t612 = R::fused(-t515, t611, t608);
     t613 = sin_q_left_hip_pitch * t534; // left_ankle: mass matrix
     t614 = R::fused(cos_q_left_hip_pitch, t537, t613); // left_ankle: mass matrix
@@ -819,7 +819,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t627 = t626 * t593;
     t628 = R::fused(t589, t627, t623);
     t629 = t406 - t418; // left_upper_leg: sums of what it carries
-    t630 = R::constant(0.30543717086700006) + t629; // left_upper_leg: sums of what it carries
+    t630 = R::constant(0.305437170867) + t629; // left_upper_leg: sums of what it carries
     t631 = R::fused(-t610, t611, t630);
     t632 = R::fused(-t615, t616, t631);
     t633 = R::fused(-t621, t622, t632);
@@ -830,7 +830,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t638 = R::constant(0.0764) * t468; // left_hip_yaw_link: sums of what it carries
     t639 = t455 - t638; // left_hip_yaw_link: mass matrix
     t640 = t638 - t639; // other
-    t641 = t513 * R::constant(814.1112620933815);
+    t641 = t513 * R::constant(814.1112620933816);
     t642 = R::fused(t515, t641, t640);
     t643 = R::fused(-t513, t542, t539);
     t644 = t643 * t545;
@@ -860,27 +860,27 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t668 = R::fused(t660, t667, t637);
     t669 = R::constant(1.0) / t668;
     t670 = t62 * t56; // right_hip_yaw_link: motion
-    t671 = R::constant(0.3057838375330001) * t670; // right_hip_yaw_link: wrench that its motion needs
+    t671 = R::constant(0.305783837533) * t670; // right_hip_yaw_link: wrench that its motion needs
     t672 = R::fused(R::constant(0.008), t37, t671); // right_hip_yaw_link: wrench that its motion needs
-    t673 = R::constant(0.30527050420000007) * t77; // right_hip_roll_link: wrench that its motion needs
+    t673 = R::constant(0.3052705042) * t77; // right_hip_roll_link: wrench that its motion needs
     t674 = t59 * t63; // right_hip_roll_link: motion
-    t675 = R::fused(R::constant(0.30543717086700006), t674, t673); // right_hip_roll_link: wrench that its motion needs
-    t676 = R::constant(0.23164200000000004) * t77; // right_upper_leg: wrench that its motion needs
-    t677 = R::fused(R::constant(0.22879800003000006), t80, t676); // right_upper_leg: wrench that its motion needs
+    t675 = R::fused(R::constant(0.305437170867), t674, t673); // right_hip_roll_link: wrench that its motion needs
+    t676 = R::constant(0.231642) * t77; // right_upper_leg: wrench that its motion needs
+    t677 = R::fused(R::constant(0.22879800003), t80, t676); // right_upper_leg: wrench that its motion needs
     t678 = t64 * t68; // right_upper_leg: motion
     t679 = t122 - t678; // right_upper_leg: motion
-    t680 = R::fused(R::constant(0.0019299999999999999), t679, t677); // right_upper_leg: wrench that its motion needs
+    t680 = R::fused(R::constant(0.00193), t679, t677); // right_upper_leg: wrench that its motion needs
     t681 = t126 + t202; // right_upper_leg: motion
     t682 = R::fused(R::constant(0.000048), t681, t680); // right_upper_leg: wrench that its motion needs
     t683 = t79 * t79; // right_upper_leg: motion
     // right_upper_leg: wrench that its motion needs
     t684 = t65 - t683;
     t685 = R::fused(R::constant(0.002), t684, t682);
-    t686 = R::constant(0.8355000000000001) * t74;
+    t686 = R::constant(0.8355) * t74;
     t687 = R::fused(R::constant(-0.012), t54, t686);
     t688 = t685 + t687;
-    t689 = R::constant(0.07325338333000002) * t77; // right_lower_leg: wrench that its motion needs
-    t690 = R::fused(R::constant(0.07230871666700002), t96, t689); // right_lower_leg: wrench that its motion needs
+    t689 = R::constant(0.07325338333) * t77; // right_lower_leg: wrench that its motion needs
+    t690 = R::fused(R::constant(0.072308716667), t96, t689); // right_lower_leg: wrench that its motion needs
     t691 = t85 * t87; // right_lower_leg: motion
     t692 = t128 - t691; // right_lower_leg: motion
     t693 = R::fused(R::constant(0.00024), t692, t690); // right_lower_leg: wrench that its motion needs
@@ -890,7 +890,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     // right_lower_leg: wrench that its motion needs
     t697 = t86 - t696;
     t698 = R::fused(R::constant(0.00086), t697, t695);
-    t699 = R::constant(0.31110000000000004) * t93;
+    t699 = R::constant(0.3111) * t93;
     t700 = R::fused(R::constant(-0.008), t83, t699);
     t701 = t698 - t700;
     t702 = R::constant(0.0045979875) * t77; // right_ankle: wrench that its motion needs
@@ -898,13 +898,13 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t704 = t101 * t101; // right_ankle: motion
     // right_ankle: wrench that its motion needs
     t705 = t217 - t704;
-    t706 = R::fused(R::constant(0.0005698000000000001), t705, t703);
+    t706 = R::fused(R::constant(0.0005698), t705, t703);
     t707 = R::constant(0.023125) * t99;
-    t708 = R::fused(R::constant(-0.015400000000000002), t216, t707);
+    t708 = R::fused(R::constant(-0.0154), t216, t707);
     t709 = t706 - t708;
     // right_foot: wrench that its motion needs
-    t710 = R::constant(0.00009166666999999972) * t136;
-    t711 = R::fused(R::constant(-0.0012283333330000003), t138, t710);
+    t710 = R::constant(0.00009166667) * t136;
+    t711 = R::fused(R::constant(-0.001228333333), t138, t710);
     t712 = t245 - t113;
     t713 = R::fused(R::constant(-0.000612), t712, t711);
     t714 = R::fused(R::constant(-0.0165), t106, t713);
@@ -916,7 +916,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t720 = R::fused(t139, R::constant(0.0006105), t719); // right_foot: wrench handed to its parent
     t721 = t701 + t720; // right_ankle: wrench handed to its parent
     t722 = t77 - t104; // right_ankle: motion
-    t723 = R::constant(0.015400000000000002) * t722; // right_ankle: wrench that its motion needs
+    t723 = R::constant(0.0154) * t722; // right_ankle: wrench that its motion needs
     t724 = R::fused(R::constant(0.023125), t219, t723); // right_ankle: wrench that its motion needs
     t725 = R::constant(0.0165) * t226;
     t726 = sin_q_right_ankle_roll * t725; // right_foot: wrench handed to its parent
@@ -925,7 +925,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t729 = t724 - t728; // right_foot: wrench handed to its parent
     t730 = sin_q_right_ankle_pitch * t729; // right_ankle: wrench handed to its parent
     t731 = t218 + t704; // right_ankle: motion
-    t732 = R::constant(0.015400000000000002) * t731; // right_ankle: wrench that its motion needs
+    t732 = R::constant(0.0154) * t731; // right_ankle: wrench that its motion needs
     t733 = R::fused(R::constant(-0.023125), t105, t732); // right_ankle: wrench that its motion needs
     t734 = R::fused(R::constant(-0.0165), t139, t733); // right_foot: wrench handed to its parent
     t735 = R::fused(-cos_q_right_ankle_pitch, t734, t730); // right_ankle: wrench handed to its parent
@@ -933,33 +933,33 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t737 = t688 + t736; // right_lower_leg: wrench handed to its parent
     t738 = t77 - t96; // right_lower_leg: motion
     t739 = R::constant(0.008) * t738; // right_lower_leg: wrench that its motion needs
-    t740 = R::fused(R::constant(0.31110000000000004), t89, t739); // right_lower_leg: wrench that its motion needs
+    t740 = R::fused(R::constant(0.3111), t89, t739); // right_lower_leg: wrench that its motion needs
     t741 = cos_q_right_ankle_pitch * t729; // right_ankle: wrench handed to its parent
     t742 = R::fused(sin_q_right_ankle_pitch, t734, t741); // right_ankle: wrench handed to its parent
     t743 = t740 + t742; // right_ankle: wrench handed to its parent
     t744 = sin_q_right_knee_pitch * t743; // right_lower_leg: wrench handed to its parent
     t745 = t88 + t696; // right_lower_leg: motion
     t746 = R::constant(0.008) * t745; // right_lower_leg: wrench that its motion needs
-    t747 = R::fused(R::constant(-0.31110000000000004), t97, t746); // right_lower_leg: wrench that its motion needs
+    t747 = R::fused(R::constant(-0.3111), t97, t746); // right_lower_leg: wrench that its motion needs
     t748 = t747 - t735; // right_ankle: wrench handed to its parent
     t749 = R::fused(-cos_q_right_knee_pitch, t748, t744); // right_lower_leg: wrench handed to its parent
     t750 = R::fused(R::constant(0.315), t749, t737); // right_lower_leg: wrench handed to its parent
     t751 = t675 - t750; // right_upper_leg: wrench handed to its parent
     t752 = sin_q_right_hip_roll * t751; // right_hip_roll_link: wrench handed to its parent
     t753 = t67 * t63; // right_hip_roll_link: motion
-    t754 = t753 * R::constant(0.6107076750670002); // right_hip_roll_link: wrench that its motion needs
+    t754 = t753 * R::constant(0.610707675067); // right_hip_roll_link: wrench that its motion needs
     t755 = R::fused(R::constant(-0.01), t53, t754); // right_hip_roll_link: wrench that its motion needs
     // right_upper_leg: wrench that its motion needs
-    t756 = R::constant(0.22879800003000006) * t122;
-    t757 = R::fused(R::constant(-0.23164200000000004), t678, t756);
+    t756 = R::constant(0.22879800003) * t122;
+    t757 = R::fused(R::constant(-0.231642), t678, t756);
     t758 = R::fused(R::constant(0.002), t203, t757);
-    t759 = R::fused(R::constant(-0.0019299999999999999), t81, t758);
+    t759 = R::fused(R::constant(-0.00193), t81, t758);
     t760 = t65 - t69;
     t761 = R::fused(R::constant(-0.000048), t760, t759);
     t762 = R::fused(R::constant(-0.012), t201, t761);
     // right_lower_leg: wrench that its motion needs
-    t763 = R::constant(0.07230871666700002) * t128;
-    t764 = R::fused(R::constant(-0.07325338333000002), t691, t763);
+    t763 = R::constant(0.072308716667) * t128;
+    t764 = R::fused(R::constant(-0.07325338333), t691, t763);
     t765 = R::fused(R::constant(0.00086), t206, t764);
     t766 = R::fused(R::constant(-0.00024), t97, t765);
     t767 = t86 - t88;
@@ -985,19 +985,19 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t770 = R::constant(0.0029269125) * t134; // right_ankle: wrench that its motion needs
     t771 = t103 * t107; // right_ankle: motion
     t772 = R::fused(R::constant(0.0045979875), t771, t770); // right_ankle: wrench that its motion needs
-    t773 = R::fused(R::constant(-0.0005698000000000001), t212, t772); // right_ankle: wrench that its motion needs
-    t774 = R::fused(R::constant(-0.015400000000000002), t207, t773); // right_ankle: wrench that its motion needs
+    t773 = R::fused(R::constant(-0.0005698), t212, t772); // right_ankle: wrench that its motion needs
+    t774 = R::fused(R::constant(-0.0154), t207, t773); // right_ankle: wrench that its motion needs
     t775 = sin_q_right_ankle_roll * t714; // right_foot: wrench handed to its parent
     t776 = R::fused(-cos_q_right_ankle_roll, t717, t775); // right_foot: wrench handed to its parent
     t777 = t774 + t776; // right_foot: wrench handed to its parent
     t778 = cos_q_right_ankle_pitch * t777; // right_ankle: wrench handed to its parent
-    t779 = t211 * R::constant(0.0016710750000000002); // right_ankle: wrench that its motion needs
+    t779 = t211 * R::constant(0.001671075); // right_ankle: wrench that its motion needs
     t780 = t134 + t771; // right_ankle: motion
-    t781 = R::fused(R::constant(0.0005698000000000001), t780, t779); // right_ankle: wrench that its motion needs
+    t781 = R::fused(R::constant(0.0005698), t780, t779); // right_ankle: wrench that its motion needs
     t782 = R::fused(R::constant(-0.023125), t207, t781); // right_ankle: wrench that its motion needs
     // right_foot: wrench that its motion needs
-    t783 = R::constant(0.0012283333330000003) * t210;
-    t784 = R::fused(R::constant(0.00009166666999999972), t225, t783);
+    t783 = R::constant(0.001228333333) * t210;
+    t784 = R::fused(R::constant(0.00009166667), t225, t783);
     t785 = R::fused(R::constant(-0.000612), t223, t784);
     t786 = R::fused(R::constant(0.0165), t221, t785);
     // right_foot: wrench handed to its parent
@@ -1008,38 +1008,38 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t791 = R::fused(-sin_q_right_ankle_pitch, t790, t778); // right_ankle: wrench handed to its parent
     t792 = t769 - t791; // right_ankle: wrench handed to its parent
     t793 = cos_q_right_knee_pitch * t792; // right_lower_leg: wrench handed to its parent
-    t794 = t205 * R::constant(0.14556209999700004); // right_lower_leg: wrench that its motion needs
+    t794 = t205 * R::constant(0.145562099997); // right_lower_leg: wrench that its motion needs
     t795 = R::fused(R::constant(-0.000016), t738, t794); // right_lower_leg: wrench that its motion needs
     t796 = t128 + t691; // right_lower_leg: motion
     // right_lower_leg: wrench that its motion needs
     t797 = R::fused(R::constant(0.00086), t796, t795);
     t798 = t88 - t696;
     t799 = R::fused(R::constant(-0.00024), t798, t797);
-    t800 = R::fused(R::constant(-0.31110000000000004), t204, t799);
+    t800 = R::fused(R::constant(-0.3111), t204, t799);
     t801 = sin_q_right_ankle_pitch * t777; // right_ankle: wrench handed to its parent
     t802 = R::fused(cos_q_right_ankle_pitch, t790, t801); // right_ankle: wrench handed to its parent
     t803 = t800 + t802; // right_ankle: wrench handed to its parent
-    t804 = R::constant(0.015400000000000002) * t780; // right_ankle: wrench that its motion needs
+    t804 = R::constant(0.0154) * t780; // right_ankle: wrench that its motion needs
     t805 = R::fused(R::constant(-0.023125), t212, t804); // right_ankle: wrench that its motion needs
     t806 = t805 - t789; // right_foot: wrench handed to its parent
     t807 = R::fused(R::constant(0.273), t806, t803); // right_ankle: wrench handed to its parent
     t808 = R::fused(sin_q_right_knee_pitch, t807, t793); // right_lower_leg: wrench handed to its parent
     t809 = t762 + t808; // right_lower_leg: wrench handed to its parent
     t810 = cos_q_right_hip_pitch * t809; // right_upper_leg: wrench handed to its parent
-    t811 = t202 * R::constant(0.4604400000300001); // right_upper_leg: wrench that its motion needs
+    t811 = t202 * R::constant(0.46044000003); // right_upper_leg: wrench that its motion needs
     t812 = t77 - t80; // right_upper_leg: motion
     t813 = R::fused(R::constant(-0.000048), t812, t811); // right_upper_leg: wrench that its motion needs
     t814 = t122 + t678; // right_upper_leg: motion
     // right_upper_leg: wrench that its motion needs
     t815 = R::fused(R::constant(0.002), t814, t813);
     t816 = t69 - t683;
-    t817 = R::fused(R::constant(-0.0019299999999999999), t816, t815);
-    t818 = R::fused(R::constant(0.8355000000000001), t201, t817);
+    t817 = R::fused(R::constant(-0.00193), t816, t815);
+    t818 = R::fused(R::constant(0.8355), t201, t817);
     t819 = sin_q_right_knee_pitch * t792; // right_lower_leg: wrench handed to its parent
     t820 = R::fused(-cos_q_right_knee_pitch, t807, t819); // right_lower_leg: wrench handed to its parent
     t821 = t818 - t820; // right_lower_leg: wrench handed to its parent
     t822 = R::constant(0.008) * t796; // right_lower_leg: wrench that its motion needs
-    t823 = R::fused(R::constant(-0.31110000000000004), t206, t822); // right_lower_leg: wrench that its motion needs
+    t823 = R::fused(R::constant(-0.3111), t206, t822); // right_lower_leg: wrench that its motion needs
     t824 = t823 + t806; // right_ankle: wrench handed to its parent
     t825 = R::fused(R::constant(0.315), t824, t821); // right_lower_leg: wrench handed to its parent
     t826 = R::fused(sin_q_right_hip_pitch, t825, t810); // right_upper_leg: wrench handed to its parent
@@ -1078,7 +1078,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t858 = R::fused(R::constant(-2.0), t857, t450); // left_hip_roll_link: sums of what it carries
     t859 = R::fused(t451, t429, t858); // left_hip_roll_link: sums of what it carries
     t860 = R::fused(-sin_q_left_hip_yaw, t859, t856); // left_hip_yaw_link: sums of what it carries
-    t861 = R::constant(0.04045939999999999) + t860; // left_hip_yaw_link: sums of what it carries
+    t861 = R::constant(0.0404594) + t860; // left_hip_yaw_link: sums of what it carries
     t862 = t861 - t855; // right_hip_yaw_link: sums of what it carries
     t863 = t855 + t862;
     t864 = t210 * t16;
@@ -1091,12 +1091,12 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t870 = sin_q_left_hip_yaw * t606;
     t871 = R::fused(cos_q_left_hip_yaw, t859, t870);
     t872 = R::fused(R::constant(-0.0764), t597, t871);
-    t873 = R::constant(0.0014734999999999995) - t872;
+    t873 = R::constant(0.0014735) - t872;
     t874 = sin_q_right_hip_roll * t355; // right_hip_roll_link: sums of what it carries
     t875 = R::fused(cos_q_right_hip_roll, t358, t874); // right_hip_roll_link: sums of what it carries
     t876 = R::fused(R::constant(0.0764), t875, t869); // right_hip_yaw_link: sums of what it carries
     t877 = t873 + t876; // right_hip_yaw_link: sums of what it carries
-    t878 = R::constant(2.4914999999999994) + t597;
+    t878 = R::constant(2.4915) + t597;
     t879 = t875 - t878; // right_hip_yaw_link: sums of what it carries
     // other
     t880 = R::fused(R::constant(-0.0764), t879, t877);
@@ -1110,16 +1110,16 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t888 = R::fused(-t187, t181, t887);
     t889 = R::fused(-t478, t888, t885);
     t890 = t830 - t889;
-    t891 = t17 * R::constant(0.0960906159999999); // torso: wrench that its motion needs
-    t892 = R::fused(R::constant(0.04045939999999999), t39, t891); // torso: wrench that its motion needs
+    t891 = t17 * R::constant(0.096090616); // torso: wrench that its motion needs
+    t892 = R::fused(R::constant(0.0404594), t39, t891); // torso: wrench that its motion needs
     t893 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t894 = R::fused(R::constant(0.0014734999999999995), t893, t892); // torso: wrench that its motion needs
+    t894 = R::fused(R::constant(0.0014735), t893, t892); // torso: wrench that its motion needs
     t895 = v_base_angular_y * v_base_angular_y; // torso: motion
     // torso: wrench that its motion needs
     t896 = t24 - t895;
     t897 = R::fused(R::constant(-0.00220808), t896, t894);
     t898 = R::constant(0.20808) * t35;
-    t899 = R::fused(R::constant(0.010199999999999987), t21, t898);
+    t899 = R::fused(R::constant(0.0102), t21, t898);
     t900 = t897 + t899;
     // left_hip_yaw_link: motion
     t901 = v_base_angular_x * cos_q_left_hip_yaw;
@@ -1127,7 +1127,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t903 = v_base_angular_x * sin_q_left_hip_yaw;
     t904 = R::fused(-v_base_angular_y, cos_q_left_hip_yaw, t903);
     t905 = t902 * t904;
-    t906 = R::constant(0.3057838375330001) * t905; // left_hip_yaw_link: wrench that its motion needs
+    t906 = R::constant(0.305783837533) * t905; // left_hip_yaw_link: wrench that its motion needs
     t907 = t18 + t21;
     t908 = sin_q_left_hip_yaw * t907;
     t909 = t27 - t35;
@@ -1139,18 +1139,18 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t915 = v_base_angular_z + v_left_hip_yaw;
     t916 = R::fused(t915, cos_q_left_hip_roll, t914); // left_hip_roll_link: motion
     t917 = R::fused(-t916, v_left_hip_roll, t913); // left_hip_roll_link: motion
-    t918 = R::constant(0.30527050420000007) * t917; // left_hip_roll_link: wrench that its motion needs
+    t918 = R::constant(0.3052705042) * t917; // left_hip_roll_link: wrench that its motion needs
     t919 = t902 + v_left_hip_roll; // left_hip_roll_link: motion
     t920 = t916 * t919; // left_hip_roll_link: motion
-    t921 = R::fused(R::constant(0.30543717086700006), t920, t918); // left_hip_roll_link: wrench that its motion needs
-    t922 = R::constant(0.23164200000000004) * t917; // left_upper_leg: wrench that its motion needs
+    t921 = R::fused(R::constant(0.305437170867), t920, t918); // left_hip_roll_link: wrench that its motion needs
+    t922 = R::constant(0.231642) * t917; // left_upper_leg: wrench that its motion needs
     // left_upper_leg: motion
     t923 = t916 * cos_q_left_hip_pitch;
     t924 = R::fused(t919, sin_q_left_hip_pitch, t923);
     t925 = t916 * sin_q_left_hip_pitch;
     t926 = R::fused(-t919, cos_q_left_hip_pitch, t925);
     t927 = t924 * t926;
-    t928 = R::fused(R::constant(0.22879800003000006), t927, t922); // left_upper_leg: wrench that its motion needs
+    t928 = R::fused(R::constant(0.22879800003), t927, t922); // left_upper_leg: wrench that its motion needs
     // left_hip_roll_link: motion
     t929 = t912 * sin_q_left_hip_roll;
     t930 = t904 * cos_q_left_hip_roll;
@@ -1164,7 +1164,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t937 = t931 - v_left_hip_pitch;
     t938 = t926 * t937;
     t939 = t936 - t938;
-    t940 = R::fused(R::constant(-0.0019299999999999999), t939, t928); // left_upper_leg: wrench that its motion needs
+    t940 = R::fused(R::constant(-0.00193), t939, t928); // left_upper_leg: wrench that its motion needs
     t941 = t932 * sin_q_left_hip_pitch;
     t942 = R::fused(t934, cos_q_left_hip_pitch, t941);
     t943 = R::fused(t924, v_left_hip_pitch, t942);
@@ -1182,19 +1182,19 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t955 = cos_q_left_hip_yaw * t907; // left_hip_yaw_link: motion
     t956 = R::fused(-sin_q_left_hip_yaw, t909, t955); // left_hip_yaw_link: motion
     t957 = R::fused(-cos_q_left_hip_pitch, t956, t954);
-    t958 = R::constant(0.8355000000000001) * t957; // left_upper_leg: wrench that its motion needs
+    t958 = R::constant(0.8355) * t957; // left_upper_leg: wrench that its motion needs
     t959 = cos_q_left_hip_pitch * t953;
     t960 = R::fused(sin_q_left_hip_pitch, t956, t959);
     t961 = R::fused(R::constant(-0.012), t960, t958); // left_upper_leg: wrench that its motion needs
     t962 = t950 - t961; // left_upper_leg: wrench that its motion needs
-    t963 = R::constant(0.07325338333000002) * t917; // left_lower_leg: wrench that its motion needs
+    t963 = R::constant(0.07325338333) * t917; // left_lower_leg: wrench that its motion needs
     // left_lower_leg: motion
     t964 = t924 * cos_q_left_knee_pitch;
     t965 = R::fused(-t926, sin_q_left_knee_pitch, t964);
     t966 = t924 * sin_q_left_knee_pitch;
     t967 = R::fused(t926, cos_q_left_knee_pitch, t966);
     t968 = t965 * t967;
-    t969 = R::fused(R::constant(0.07230871666700002), t968, t963); // left_lower_leg: wrench that its motion needs
+    t969 = R::fused(R::constant(0.072308716667), t968, t963); // left_lower_leg: wrench that its motion needs
     t970 = t936 * cos_q_left_knee_pitch;
     t971 = R::fused(-t943, sin_q_left_knee_pitch, t970);
     t972 = R::fused(-t967, v_left_knee_pitch, t971);
@@ -1219,7 +1219,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t991 = t917 + t927; // left_upper_leg: motion
     t992 = R::fused(t991, R::constant(0.315), -t957);
     t993 = R::fused(-cos_q_left_knee_pitch, t992, t990);
-    t994 = R::constant(0.31110000000000004) * t993; // left_lower_leg: wrench that its motion needs
+    t994 = R::constant(0.3111) * t993; // left_lower_leg: wrench that its motion needs
     t995 = cos_q_left_knee_pitch * t989;
     t996 = R::fused(sin_q_left_knee_pitch, t992, t995);
     t997 = R::fused(R::constant(-0.008), t996, t994); // left_lower_leg: wrench that its motion needs
@@ -1235,7 +1235,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1006 = t1003 * t1003;
     t1007 = t1001 * t1001;
     t1008 = t1006 - t1007; // left_ankle: wrench that its motion needs
-    t1009 = R::fused(R::constant(0.0005698000000000001), t1008, t1005); // left_ankle: wrench that its motion needs
+    t1009 = R::fused(R::constant(0.0005698), t1008, t1005); // left_ankle: wrench that its motion needs
     t1010 = t973 * t973; // left_lower_leg: motion
     t1011 = t983 + t1010; // left_lower_leg: motion
     t1012 = R::fused(t1011, R::constant(0.273), t996);
@@ -1246,7 +1246,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1017 = R::constant(0.023125) * t1016; // left_ankle: wrench that its motion needs
     t1018 = cos_q_left_ankle_pitch * t1012;
     t1019 = R::fused(sin_q_left_ankle_pitch, t1015, t1018);
-    t1020 = R::fused(R::constant(-0.015400000000000002), t1019, t1017); // left_ankle: wrench that its motion needs
+    t1020 = R::fused(R::constant(-0.0154), t1019, t1017); // left_ankle: wrench that its motion needs
     t1021 = t1009 - t1020; // left_ankle: wrench that its motion needs
     t1022 = t917 * cos_q_left_ankle_roll; // left_foot: motion
     t1023 = t972 * cos_q_left_ankle_pitch;
@@ -1275,10 +1275,10 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1028 = t1027 * sin_q_left_ankle_roll; // left_foot: motion
     t1029 = R::fused(t1001, cos_q_left_ankle_roll, t1028); // left_foot: motion
     t1030 = R::fused(-t1029, v_left_ankle_roll, t1026); // left_foot: motion
-    t1031 = R::constant(0.00009166666999999972) * t1030; // left_foot: wrench that its motion needs
+    t1031 = R::constant(0.00009166667) * t1030; // left_foot: wrench that its motion needs
     t1032 = t1003 - v_left_ankle_roll; // left_foot: motion
     t1033 = t1029 * t1032; // left_foot: motion
-    t1034 = R::fused(R::constant(-0.0012283333330000003), t1033, t1031); // left_foot: wrench that its motion needs
+    t1034 = R::fused(R::constant(-0.001228333333), t1033, t1031); // left_foot: wrench that its motion needs
     t1035 = t1032 * t1032; // left_foot: motion
     t1036 = R::fused(-t1029, t1029, t1035); // left_foot: wrench that its motion needs
     t1037 = R::fused(R::constant(-0.000612), t1036, t1034); // left_foot: wrench that its motion needs
@@ -1302,7 +1302,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1055 = R::fused(t1054, R::constant(0.0006105), t1053); // left_foot: wrench handed to its parent
     t1056 = t998 + t1055; // left_ankle: wrench handed to its parent
     t1057 = t917 - t1004;
-    t1058 = R::constant(0.015400000000000002) * t1057; // left_ankle: wrench that its motion needs
+    t1058 = R::constant(0.0154) * t1057; // left_ankle: wrench that its motion needs
     t1059 = t1027 * t1027;
     t1060 = t1006 + t1059;
     t1061 = R::fused(R::constant(0.023125), t1060, t1058); // left_ankle: wrench that its motion needs
@@ -1314,7 +1314,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1067 = t1061 - t1066; // left_foot: wrench handed to its parent
     t1068 = sin_q_left_ankle_pitch * t1067; // left_ankle: wrench handed to its parent
     t1069 = t1059 + t1007;
-    t1070 = R::constant(0.015400000000000002) * t1069; // left_ankle: wrench that its motion needs
+    t1070 = R::constant(0.0154) * t1069; // left_ankle: wrench that its motion needs
     t1071 = R::fused(R::constant(-0.023125), t1038, t1070); // left_ankle: wrench that its motion needs
     t1072 = R::fused(R::constant(-0.0165), t1054, t1071); // left_foot: wrench handed to its parent
     t1073 = R::fused(-cos_q_left_ankle_pitch, t1072, t1068); // left_ankle: wrench handed to its parent
@@ -1322,35 +1322,35 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1075 = t962 + t1074; // left_lower_leg: wrench handed to its parent
     t1076 = t917 - t968; // left_lower_leg: motion
     t1077 = R::constant(0.008) * t1076; // left_lower_leg: wrench that its motion needs
-    t1078 = R::fused(R::constant(0.31110000000000004), t1011, t1077); // left_lower_leg: wrench that its motion needs
+    t1078 = R::fused(R::constant(0.3111), t1011, t1077); // left_lower_leg: wrench that its motion needs
     t1079 = cos_q_left_ankle_pitch * t1067; // left_ankle: wrench handed to its parent
     t1080 = R::fused(sin_q_left_ankle_pitch, t1072, t1079); // left_ankle: wrench handed to its parent
     t1081 = t1078 + t1080; // left_ankle: wrench handed to its parent
     t1082 = sin_q_left_knee_pitch * t1081; // left_lower_leg: wrench handed to its parent
     t1083 = t1010 + t984; // left_lower_leg: motion
     t1084 = R::constant(0.008) * t1083; // left_lower_leg: wrench that its motion needs
-    t1085 = R::fused(R::constant(-0.31110000000000004), t1014, t1084); // left_lower_leg: wrench that its motion needs
+    t1085 = R::fused(R::constant(-0.3111), t1014, t1084); // left_lower_leg: wrench that its motion needs
     t1086 = t1085 - t1073; // left_ankle: wrench handed to its parent
     t1087 = R::fused(-cos_q_left_knee_pitch, t1086, t1082); // left_lower_leg: wrench handed to its parent
     t1088 = R::fused(R::constant(0.315), t1087, t1075); // left_lower_leg: wrench handed to its parent
     t1089 = t921 - t1088; // left_upper_leg: wrench handed to its parent
     t1090 = sin_q_left_hip_roll * t1089; // left_hip_roll_link: wrench handed to its parent
     t1091 = t931 * t919; // left_hip_roll_link: motion
-    t1092 = t1091 * R::constant(0.6107076750670002); // left_hip_roll_link: wrench that its motion needs
+    t1092 = t1091 * R::constant(0.610707675067); // left_hip_roll_link: wrench that its motion needs
     t1093 = R::fused(R::constant(-0.01), t956, t1092); // left_hip_roll_link: wrench that its motion needs
-    t1094 = R::constant(0.22879800003000006) * t936; // left_upper_leg: wrench that its motion needs
-    t1095 = R::fused(R::constant(-0.23164200000000004), t938, t1094); // left_upper_leg: wrench that its motion needs
+    t1094 = R::constant(0.22879800003) * t936; // left_upper_leg: wrench that its motion needs
+    t1095 = R::fused(R::constant(-0.231642), t938, t1094); // left_upper_leg: wrench that its motion needs
     t1096 = t943 - t944; // left_upper_leg: motion
     // left_upper_leg: wrench that its motion needs
     t1097 = R::fused(R::constant(0.002), t1096, t1095);
-    t1098 = R::fused(R::constant(0.0019299999999999999), t991, t1097);
+    t1098 = R::fused(R::constant(0.00193), t991, t1097);
     t1099 = t947 - t987;
     t1100 = R::fused(R::constant(0.000048), t1099, t1098);
     t1101 = cos_q_left_hip_roll * t910; // left_hip_roll_link: motion
     t1102 = R::fused(-sin_q_left_hip_roll, t952, t1101); // left_hip_roll_link: motion
     t1103 = R::fused(R::constant(0.012), t1102, t1100);
-    t1104 = R::constant(0.07230871666700002) * t972; // left_lower_leg: wrench that its motion needs
-    t1105 = R::fused(R::constant(-0.07325338333000002), t974, t1104); // left_lower_leg: wrench that its motion needs
+    t1104 = R::constant(0.072308716667) * t972; // left_lower_leg: wrench that its motion needs
+    t1105 = R::fused(R::constant(-0.07325338333), t974, t1104); // left_lower_leg: wrench that its motion needs
     t1106 = t979 - t980; // left_lower_leg: motion
     // left_lower_leg: wrench that its motion needs
     t1107 = R::fused(R::constant(0.00086), t1106, t1105);
@@ -1364,19 +1364,19 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1115 = R::fused(R::constant(0.0045979875), t1114, t1113); // left_ankle: wrench that its motion needs
     t1116 = t1001 * t1027; // left_ankle: motion
     t1117 = t1048 - t1116; // left_ankle: motion
-    t1118 = R::fused(R::constant(-0.0005698000000000001), t1117, t1115); // left_ankle: wrench that its motion needs
+    t1118 = R::fused(R::constant(-0.0005698), t1117, t1115); // left_ankle: wrench that its motion needs
     t1119 = R::fused(t1106, R::constant(0.273), t1111); // left_ankle: motion
-    t1120 = R::fused(R::constant(-0.015400000000000002), t1119, t1118); // left_ankle: wrench that its motion needs
+    t1120 = R::fused(R::constant(-0.0154), t1119, t1118); // left_ankle: wrench that its motion needs
     t1121 = sin_q_left_ankle_roll * t1040; // left_foot: wrench handed to its parent
     t1122 = R::fused(-cos_q_left_ankle_roll, t1051, t1121); // left_foot: wrench handed to its parent
     t1123 = t1120 + t1122; // left_foot: wrench handed to its parent
     t1124 = cos_q_left_ankle_pitch * t1123; // left_ankle: wrench handed to its parent
-    t1125 = t1116 * R::constant(0.0016710750000000002); // left_ankle: wrench that its motion needs
+    t1125 = t1116 * R::constant(0.001671075); // left_ankle: wrench that its motion needs
     t1126 = t1025 + t1114; // left_ankle: motion
-    t1127 = R::fused(R::constant(0.0005698000000000001), t1126, t1125); // left_ankle: wrench that its motion needs
+    t1127 = R::fused(R::constant(0.0005698), t1126, t1125); // left_ankle: wrench that its motion needs
     t1128 = R::fused(R::constant(-0.023125), t1119, t1127); // left_ankle: wrench that its motion needs
-    t1129 = R::constant(0.0012283333330000003) * t1048; // left_foot: wrench that its motion needs
-    t1130 = R::fused(R::constant(0.00009166666999999972), t1049, t1129); // left_foot: wrench that its motion needs
+    t1129 = R::constant(0.001228333333) * t1048; // left_foot: wrench that its motion needs
+    t1130 = R::fused(R::constant(0.00009166667), t1049, t1129); // left_foot: wrench that its motion needs
     // left_foot: motion
     t1131 = t917 * sin_q_left_ankle_roll;
     t1132 = R::fused(t1025, cos_q_left_ankle_roll, t1131);
@@ -1396,38 +1396,38 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1145 = R::fused(-sin_q_left_ankle_pitch, t1144, t1124); // left_ankle: wrench handed to its parent
     t1146 = t1112 - t1145; // left_ankle: wrench handed to its parent
     t1147 = cos_q_left_knee_pitch * t1146; // left_lower_leg: wrench handed to its parent
-    t1148 = t980 * R::constant(0.14556209999700004); // left_lower_leg: wrench that its motion needs
+    t1148 = t980 * R::constant(0.145562099997); // left_lower_leg: wrench that its motion needs
     t1149 = R::fused(R::constant(0.000016), t1076, t1148); // left_lower_leg: wrench that its motion needs
     t1150 = t972 + t974; // left_lower_leg: motion
     // left_lower_leg: wrench that its motion needs
     t1151 = R::fused(R::constant(0.00086), t1150, t1149);
     t1152 = t1010 - t984;
     t1153 = R::fused(R::constant(0.00024), t1152, t1151);
-    t1154 = R::fused(R::constant(-0.31110000000000004), t1111, t1153);
+    t1154 = R::fused(R::constant(-0.3111), t1111, t1153);
     t1155 = sin_q_left_ankle_pitch * t1123; // left_ankle: wrench handed to its parent
     t1156 = R::fused(cos_q_left_ankle_pitch, t1144, t1155); // left_ankle: wrench handed to its parent
     t1157 = t1154 + t1156; // left_ankle: wrench handed to its parent
-    t1158 = R::constant(0.015400000000000002) * t1126; // left_ankle: wrench that its motion needs
+    t1158 = R::constant(0.0154) * t1126; // left_ankle: wrench that its motion needs
     t1159 = R::fused(R::constant(-0.023125), t1117, t1158); // left_ankle: wrench that its motion needs
     t1160 = t1159 - t1143; // left_foot: wrench handed to its parent
     t1161 = R::fused(R::constant(0.273), t1160, t1157); // left_ankle: wrench handed to its parent
     t1162 = R::fused(sin_q_left_knee_pitch, t1161, t1147); // left_lower_leg: wrench handed to its parent
     t1163 = t1103 + t1162; // left_lower_leg: wrench handed to its parent
     t1164 = cos_q_left_hip_pitch * t1163; // left_upper_leg: wrench handed to its parent
-    t1165 = t944 * R::constant(0.4604400000300001); // left_upper_leg: wrench that its motion needs
+    t1165 = t944 * R::constant(0.46044000003); // left_upper_leg: wrench that its motion needs
     t1166 = t917 - t927; // left_upper_leg: motion
     t1167 = R::fused(R::constant(0.000048), t1166, t1165); // left_upper_leg: wrench that its motion needs
     t1168 = t936 + t938; // left_upper_leg: motion
     // left_upper_leg: wrench that its motion needs
     t1169 = R::fused(R::constant(0.002), t1168, t1167);
     t1170 = t987 - t948;
-    t1171 = R::fused(R::constant(0.0019299999999999999), t1170, t1169);
-    t1172 = R::fused(R::constant(-0.8355000000000001), t1102, t1171);
+    t1171 = R::fused(R::constant(0.00193), t1170, t1169);
+    t1172 = R::fused(R::constant(-0.8355), t1102, t1171);
     t1173 = sin_q_left_knee_pitch * t1146; // left_lower_leg: wrench handed to its parent
     t1174 = R::fused(-cos_q_left_knee_pitch, t1161, t1173); // left_lower_leg: wrench handed to its parent
     t1175 = t1172 - t1174; // left_lower_leg: wrench handed to its parent
     t1176 = R::constant(0.008) * t1150; // left_lower_leg: wrench that its motion needs
-    t1177 = R::fused(R::constant(-0.31110000000000004), t1106, t1176); // left_lower_leg: wrench that its motion needs
+    t1177 = R::fused(R::constant(-0.3111), t1106, t1176); // left_lower_leg: wrench that its motion needs
     t1178 = t1177 + t1160; // left_ankle: wrench handed to its parent
     t1179 = R::fused(R::constant(0.315), t1178, t1175); // left_lower_leg: wrench handed to its parent
     t1180 = R::fused(sin_q_left_hip_pitch, t1179, t1164); // left_upper_leg: wrench handed to its parent
@@ -1436,14 +1436,14 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1183 = t911 - t1182; // left_hip_roll_link: wrench handed to its parent
     t1184 = t900 + t1183; // left_hip_yaw_link: wrench handed to its parent
     t1185 = R::constant(0.012) * t1166;
-    t1186 = R::fused(R::constant(0.8355000000000001), t988, t1185);
+    t1186 = R::fused(R::constant(0.8355), t988, t1185);
     t1187 = cos_q_left_knee_pitch * t1081; // left_lower_leg: wrench handed to its parent
     t1188 = R::fused(sin_q_left_knee_pitch, t1086, t1187); // left_lower_leg: wrench handed to its parent
     t1189 = t1186 + t1188; // left_lower_leg: wrench handed to its parent
     t1190 = sin_q_left_hip_pitch * t1189; // left_upper_leg: wrench handed to its parent
     t1191 = t987 + t948; // left_upper_leg: motion
     t1192 = R::constant(0.012) * t1191;
-    t1193 = R::fused(R::constant(-0.8355000000000001), t991, t1192);
+    t1193 = R::fused(R::constant(-0.8355), t991, t1192);
     t1194 = t1193 - t1087; // left_lower_leg: wrench handed to its parent
     t1195 = R::fused(-cos_q_left_hip_pitch, t1194, t1190); // left_upper_leg: wrench handed to its parent
     t1196 = t932 + t1091; // left_hip_roll_link: motion
@@ -1453,7 +1453,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1200 = R::fused(R::constant(0.008), t1199, -t1197); // left_hip_roll_link: wrench handed to its parent
     t1201 = cos_q_left_hip_yaw * t1200; // left_hip_yaw_link: wrench handed to its parent
     t1202 = R::constant(0.012) * t1168;
-    t1203 = R::fused(R::constant(-0.8355000000000001), t1096, t1202);
+    t1203 = R::fused(R::constant(-0.8355), t1096, t1202);
     t1204 = t1203 + t1178; // left_lower_leg: wrench handed to its parent
     t1205 = t919 * t919; // left_hip_roll_link: motion
     t1206 = R::fused(t916, t916, t1205); // left_hip_roll_link: motion
@@ -1470,14 +1470,14 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1217 = R::fused(R::constant(0.0764), t1216, t1184); // left_hip_yaw_link: wrench handed to its parent
     t1218 = t829 + t1217; // right_hip_yaw_link: wrench handed to its parent
     t1219 = R::constant(0.012) * t812; // right_upper_leg: wrench that its motion needs
-    t1220 = R::fused(R::constant(0.8355000000000001), t70, t1219); // right_upper_leg: wrench that its motion needs
+    t1220 = R::fused(R::constant(0.8355), t70, t1219); // right_upper_leg: wrench that its motion needs
     t1221 = cos_q_right_knee_pitch * t743; // right_lower_leg: wrench handed to its parent
     t1222 = R::fused(sin_q_right_knee_pitch, t748, t1221); // right_lower_leg: wrench handed to its parent
     t1223 = t1220 + t1222; // right_lower_leg: wrench handed to its parent
     t1224 = sin_q_right_hip_pitch * t1223; // right_upper_leg: wrench handed to its parent
     t1225 = t69 + t683; // right_upper_leg: motion
     t1226 = R::constant(0.012) * t1225; // right_upper_leg: wrench that its motion needs
-    t1227 = R::fused(R::constant(-0.8355000000000001), t81, t1226); // right_upper_leg: wrench that its motion needs
+    t1227 = R::fused(R::constant(-0.8355), t81, t1226); // right_upper_leg: wrench that its motion needs
     t1228 = t1227 - t749; // right_lower_leg: wrench handed to its parent
     t1229 = R::fused(-cos_q_right_hip_pitch, t1228, t1224); // right_upper_leg: wrench handed to its parent
     t1230 = t118 + t753; // right_hip_roll_link: motion
@@ -1487,7 +1487,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1234 = R::fused(R::constant(0.008), t1233, t1231); // right_hip_roll_link: wrench handed to its parent
     t1235 = cos_q_right_hip_yaw * t1234; // right_hip_yaw_link: wrench handed to its parent
     t1236 = R::constant(0.012) * t814; // right_upper_leg: wrench that its motion needs
-    t1237 = R::fused(R::constant(-0.8355000000000001), t203, t1236); // right_upper_leg: wrench that its motion needs
+    t1237 = R::fused(R::constant(-0.8355), t203, t1236); // right_upper_leg: wrench that its motion needs
     t1238 = t1237 + t824; // right_lower_leg: wrench handed to its parent
     t1239 = t63 * t63; // right_hip_roll_link: motion
     t1240 = R::fused(t59, t59, t1239); // right_hip_roll_link: motion
@@ -1506,8 +1506,8 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1253 = t895 + t25; // torso: motion
     // torso: wrench that its motion needs
     t1254 = R::constant(0.20808) * t1253;
-    t1255 = R::fused(R::constant(0.010199999999999987), t17, t1254);
-    t1256 = R::fused(R::constant(2.4914999999999994), t893, t1255);
+    t1255 = R::fused(R::constant(0.0102), t17, t1254);
+    t1256 = R::fused(R::constant(2.4915), t893, t1255);
     t1257 = R::fused(R::constant(19.0), t21, t1256);
     t1258 = t1257 + t1216; // left_hip_yaw_link: wrench handed to its parent
     t1259 = t1258 + t1250; // right_hip_yaw_link: wrench handed to its parent
@@ -1625,8 +1625,8 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1347 = R::fused(-t584, t1305, t1346);
     t1348 = R::fused(-t588, t1326, t1347);
     t1349 = R::fused(t594, t1348, t1327);
-    t1350 = R::constant(0.30543717086700006) * t934; // left_hip_roll_link: wrench that its motion needs
-    t1351 = R::fused(R::constant(0.30527050420000007), t1211, t1350); // left_hip_roll_link
+    t1350 = R::constant(0.305437170867) * t934; // left_hip_roll_link: wrench that its motion needs
+    t1351 = R::fused(R::constant(0.3052705042), t1211, t1350); // left_hip_roll_link: wrench that its motion needs
     t1352 = R::fused(R::constant(-0.01), t953, t1351); // left_hip_roll_link: wrench that its motion needs
     t1353 = sin_q_left_hip_pitch * t1163; // left_upper_leg: wrench handed to its parent
     t1354 = R::fused(-cos_q_left_hip_pitch, t1179, t1353); // left_upper_leg: wrench handed to its parent
@@ -1779,12 +1779,12 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1491 = R::fused(-t1403, t1490, t1484);
     // right_foot: mass matrix
     t1492 = cos_q_right_ankle_pitch * t262;
-    t1493 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t1493 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1494 = R::fused(-sin_q_right_ankle_pitch, t1493, t1492);
     t1495 = cos_q_right_knee_pitch * t1494;
     t1496 = sin_q_right_ankle_pitch * t262;
     t1497 = R::fused(cos_q_right_ankle_pitch, t1493, t1496);
-    t1498 = R::fused(cos_q_right_ankle_roll, R::constant(0.004504500000000001), t1497);
+    t1498 = R::fused(cos_q_right_ankle_roll, R::constant(0.0045045), t1497);
     t1499 = R::fused(-sin_q_right_knee_pitch, t1498, t1495);
     t1500 = sin_q_right_hip_pitch * t1499;
     t1501 = sin_q_right_knee_pitch * t1494;
@@ -1802,7 +1802,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1513 = R::fused(R::constant(-0.0764), t1486, t1512);
     t1514 = t879 * t1395; // other
     t1515 = R::fused(-t476, t1403, t1514); // other
-    t1516 = R::constant(0.3057838375330001) - t630; // left_hip_roll_link: sums of what it carries
+    t1516 = R::constant(0.305783837533) - t630; // left_hip_roll_link: sums of what it carries
     t1517 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t1518 = t428 + t453; // left_hip_roll_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
@@ -1813,10 +1813,10 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1523 = R::fused(R::constant(2.0), t1522, t1520);
     t1524 = t1516 + t1523;
     t1525 = t1524 + t469;
-    t1526 = R::constant(1.5199718730660001) - t1525;
+    t1526 = R::constant(1.519971873066) - t1525;
     t1527 = t298 - t310; // right_upper_leg: sums of what it carries
-    t1528 = R::constant(0.30543717086700006) + t1527; // right_upper_leg: sums of what it carries
-    t1529 = R::constant(0.3057838375330001) - t1528; // right_hip_roll_link: sums of what it carries
+    t1528 = R::constant(0.305437170867) + t1527; // right_upper_leg: sums of what it carries
+    t1529 = R::constant(0.305783837533) - t1528; // right_hip_roll_link: sums of what it carries
     t1530 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t1531 = t320 + t345; // right_hip_roll_link: sums of what it carries
     t1532 = t1531 - t1529; // right_hip_yaw_link: sums of what it carries
@@ -1872,7 +1872,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1560 = R::fused(t837, t1403, t1559);
     t1561 = R::fused(t1552, t16, t1560);
     t1562 = t1518 - t1523; // left_hip_yaw_link: sums of what it carries
-    t1563 = R::constant(1.4238812570660002) - t1562; // left_hip_yaw_link: sums of what it carries
+    t1563 = R::constant(1.423881257066) - t1562; // left_hip_yaw_link: sums of what it carries
     t1564 = t1531 - t1538; // right_hip_yaw_link: sums of what it carries
     t1565 = t1563 - t1564; // right_hip_yaw_link: sums of what it carries
     t1566 = R::fused(-t1565, t231, t1561);
@@ -1890,7 +1890,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1578 = t1572 - t1577;
     t1579 = R::fused(t234, t1578, t1569);
     // factors of the mass matrix
-    t1580 = t1407 * R::constant(814.1112620933815);
+    t1580 = t1407 * R::constant(814.1112620933816);
     t1581 = R::fused(t1407, t1580, t1579);
     t1582 = t1415 * t545;
     t1583 = R::fused(t1415, t1582, t1581);
@@ -1939,7 +1939,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1625 = t1269 * t1607;
     t1626 = R::fused(cos_q_right_hip_yaw, t1279, t1625);
     t1627 = R::fused(sin_q_right_hip_yaw, t1282, t1626);
-    t1628 = t1627 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1628 = t1627 * R::constant(814.1112620933816); // factors of the mass matrix
     t1629 = R::fused(-t1407, t1628, t1624); // factors of the mass matrix
     t1630 = t1292 * t1607;
     t1631 = R::fused(-cos_q_right_hip_yaw, t1298, t1630);
@@ -2076,7 +2076,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1758 = t1756 - t1757;
     t1759 = sin_q_right_hip_roll * t514;
     t1760 = t1758 + t1759;
-    t1761 = t1760 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1761 = t1760 * R::constant(814.1112620933816); // factors of the mass matrix
     t1762 = R::fused(t1407, t1761, t1752); // factors of the mass matrix
     t1763 = t528 * t1731;
     t1764 = R::fused(t1292, t1721, t1763);
@@ -2296,7 +2296,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1943 = t1755 + t1942;
     t1944 = t1757 - t1943;
     t1945 = t1759 - t1944;
-    t1946 = t1945 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1946 = t1945 * R::constant(814.1112620933816); // factors of the mass matrix
     t1947 = R::fused(-t1407, t1946, t1939); // factors of the mass matrix
     t1948 = t528 * t1884;
     t1949 = R::fused(-t1290, t1892, t1948);
@@ -2533,7 +2533,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t2143 = t1755 + t2142;
     t2144 = t1757 - t2143;
     t2145 = t1759 - t2144;
-    t2146 = t2145 * R::constant(814.1112620933815); // factors of the mass matrix
+    t2146 = t2145 * R::constant(814.1112620933816); // factors of the mass matrix
     t2147 = R::fused(-t1407, t2146, t2139); // factors of the mass matrix
     t2148 = t528 * t2079;
     t2149 = R::fused(-t1290, t2087, t2148);
@@ -2699,8 +2699,8 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t2291 = t1260 * t1392;
     // torso: wrench that its motion needs
     t2292 = R::constant(0.20808) * t17;
-    t2293 = R::fused(R::constant(0.010199999999999987), t26, t2292);
-    t2294 = R::fused(R::constant(-2.4914999999999994), t39, t2293);
+    t2293 = R::fused(R::constant(0.0102), t26, t2292);
+    t2294 = R::fused(R::constant(-2.4915), t39, t2293);
     t2295 = R::fused(R::constant(-19.0), t35, t2294);
     t2296 = sin_q_left_hip_yaw * t1200; // left_hip_yaw_link: wrench handed to its parent
     t2297 = R::fused(cos_q_left_hip_yaw, t1215, t2296); // left_hip_yaw_link: wrench handed to its parent
@@ -2734,9 +2734,9 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t2307 = t75 + t2306; // right_hip_yaw_link: motion
     t2308 = R::fused(R::constant(0.008), t2307, -t2305); // right_hip_roll_link: wrench handed to its parent
     t2309 = R::constant(0.20808) * t893;
-    t2310 = R::fused(R::constant(-0.010199999999999987), t39, t2309);
+    t2310 = R::fused(R::constant(-0.0102), t39, t2309);
     t2311 = t24 + t895; // torso: motion
-    t2312 = R::fused(R::constant(2.4914999999999994), t2311, t2310);
+    t2312 = R::fused(R::constant(2.4915), t2311, t2310);
     t2313 = R::fused(R::constant(-19.0), t48, t2312);
     t2314 = sin_q_left_hip_roll * t1207; // left_hip_roll_link: wrench handed to its parent
     t2315 = R::fused(cos_q_left_hip_roll, t1213, t2314); // left_hip_roll_link: wrench handed to its parent
@@ -2747,20 +2747,20 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t2320 = t2308 + t2319; // right_hip_yaw_link: wrench handed to its parent
     t2321 = t2320 + tau_base_linear_z; // other
     t2322 = R::fused(t2321, t1403, t2303); // other
-    t2323 = t39 * R::constant(1.2642209770660002);
+    t2323 = t39 * R::constant(1.264220977066);
     t2324 = R::fused(R::constant(0.00220808), t893, t2323);
-    t2325 = R::fused(R::constant(-0.04045939999999999), t17, t2324);
+    t2325 = R::fused(R::constant(-0.0404594), t17, t2324);
     t2326 = t895 - t25;
-    t2327 = R::fused(R::constant(0.0014734999999999995), t2326, t2325);
-    t2328 = R::constant(0.010199999999999987) * t48;
-    t2329 = R::fused(R::constant(-2.4914999999999994), t35, t2328);
+    t2327 = R::fused(R::constant(0.0014735), t2326, t2325);
+    t2328 = R::constant(0.0102) * t48;
+    t2329 = R::fused(R::constant(-2.4915), t35, t2328);
     t2330 = t2327 - t2329;
-    t2331 = R::constant(0.3057838375330001) * t934; // left_hip_yaw_link: wrench that its motion needs
+    t2331 = R::constant(0.305783837533) * t934; // left_hip_yaw_link: wrench that its motion needs
     t2332 = t904 * t915; // left_hip_yaw_link: motion
-    t2333 = R::fused(R::constant(-0.3059638375330001), t2332, t2331); // left_hip_yaw_link: wrench that its motion needs
+    t2333 = R::fused(R::constant(-0.305963837533), t2332, t2331); // left_hip_yaw_link: wrench that its motion needs
     t2334 = t2333 - t1355; // left_hip_roll_link: wrench handed to its parent
     t2335 = cos_q_left_hip_yaw * t2334; // left_hip_yaw_link: wrench handed to its parent
-    t2336 = t2316 * R::constant(0.6117476750660003); // left_hip_yaw_link: wrench that its motion needs
+    t2336 = t2316 * R::constant(0.611747675066); // left_hip_yaw_link: wrench that its motion needs
     t2337 = R::fused(R::constant(-0.008), t952, t2336); // left_hip_yaw_link: wrench that its motion needs
     t2338 = cos_q_left_hip_roll * t1089; // left_hip_roll_link: wrench handed to its parent
     t2339 = R::fused(-sin_q_left_hip_roll, t1181, t2338); // left_hip_roll_link: wrench handed to its parent
@@ -2768,18 +2768,18 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t2341 = R::fused(sin_q_left_hip_yaw, t2340, t2335); // left_hip_yaw_link: wrench handed to its parent
     t2342 = t2330 - t2341; // left_hip_yaw_link: wrench handed to its parent
     t2343 = R::fused(R::constant(0.0764), t2318, t2342); // left_hip_yaw_link: wrench handed to its parent
-    t2344 = R::constant(0.3057838375330001) * t120; // right_hip_yaw_link: wrench that its motion needs
+    t2344 = R::constant(0.305783837533) * t120; // right_hip_yaw_link: wrench that its motion needs
     t2345 = t56 * t58; // right_hip_yaw_link: motion
-    t2346 = R::fused(R::constant(-0.3059638375330001), t2345, t2344); // right_hip_yaw_link
-    t2347 = R::constant(0.30543717086700006) * t120; // right_hip_roll_link: wrench that its motion needs
-    t2348 = R::fused(R::constant(0.30527050420000007), t1245, t2347); // right_hip_roll_link
+    t2346 = R::fused(R::constant(-0.305963837533), t2345, t2344); // right_hip_yaw_link: wrench that its motion needs
+    t2347 = R::constant(0.305437170867) * t120; // right_hip_roll_link: wrench that its motion needs
+    t2348 = R::fused(R::constant(0.3052705042), t1245, t2347); // right_hip_roll_link: wrench that its motion needs
     t2349 = R::fused(R::constant(-0.01), t50, t2348); // right_hip_roll_link: wrench that its motion needs
     t2350 = sin_q_right_hip_pitch * t809; // right_upper_leg: wrench handed to its parent
     t2351 = R::fused(-cos_q_right_hip_pitch, t825, t2350); // right_upper_leg: wrench handed to its parent
     t2352 = t2349 + t2351; // right_upper_leg: wrench handed to its parent
     t2353 = t2346 - t2352; // right_hip_roll_link: wrench handed to its parent
     t2354 = cos_q_right_hip_yaw * t2353; // right_hip_yaw_link: wrench handed to its parent
-    t2355 = t2306 * R::constant(0.6117476750660003); // right_hip_yaw_link: wrench that its motion needs
+    t2355 = t2306 * R::constant(0.611747675066); // right_hip_yaw_link: wrench that its motion needs
     t2356 = R::fused(R::constant(0.008), t49, t2355); // right_hip_yaw_link: wrench that its motion needs
     t2357 = cos_q_right_hip_roll * t751; // right_hip_roll_link: wrench handed to its parent
     t2358 = R::fused(-sin_q_right_hip_roll, t827, t2357); // right_hip_roll_link: wrench handed to its parent
@@ -2789,12 +2789,12 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t2362 = R::fused(R::constant(-0.0764), t2308, t2361); // right_hip_yaw_link: wrench handed to its parent
     t2363 = t2362 + tau_base_angular_x; // other
     t2364 = R::fused(t2363, t16, t2322); // other
-    t2365 = t893 * R::constant(1.3603115930660001);
-    t2366 = R::fused(R::constant(0.0014734999999999995), t17, t2365);
+    t2365 = t893 * R::constant(1.360311593066);
+    t2366 = R::fused(R::constant(0.0014735), t17, t2365);
     t2367 = R::fused(R::constant(0.00220808), t39, t2366);
     t2368 = t24 - t25;
-    t2369 = R::fused(R::constant(-0.04045939999999999), t2368, t2367);
-    t2370 = R::constant(2.4914999999999994) * t21;
+    t2369 = R::fused(R::constant(-0.0404594), t2368, t2367);
+    t2370 = R::constant(2.4915) * t21;
     t2371 = R::fused(R::constant(0.20808), t48, t2370);
     t2372 = t2369 + t2371;
     t2373 = sin_q_left_hip_yaw * t2334; // left_hip_yaw_link: wrench handed to its parent
@@ -3041,7 +3041,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t2587 = R::fused(t616, t2559, t2586);
     t2588 = R::fused(-t584, t2568, t2587);
     t2589 = R::fused(-t566, t2578, t2588);
-    t2590 = R::constant(814.1112620933815) * t1285; // other
+    t2590 = R::constant(814.1112620933816) * t1285; // other
     t2591 = R::fused(-t1580, t2487, t2590);
     t2592 = R::fused(-t2146, t2490, t2591);
     t2593 = R::fused(-t1946, t2494, t2592);
@@ -3605,7 +3605,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t252 = R::fused(-t149, t251, t240);
     t253 = t5 + t252;
     t254 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t255 = R::constant(0.00009166666999999972) * t254; // right_foot: sums of what it carries
+    t255 = R::constant(0.00009166667) * t254; // right_foot: sums of what it carries
     let (
         t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
         t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
@@ -3626,23 +3626,23 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t256 = R::constant(0.0029269125) - t255; // right_foot: sums of what it carries
     t257 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t258 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
-    t259 = R::constant(0.0012283333330000003) + t258; // right_foot: sums of what it carries
+    t259 = R::constant(0.001228333333) + t258; // right_foot: sums of what it carries
     t260 = t259 - t256; // right_ankle: sums of what it carries
     t261 = t257 * t260; // right_ankle: sums of what it carries
     t262 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t263 = R::constant(0.0005698000000000001) + t262; // right_foot: sums of what it carries
+    t263 = R::constant(0.0005698) + t262; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t264 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch;
     t265 = t263 * t264;
     t266 = R::fused(R::constant(-2.0), t265, t261);
     t267 = t256 + t266;
-    t268 = R::constant(0.07230871666700002) - t267;
+    t268 = R::constant(0.072308716667) - t267;
     t269 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t270 = t259 - t266;
     t271 = R::constant(0.0165) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t272 = R::constant(0.023125) + t271; // right_foot: sums of what it carries
     t273 = cos_q_right_ankle_pitch * t272;
-    t274 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t273);
+    t274 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t273);
     t275 = R::constant(0.546) * t274;
     t276 = t270 + t275;
     t277 = t276 + t268; // right_lower_leg: sums of what it carries
@@ -3651,7 +3651,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t280 = R::fused(R::constant(-2.0), t279, t263);
     t281 = R::fused(-t264, t260, t280);
     t282 = sin_q_right_ankle_pitch * t272;
-    t283 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t282);
+    t283 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t282);
     t284 = R::fused(R::constant(-0.273), t283, t281);
     t285 = R::constant(0.00086) + t284;
     // right_lower_leg: sums of what it carries
@@ -3659,10 +3659,10 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t287 = t285 * t286;
     t288 = R::fused(R::constant(-2.0), t287, t278);
     t289 = t268 - t288;
-    t290 = R::constant(0.22879800003000006) + t289;
+    t290 = R::constant(0.22879800003) + t289;
     t291 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t292 = t276 - t288;
-    t293 = R::constant(0.31110000000000004) + t274; // right_ankle: sums of what it carries
+    t293 = R::constant(0.3111) + t274; // right_ankle: sums of what it carries
     t294 = cos_q_right_knee_pitch * t293;
     t295 = R::constant(0.008) - t283; // right_ankle: sums of what it carries
     t296 = R::fused(sin_q_right_knee_pitch, t295, t294);
@@ -3683,23 +3683,23 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t310 = R::fused(R::constant(-2.0), t309, t300);
     t311 = t290 - t310;
     t312 = sin_q_right_hip_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t313 = R::constant(0.00009166666999999972) - t255; // right_foot: sums of what it carries
+    t313 = R::constant(0.00009166667) - t255; // right_foot: sums of what it carries
     t314 = t313 - t258; // right_foot: sums of what it carries
     t315 = R::constant(0.0045979875) - t314; // right_foot: sums of what it carries
     t316 = t315 + t275; // right_ankle: sums of what it carries
-    t317 = R::constant(0.07325338333000002) + t316; // right_ankle: sums of what it carries
+    t317 = R::constant(0.07325338333) + t316; // right_ankle: sums of what it carries
     t318 = t317 + t297; // right_lower_leg: sums of what it carries
-    t319 = R::constant(0.23164200000000004) + t318; // right_lower_leg: sums of what it carries
-    t320 = R::constant(0.30527050420000007) - t319;
+    t319 = R::constant(0.231642) + t318; // right_lower_leg: sums of what it carries
+    t320 = R::constant(0.3052705042) - t319;
     t321 = t311 - t320; // right_hip_roll_link: sums of what it carries
     t322 = t312 * t321; // right_hip_roll_link: sums of what it carries
     t323 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t324 = R::constant(0.00009166666999999972) * t323; // right_foot: sums of what it carries
+    t324 = R::constant(0.00009166667) * t323; // right_foot: sums of what it carries
     t325 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t324); // right_foot: sums of what it carries
     t326 = cos_q_right_ankle_pitch * t325; // right_ankle: sums of what it carries
     t327 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t328 = R::fused(-sin_q_right_ankle_pitch, t327, t326); // right_ankle: sums of what it carries
-    t329 = R::fused(-sin_q_right_ankle_roll, R::constant(0.004504500000000001), t328); // right_ankle
+    t329 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0045045), t328); // right_ankle: sums of what it carries
     t330 = R::constant(0.00024) + t329; // right_ankle: sums of what it carries
     t331 = cos_q_right_knee_pitch * t330; // right_lower_leg: sums of what it carries
     t332 = sin_q_right_ankle_pitch * t325; // right_ankle: sums of what it carries
@@ -3707,7 +3707,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t334 = R::constant(0.000016) - t333; // right_ankle: sums of what it carries
     t335 = R::fused(sin_q_right_knee_pitch, t334, t331); // right_lower_leg: sums of what it carries
     t336 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0051975), t335); // right_lower_leg: sums of what it carries
-    t337 = R::constant(0.0019299999999999999) + t336; // right_lower_leg: sums of what it carries
+    t337 = R::constant(0.00193) + t336; // right_lower_leg: sums of what it carries
     t338 = cos_q_right_hip_pitch * t337;
     t339 = sin_q_right_knee_pitch * t330; // right_lower_leg: sums of what it carries
     t340 = R::fused(-cos_q_right_knee_pitch, t334, t339); // right_lower_leg: sums of what it carries
@@ -3718,8 +3718,8 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t344 = t342 * t343;
     t345 = R::fused(R::constant(-2.0), t344, t322);
     t346 = t311 - t345;
-    t347 = R::constant(0.3059638375330001) - t346;
-    t348 = R::constant(0.8355000000000001) + t296; // right_lower_leg: sums of what it carries
+    t347 = R::constant(0.305963837533) - t346;
+    t348 = R::constant(0.8355) + t296; // right_lower_leg: sums of what it carries
     t349 = sin_q_right_hip_pitch * t348; // right_upper_leg: sums of what it carries
     t350 = R::constant(0.012) - t305; // right_lower_leg: sums of what it carries
     t351 = R::fused(-cos_q_right_hip_pitch, t350, t349); // right_upper_leg: sums of what it carries
@@ -3734,27 +3734,27 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t360 = R::fused(cos_q_right_hip_yaw, t359, t353); // right_hip_yaw_link: sums of what it carries
     t361 = R::fused(R::constant(0.0764), t360, t347); // right_hip_yaw_link: mass matrix
     t362 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t363 = R::constant(0.00009166666999999972) * t362; // left_foot: sums of what it carries
+    t363 = R::constant(0.00009166667) * t362; // left_foot: sums of what it carries
     t364 = R::constant(0.0029269125) - t363; // left_foot: sums of what it carries
     t365 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t366 = cos_q_left_ankle_roll * R::constant(0.001221); // left_foot: sums of what it carries
-    t367 = R::constant(0.0012283333330000003) + t366; // left_foot: sums of what it carries
+    t367 = R::constant(0.001228333333) + t366; // left_foot: sums of what it carries
     t368 = t367 - t364; // left_ankle: sums of what it carries
     t369 = t365 * t368; // left_ankle: sums of what it carries
     t370 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t371 = R::constant(0.0005698000000000001) + t370; // left_foot: sums of what it carries
+    t371 = R::constant(0.0005698) + t370; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t372 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch;
     t373 = t371 * t372;
     t374 = R::fused(R::constant(-2.0), t373, t369);
     t375 = t364 + t374;
-    t376 = R::constant(0.07230871666700002) - t375;
+    t376 = R::constant(0.072308716667) - t375;
     t377 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t378 = t367 - t374;
     t379 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t380 = R::constant(0.023125) + t379; // left_foot: sums of what it carries
     t381 = cos_q_left_ankle_pitch * t380;
-    t382 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t381);
+    t382 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t381);
     t383 = t382 * R::constant(0.546);
     t384 = t378 + t383;
     t385 = t384 + t376; // left_lower_leg: sums of what it carries
@@ -3763,7 +3763,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t388 = R::fused(R::constant(-2.0), t387, t371);
     t389 = R::fused(-t372, t368, t388);
     t390 = sin_q_left_ankle_pitch * t380;
-    t391 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t390);
+    t391 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t390);
     t392 = R::fused(R::constant(-0.273), t391, t389);
     t393 = R::constant(0.00086) + t392;
     // left_lower_leg: sums of what it carries
@@ -3771,10 +3771,10 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t395 = t393 * t394;
     t396 = R::fused(R::constant(-2.0), t395, t386);
     t397 = t376 - t396;
-    t398 = R::constant(0.22879800003000006) + t397;
+    t398 = R::constant(0.22879800003) + t397;
     t399 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t400 = t384 - t396;
-    t401 = R::constant(0.31110000000000004) + t382; // left_ankle: sums of what it carries
+    t401 = R::constant(0.3111) + t382; // left_ankle: sums of what it carries
     t402 = cos_q_left_knee_pitch * t401;
     t403 = R::constant(0.008) - t391; // left_ankle: sums of what it carries
     t404 = R::fused(sin_q_left_knee_pitch, t403, t402);
@@ -3795,23 +3795,23 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t418 = R::fused(R::constant(-2.0), t417, t408);
     t419 = t398 - t418;
     t420 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
-    t421 = R::constant(0.00009166666999999972) - t363; // left_foot: sums of what it carries
+    t421 = R::constant(0.00009166667) - t363; // left_foot: sums of what it carries
     t422 = t421 - t366; // left_foot: sums of what it carries
     t423 = R::constant(0.0045979875) - t422; // left_foot: sums of what it carries
     t424 = t423 + t383; // left_ankle: sums of what it carries
-    t425 = R::constant(0.07325338333000002) + t424; // left_ankle: sums of what it carries
+    t425 = R::constant(0.07325338333) + t424; // left_ankle: sums of what it carries
     t426 = t425 + t405; // left_lower_leg: sums of what it carries
-    t427 = R::constant(0.23164200000000004) + t426; // left_lower_leg: sums of what it carries
-    t428 = R::constant(0.30527050420000007) - t427;
+    t427 = R::constant(0.231642) + t426; // left_lower_leg: sums of what it carries
+    t428 = R::constant(0.3052705042) - t427;
     t429 = t419 - t428; // left_hip_roll_link: sums of what it carries
     t430 = t420 * t429; // left_hip_roll_link: sums of what it carries
     t431 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t432 = R::constant(0.00009166666999999972) * t431; // left_foot: sums of what it carries
+    t432 = R::constant(0.00009166667) * t431; // left_foot: sums of what it carries
     t433 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t432); // left_foot: sums of what it carries
     t434 = cos_q_left_ankle_pitch * t433; // left_ankle: sums of what it carries
     t435 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t436 = R::fused(-sin_q_left_ankle_pitch, t435, t434); // left_ankle: sums of what it carries
-    t437 = R::fused(-sin_q_left_ankle_roll, R::constant(0.004504500000000001), t436); // left_ankle
+    t437 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0045045), t436); // left_ankle: sums of what it carries
     t438 = R::constant(0.00024) - t437; // left_ankle: sums of what it carries
     t439 = cos_q_left_knee_pitch * t438; // left_lower_leg: sums of what it carries
     t440 = sin_q_left_ankle_pitch * t433; // left_ankle: sums of what it carries
@@ -3819,7 +3819,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t442 = R::constant(0.000016) + t441; // left_ankle: sums of what it carries
     t443 = R::fused(sin_q_left_knee_pitch, t442, t439); // left_lower_leg: sums of what it carries
     t444 = R::fused(sin_q_left_ankle_roll, R::constant(0.0051975), t443); // left_lower_leg: sums of what it carries
-    t445 = R::constant(0.0019299999999999999) + t444; // left_lower_leg: sums of what it carries
+    t445 = R::constant(0.00193) + t444; // left_lower_leg: sums of what it carries
     t446 = cos_q_left_hip_pitch * t445;
     t447 = sin_q_left_knee_pitch * t438; // left_lower_leg: sums of what it carries
     t448 = R::fused(-cos_q_left_knee_pitch, t442, t447); // left_lower_leg: sums of what it carries
@@ -3830,8 +3830,8 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t452 = t450 * t451;
     t453 = R::fused(R::constant(2.0), t452, t430);
     t454 = t419 - t453;
-    t455 = R::constant(0.3059638375330001) - t454;
-    t456 = R::constant(0.8355000000000001) + t404; // left_lower_leg: sums of what it carries
+    t455 = R::constant(0.305963837533) - t454;
+    t456 = R::constant(0.8355) + t404; // left_lower_leg: sums of what it carries
     t457 = sin_q_left_hip_pitch * t456; // left_upper_leg: sums of what it carries
     t458 = R::constant(0.012) - t413; // left_lower_leg: sums of what it carries
     t459 = R::fused(-cos_q_left_hip_pitch, t458, t457); // left_upper_leg: sums of what it carries
@@ -3851,7 +3851,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t472 = R::constant(0.1528) * t360; // right_hip_yaw_link: sums of what it carries
     t473 = t347 + t472; // right_hip_yaw_link: sums of what it carries
     t474 = t471 + t473; // right_hip_yaw_link: sums of what it carries
-    t475 = R::constant(0.010199999999999987) - t468;
+    t475 = R::constant(0.0102) - t468;
     t476 = t475 - t360; // right_hip_yaw_link: sums of what it carries
     // other
     t477 = R::fused(R::constant(0.0764), t476, t474);
@@ -3879,12 +3879,12 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t498 = R::fused(R::constant(0.315), t488, t497);
     t499 = sin_q_left_hip_roll * t498;
     t500 = cos_q_left_ankle_pitch * t370;
-    t501 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t501 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t502 = R::fused(-sin_q_left_ankle_pitch, t501, t500);
     t503 = cos_q_left_knee_pitch * t502;
     t504 = sin_q_left_ankle_pitch * t370;
     t505 = R::fused(cos_q_left_ankle_pitch, t501, t504);
-    t506 = R::fused(cos_q_left_ankle_roll, R::constant(0.004504500000000001), t505);
+    t506 = R::fused(cos_q_left_ankle_roll, R::constant(0.0045045), t505);
     t507 = R::fused(-sin_q_left_knee_pitch, t506, t503);
     t508 = cos_q_left_hip_pitch * t507;
     t509 = sin_q_left_knee_pitch * t502;
@@ -3911,7 +3911,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t513 = R::fused(-cos_q_left_hip_roll, t512, t499);
     t514 = t513 + t496;
     t515 = t496 + t514; // other
-    t516 = t515 * R::constant(814.1112620933815); // factors of the mass matrix
+    t516 = t515 * R::constant(814.1112620933816); // factors of the mass matrix
     t517 = R::fused(t515, t516, t481); // factors of the mass matrix
     // left_ankle: mass matrix
     t518 = cos_q_left_knee_pitch * t391;
@@ -3939,7 +3939,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t540 = t539 - t529;
     t541 = t529 - t540; // other
     // factors of the mass matrix
-    t542 = sin_q_left_ankle_roll * R::constant(0.49823609240114947);
+    t542 = sin_q_left_ankle_roll * R::constant(0.4982360924011495);
     t543 = R::fused(t515, t542, t541);
     t544 = R::fused(-t435, t542, t423);
     t545 = R::constant(1.0) / t544;
@@ -3962,7 +3962,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t561 = t560 - t555;
     t562 = t555 - t561; // other
     // factors of the mass matrix
-    t563 = t497 * R::constant(814.1112620933815);
+    t563 = t497 * R::constant(814.1112620933816);
     t564 = R::fused(t515, t563, t562);
     t565 = R::fused(-t497, t542, t530);
     t566 = t565 * t545;
@@ -3982,7 +3982,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t579 = t578 + t576;
     t580 = t576 + t579; // other
     // factors of the mass matrix
-    t581 = t498 * R::constant(814.1112620933815);
+    t581 = t498 * R::constant(814.1112620933816);
     t582 = R::fused(-t515, t581, t580);
     t583 = R::fused(-t498, t542, t531);
     t584 = t583 * t545;
@@ -4012,7 +4012,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t608 = t599 - t607; // other
     t609 = sin_q_left_hip_pitch * t507; // left_foot: mass matrix
     t610 = R::fused(cos_q_left_hip_pitch, t511, t609); // left_foot: mass matrix
-    t611 = t610 * R::constant(814.1112620933815);
+    t611 = t610 * R::constant(814.1112620933816);
     t612 = R::fused(-t515, t611, t608);
     t613 = sin_q_left_hip_pitch * t534; // left_ankle: mass matrix
     t614 = R::fused(cos_q_left_hip_pitch, t537, t613); // left_ankle: mass matrix
@@ -4031,7 +4031,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t627 = t626 * t593;
     t628 = R::fused(t589, t627, t623);
     t629 = t406 - t418; // left_upper_leg: sums of what it carries
-    t630 = R::constant(0.30543717086700006) + t629; // left_upper_leg: sums of what it carries
+    t630 = R::constant(0.305437170867) + t629; // left_upper_leg: sums of what it carries
     t631 = R::fused(-t610, t611, t630);
     t632 = R::fused(-t615, t616, t631);
     t633 = R::fused(-t621, t622, t632);
@@ -4042,7 +4042,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t638 = R::constant(0.0764) * t468; // left_hip_yaw_link: sums of what it carries
     t639 = t455 - t638; // left_hip_yaw_link: mass matrix
     t640 = t638 - t639; // other
-    t641 = t513 * R::constant(814.1112620933815);
+    t641 = t513 * R::constant(814.1112620933816);
     t642 = R::fused(t515, t641, t640);
     t643 = R::fused(-t513, t542, t539);
     t644 = t643 * t545;
@@ -4072,27 +4072,27 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t668 = R::fused(t660, t667, t637);
     t669 = R::constant(1.0) / t668;
     t670 = t62 * t56; // right_hip_yaw_link: motion
-    t671 = R::constant(0.3057838375330001) * t670; // right_hip_yaw_link: wrench that its motion needs
+    t671 = R::constant(0.305783837533) * t670; // right_hip_yaw_link: wrench that its motion needs
     t672 = R::fused(R::constant(0.008), t37, t671); // right_hip_yaw_link: wrench that its motion needs
-    t673 = R::constant(0.30527050420000007) * t77; // right_hip_roll_link: wrench that its motion needs
+    t673 = R::constant(0.3052705042) * t77; // right_hip_roll_link: wrench that its motion needs
     t674 = t59 * t63; // right_hip_roll_link: motion
-    t675 = R::fused(R::constant(0.30543717086700006), t674, t673); // right_hip_roll_link: wrench that its motion needs
-    t676 = R::constant(0.23164200000000004) * t77; // right_upper_leg: wrench that its motion needs
-    t677 = R::fused(R::constant(0.22879800003000006), t80, t676); // right_upper_leg: wrench that its motion needs
+    t675 = R::fused(R::constant(0.305437170867), t674, t673); // right_hip_roll_link: wrench that its motion needs
+    t676 = R::constant(0.231642) * t77; // right_upper_leg: wrench that its motion needs
+    t677 = R::fused(R::constant(0.22879800003), t80, t676); // right_upper_leg: wrench that its motion needs
     t678 = t64 * t68; // right_upper_leg: motion
     t679 = t122 - t678; // right_upper_leg: motion
-    t680 = R::fused(R::constant(0.0019299999999999999), t679, t677); // right_upper_leg: wrench that its motion needs
+    t680 = R::fused(R::constant(0.00193), t679, t677); // right_upper_leg: wrench that its motion needs
     t681 = t126 + t202; // right_upper_leg: motion
     t682 = R::fused(R::constant(0.000048), t681, t680); // right_upper_leg: wrench that its motion needs
     t683 = t79 * t79; // right_upper_leg: motion
     // right_upper_leg: wrench that its motion needs
     t684 = t65 - t683;
     t685 = R::fused(R::constant(0.002), t684, t682);
-    t686 = R::constant(0.8355000000000001) * t74;
+    t686 = R::constant(0.8355) * t74;
     t687 = R::fused(R::constant(-0.012), t54, t686);
     t688 = t685 + t687;
-    t689 = R::constant(0.07325338333000002) * t77; // right_lower_leg: wrench that its motion needs
-    t690 = R::fused(R::constant(0.07230871666700002), t96, t689); // right_lower_leg: wrench that its motion needs
+    t689 = R::constant(0.07325338333) * t77; // right_lower_leg: wrench that its motion needs
+    t690 = R::fused(R::constant(0.072308716667), t96, t689); // right_lower_leg: wrench that its motion needs
     t691 = t85 * t87; // right_lower_leg: motion
     t692 = t128 - t691; // right_lower_leg: motion
     t693 = R::fused(R::constant(0.00024), t692, t690); // right_lower_leg: wrench that its motion needs
@@ -4102,7 +4102,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     // right_lower_leg: wrench that its motion needs
     t697 = t86 - t696;
     t698 = R::fused(R::constant(0.00086), t697, t695);
-    t699 = R::constant(0.31110000000000004) * t93;
+    t699 = R::constant(0.3111) * t93;
     t700 = R::fused(R::constant(-0.008), t83, t699);
     t701 = t698 - t700;
     t702 = R::constant(0.0045979875) * t77; // right_ankle: wrench that its motion needs
@@ -4110,13 +4110,13 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t704 = t101 * t101; // right_ankle: motion
     // right_ankle: wrench that its motion needs
     t705 = t217 - t704;
-    t706 = R::fused(R::constant(0.0005698000000000001), t705, t703);
+    t706 = R::fused(R::constant(0.0005698), t705, t703);
     t707 = R::constant(0.023125) * t99;
-    t708 = R::fused(R::constant(-0.015400000000000002), t216, t707);
+    t708 = R::fused(R::constant(-0.0154), t216, t707);
     t709 = t706 - t708;
     // right_foot: wrench that its motion needs
-    t710 = R::constant(0.00009166666999999972) * t136;
-    t711 = R::fused(R::constant(-0.0012283333330000003), t138, t710);
+    t710 = R::constant(0.00009166667) * t136;
+    t711 = R::fused(R::constant(-0.001228333333), t138, t710);
     t712 = t245 - t113;
     t713 = R::fused(R::constant(-0.000612), t712, t711);
     t714 = R::fused(R::constant(-0.0165), t106, t713);
@@ -4128,7 +4128,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t720 = R::fused(t139, R::constant(0.0006105), t719); // right_foot: wrench handed to its parent
     t721 = t701 + t720; // right_ankle: wrench handed to its parent
     t722 = t77 - t104; // right_ankle: motion
-    t723 = R::constant(0.015400000000000002) * t722; // right_ankle: wrench that its motion needs
+    t723 = R::constant(0.0154) * t722; // right_ankle: wrench that its motion needs
     t724 = R::fused(R::constant(0.023125), t219, t723); // right_ankle: wrench that its motion needs
     t725 = R::constant(0.0165) * t226;
     t726 = sin_q_right_ankle_roll * t725; // right_foot: wrench handed to its parent
@@ -4137,7 +4137,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t729 = t724 - t728; // right_foot: wrench handed to its parent
     t730 = sin_q_right_ankle_pitch * t729; // right_ankle: wrench handed to its parent
     t731 = t218 + t704; // right_ankle: motion
-    t732 = R::constant(0.015400000000000002) * t731; // right_ankle: wrench that its motion needs
+    t732 = R::constant(0.0154) * t731; // right_ankle: wrench that its motion needs
     t733 = R::fused(R::constant(-0.023125), t105, t732); // right_ankle: wrench that its motion needs
     t734 = R::fused(R::constant(-0.0165), t139, t733); // right_foot: wrench handed to its parent
     t735 = R::fused(-cos_q_right_ankle_pitch, t734, t730); // right_ankle: wrench handed to its parent
@@ -4145,33 +4145,33 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t737 = t688 + t736; // right_lower_leg: wrench handed to its parent
     t738 = t77 - t96; // right_lower_leg: motion
     t739 = R::constant(0.008) * t738; // right_lower_leg: wrench that its motion needs
-    t740 = R::fused(R::constant(0.31110000000000004), t89, t739); // right_lower_leg: wrench that its motion needs
+    t740 = R::fused(R::constant(0.3111), t89, t739); // right_lower_leg: wrench that its motion needs
     t741 = cos_q_right_ankle_pitch * t729; // right_ankle: wrench handed to its parent
     t742 = R::fused(sin_q_right_ankle_pitch, t734, t741); // right_ankle: wrench handed to its parent
     t743 = t740 + t742; // right_ankle: wrench handed to its parent
     t744 = sin_q_right_knee_pitch * t743; // right_lower_leg: wrench handed to its parent
     t745 = t88 + t696; // right_lower_leg: motion
     t746 = R::constant(0.008) * t745; // right_lower_leg: wrench that its motion needs
-    t747 = R::fused(R::constant(-0.31110000000000004), t97, t746); // right_lower_leg: wrench that its motion needs
+    t747 = R::fused(R::constant(-0.3111), t97, t746); // right_lower_leg: wrench that its motion needs
     t748 = t747 - t735; // right_ankle: wrench handed to its parent
     t749 = R::fused(-cos_q_right_knee_pitch, t748, t744); // right_lower_leg: wrench handed to its parent
     t750 = R::fused(R::constant(0.315), t749, t737); // right_lower_leg: wrench handed to its parent
     t751 = t675 - t750; // right_upper_leg: wrench handed to its parent
     t752 = sin_q_right_hip_roll * t751; // right_hip_roll_link: wrench handed to its parent
     t753 = t67 * t63; // right_hip_roll_link: motion
-    t754 = t753 * R::constant(0.6107076750670002); // right_hip_roll_link: wrench that its motion needs
+    t754 = t753 * R::constant(0.610707675067); // right_hip_roll_link: wrench that its motion needs
     t755 = R::fused(R::constant(-0.01), t53, t754); // right_hip_roll_link: wrench that its motion needs
     // right_upper_leg: wrench that its motion needs
-    t756 = R::constant(0.22879800003000006) * t122;
-    t757 = R::fused(R::constant(-0.23164200000000004), t678, t756);
+    t756 = R::constant(0.22879800003) * t122;
+    t757 = R::fused(R::constant(-0.231642), t678, t756);
     t758 = R::fused(R::constant(0.002), t203, t757);
-    t759 = R::fused(R::constant(-0.0019299999999999999), t81, t758);
+    t759 = R::fused(R::constant(-0.00193), t81, t758);
     t760 = t65 - t69;
     t761 = R::fused(R::constant(-0.000048), t760, t759);
     t762 = R::fused(R::constant(-0.012), t201, t761);
     // right_lower_leg: wrench that its motion needs
-    t763 = R::constant(0.07230871666700002) * t128;
-    t764 = R::fused(R::constant(-0.07325338333000002), t691, t763);
+    t763 = R::constant(0.072308716667) * t128;
+    t764 = R::fused(R::constant(-0.07325338333), t691, t763);
     t765 = R::fused(R::constant(0.00086), t206, t764);
     t766 = R::fused(R::constant(-0.00024), t97, t765);
     t767 = t86 - t88;
@@ -4197,19 +4197,19 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t770 = R::constant(0.0029269125) * t134; // right_ankle: wrench that its motion needs
     t771 = t103 * t107; // right_ankle: motion
     t772 = R::fused(R::constant(0.0045979875), t771, t770); // right_ankle: wrench that its motion needs
-    t773 = R::fused(R::constant(-0.0005698000000000001), t212, t772); // right_ankle: wrench that its motion needs
-    t774 = R::fused(R::constant(-0.015400000000000002), t207, t773); // right_ankle: wrench that its motion needs
+    t773 = R::fused(R::constant(-0.0005698), t212, t772); // right_ankle: wrench that its motion needs
+    t774 = R::fused(R::constant(-0.0154), t207, t773); // right_ankle: wrench that its motion needs
     t775 = sin_q_right_ankle_roll * t714; // right_foot: wrench handed to its parent
     t776 = R::fused(-cos_q_right_ankle_roll, t717, t775); // right_foot: wrench handed to its parent
     t777 = t774 + t776; // right_foot: wrench handed to its parent
     t778 = cos_q_right_ankle_pitch * t777; // right_ankle: wrench handed to its parent
-    t779 = t211 * R::constant(0.0016710750000000002); // right_ankle: wrench that its motion needs
+    t779 = t211 * R::constant(0.001671075); // right_ankle: wrench that its motion needs
     t780 = t134 + t771; // right_ankle: motion
-    t781 = R::fused(R::constant(0.0005698000000000001), t780, t779); // right_ankle: wrench that its motion needs
+    t781 = R::fused(R::constant(0.0005698), t780, t779); // right_ankle: wrench that its motion needs
     t782 = R::fused(R::constant(-0.023125), t207, t781); // right_ankle: wrench that its motion needs
     // right_foot: wrench that its motion needs
-    t783 = R::constant(0.0012283333330000003) * t210;
-    t784 = R::fused(R::constant(0.00009166666999999972), t225, t783);
+    t783 = R::constant(0.001228333333) * t210;
+    t784 = R::fused(R::constant(0.00009166667), t225, t783);
     t785 = R::fused(R::constant(-0.000612), t223, t784);
     t786 = R::fused(R::constant(0.0165), t221, t785);
     // right_foot: wrench handed to its parent
@@ -4220,38 +4220,38 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t791 = R::fused(-sin_q_right_ankle_pitch, t790, t778); // right_ankle: wrench handed to its parent
     t792 = t769 - t791; // right_ankle: wrench handed to its parent
     t793 = cos_q_right_knee_pitch * t792; // right_lower_leg: wrench handed to its parent
-    t794 = t205 * R::constant(0.14556209999700004); // right_lower_leg: wrench that its motion needs
+    t794 = t205 * R::constant(0.145562099997); // right_lower_leg: wrench that its motion needs
     t795 = R::fused(R::constant(-0.000016), t738, t794); // right_lower_leg: wrench that its motion needs
     t796 = t128 + t691; // right_lower_leg: motion
     // right_lower_leg: wrench that its motion needs
     t797 = R::fused(R::constant(0.00086), t796, t795);
     t798 = t88 - t696;
     t799 = R::fused(R::constant(-0.00024), t798, t797);
-    t800 = R::fused(R::constant(-0.31110000000000004), t204, t799);
+    t800 = R::fused(R::constant(-0.3111), t204, t799);
     t801 = sin_q_right_ankle_pitch * t777; // right_ankle: wrench handed to its parent
     t802 = R::fused(cos_q_right_ankle_pitch, t790, t801); // right_ankle: wrench handed to its parent
     t803 = t800 + t802; // right_ankle: wrench handed to its parent
-    t804 = R::constant(0.015400000000000002) * t780; // right_ankle: wrench that its motion needs
+    t804 = R::constant(0.0154) * t780; // right_ankle: wrench that its motion needs
     t805 = R::fused(R::constant(-0.023125), t212, t804); // right_ankle: wrench that its motion needs
     t806 = t805 - t789; // right_foot: wrench handed to its parent
     t807 = R::fused(R::constant(0.273), t806, t803); // right_ankle: wrench handed to its parent
     t808 = R::fused(sin_q_right_knee_pitch, t807, t793); // right_lower_leg: wrench handed to its parent
     t809 = t762 + t808; // right_lower_leg: wrench handed to its parent
     t810 = cos_q_right_hip_pitch * t809; // right_upper_leg: wrench handed to its parent
-    t811 = t202 * R::constant(0.4604400000300001); // right_upper_leg: wrench that its motion needs
+    t811 = t202 * R::constant(0.46044000003); // right_upper_leg: wrench that its motion needs
     t812 = t77 - t80; // right_upper_leg: motion
     t813 = R::fused(R::constant(-0.000048), t812, t811); // right_upper_leg: wrench that its motion needs
     t814 = t122 + t678; // right_upper_leg: motion
     // right_upper_leg: wrench that its motion needs
     t815 = R::fused(R::constant(0.002), t814, t813);
     t816 = t69 - t683;
-    t817 = R::fused(R::constant(-0.0019299999999999999), t816, t815);
-    t818 = R::fused(R::constant(0.8355000000000001), t201, t817);
+    t817 = R::fused(R::constant(-0.00193), t816, t815);
+    t818 = R::fused(R::constant(0.8355), t201, t817);
     t819 = sin_q_right_knee_pitch * t792; // right_lower_leg: wrench handed to its parent
     t820 = R::fused(-cos_q_right_knee_pitch, t807, t819); // right_lower_leg: wrench handed to its parent
     t821 = t818 - t820; // right_lower_leg: wrench handed to its parent
     t822 = R::constant(0.008) * t796; // right_lower_leg: wrench that its motion needs
-    t823 = R::fused(R::constant(-0.31110000000000004), t206, t822); // right_lower_leg: wrench that its motion needs
+    t823 = R::fused(R::constant(-0.3111), t206, t822); // right_lower_leg: wrench that its motion needs
     t824 = t823 + t806; // right_ankle: wrench handed to its parent
     t825 = R::fused(R::constant(0.315), t824, t821); // right_lower_leg: wrench handed to its parent
     t826 = R::fused(sin_q_right_hip_pitch, t825, t810); // right_upper_leg: wrench handed to its parent
@@ -4290,7 +4290,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t858 = R::fused(R::constant(-2.0), t857, t450); // left_hip_roll_link: sums of what it carries
     t859 = R::fused(t451, t429, t858); // left_hip_roll_link: sums of what it carries
     t860 = R::fused(-sin_q_left_hip_yaw, t859, t856); // left_hip_yaw_link: sums of what it carries
-    t861 = R::constant(0.04045939999999999) + t860; // left_hip_yaw_link: sums of what it carries
+    t861 = R::constant(0.0404594) + t860; // left_hip_yaw_link: sums of what it carries
     t862 = t861 - t855; // right_hip_yaw_link: sums of what it carries
     t863 = t855 + t862;
     t864 = t210 * t16;
@@ -4303,12 +4303,12 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t870 = sin_q_left_hip_yaw * t606;
     t871 = R::fused(cos_q_left_hip_yaw, t859, t870);
     t872 = R::fused(R::constant(-0.0764), t597, t871);
-    t873 = R::constant(0.0014734999999999995) - t872;
+    t873 = R::constant(0.0014735) - t872;
     t874 = sin_q_right_hip_roll * t355; // right_hip_roll_link: sums of what it carries
     t875 = R::fused(cos_q_right_hip_roll, t358, t874); // right_hip_roll_link: sums of what it carries
     t876 = R::fused(R::constant(0.0764), t875, t869); // right_hip_yaw_link: sums of what it carries
     t877 = t873 + t876; // right_hip_yaw_link: sums of what it carries
-    t878 = R::constant(2.4914999999999994) + t597;
+    t878 = R::constant(2.4915) + t597;
     t879 = t875 - t878; // right_hip_yaw_link: sums of what it carries
     // other
     t880 = R::fused(R::constant(-0.0764), t879, t877);
@@ -4322,16 +4322,16 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t888 = R::fused(-t187, t181, t887);
     t889 = R::fused(-t478, t888, t885);
     t890 = t830 - t889;
-    t891 = t17 * R::constant(0.0960906159999999); // torso: wrench that its motion needs
-    t892 = R::fused(R::constant(0.04045939999999999), t39, t891); // torso: wrench that its motion needs
+    t891 = t17 * R::constant(0.096090616); // torso: wrench that its motion needs
+    t892 = R::fused(R::constant(0.0404594), t39, t891); // torso: wrench that its motion needs
     t893 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t894 = R::fused(R::constant(0.0014734999999999995), t893, t892); // torso: wrench that its motion needs
+    t894 = R::fused(R::constant(0.0014735), t893, t892); // torso: wrench that its motion needs
     t895 = v_base_angular_y * v_base_angular_y; // torso: motion
     // torso: wrench that its motion needs
     t896 = t24 - t895;
     t897 = R::fused(R::constant(-0.00220808), t896, t894);
     t898 = R::constant(0.20808) * t35;
-    t899 = R::fused(R::constant(0.010199999999999987), t21, t898);
+    t899 = R::fused(R::constant(0.0102), t21, t898);
     t900 = t897 + t899;
     // left_hip_yaw_link: motion
     t901 = v_base_angular_x * cos_q_left_hip_yaw;
@@ -4339,7 +4339,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t903 = v_base_angular_x * sin_q_left_hip_yaw;
     t904 = R::fused(-v_base_angular_y, cos_q_left_hip_yaw, t903);
     t905 = t902 * t904;
-    t906 = R::constant(0.3057838375330001) * t905; // left_hip_yaw_link: wrench that its motion needs
+    t906 = R::constant(0.305783837533) * t905; // left_hip_yaw_link: wrench that its motion needs
     t907 = t18 + t21;
     t908 = sin_q_left_hip_yaw * t907;
     t909 = t27 - t35;
@@ -4351,18 +4351,18 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t915 = v_base_angular_z + v_left_hip_yaw;
     t916 = R::fused(t915, cos_q_left_hip_roll, t914); // left_hip_roll_link: motion
     t917 = R::fused(-t916, v_left_hip_roll, t913); // left_hip_roll_link: motion
-    t918 = R::constant(0.30527050420000007) * t917; // left_hip_roll_link: wrench that its motion needs
+    t918 = R::constant(0.3052705042) * t917; // left_hip_roll_link: wrench that its motion needs
     t919 = t902 + v_left_hip_roll; // left_hip_roll_link: motion
     t920 = t916 * t919; // left_hip_roll_link: motion
-    t921 = R::fused(R::constant(0.30543717086700006), t920, t918); // left_hip_roll_link: wrench that its motion needs
-    t922 = R::constant(0.23164200000000004) * t917; // left_upper_leg: wrench that its motion needs
+    t921 = R::fused(R::constant(0.305437170867), t920, t918); // left_hip_roll_link: wrench that its motion needs
+    t922 = R::constant(0.231642) * t917; // left_upper_leg: wrench that its motion needs
     // left_upper_leg: motion
     t923 = t916 * cos_q_left_hip_pitch;
     t924 = R::fused(t919, sin_q_left_hip_pitch, t923);
     t925 = t916 * sin_q_left_hip_pitch;
     t926 = R::fused(-t919, cos_q_left_hip_pitch, t925);
     t927 = t924 * t926;
-    t928 = R::fused(R::constant(0.22879800003000006), t927, t922); // left_upper_leg: wrench that its motion needs
+    t928 = R::fused(R::constant(0.22879800003), t927, t922); // left_upper_leg: wrench that its motion needs
     // left_hip_roll_link: motion
     t929 = t912 * sin_q_left_hip_roll;
     t930 = t904 * cos_q_left_hip_roll;
@@ -4376,7 +4376,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t937 = t931 - v_left_hip_pitch;
     t938 = t926 * t937;
     t939 = t936 - t938;
-    t940 = R::fused(R::constant(-0.0019299999999999999), t939, t928); // left_upper_leg: wrench that its motion needs
+    t940 = R::fused(R::constant(-0.00193), t939, t928); // left_upper_leg: wrench that its motion needs
     t941 = t932 * sin_q_left_hip_pitch;
     t942 = R::fused(t934, cos_q_left_hip_pitch, t941);
     t943 = R::fused(t924, v_left_hip_pitch, t942);
@@ -4394,19 +4394,19 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t955 = cos_q_left_hip_yaw * t907; // left_hip_yaw_link: motion
     t956 = R::fused(-sin_q_left_hip_yaw, t909, t955); // left_hip_yaw_link: motion
     t957 = R::fused(-cos_q_left_hip_pitch, t956, t954);
-    t958 = R::constant(0.8355000000000001) * t957; // left_upper_leg: wrench that its motion needs
+    t958 = R::constant(0.8355) * t957; // left_upper_leg: wrench that its motion needs
     t959 = cos_q_left_hip_pitch * t953;
     t960 = R::fused(sin_q_left_hip_pitch, t956, t959);
     t961 = R::fused(R::constant(-0.012), t960, t958); // left_upper_leg: wrench that its motion needs
     t962 = t950 - t961; // left_upper_leg: wrench that its motion needs
-    t963 = R::constant(0.07325338333000002) * t917; // left_lower_leg: wrench that its motion needs
+    t963 = R::constant(0.07325338333) * t917; // left_lower_leg: wrench that its motion needs
     // left_lower_leg: motion
     t964 = t924 * cos_q_left_knee_pitch;
     t965 = R::fused(-t926, sin_q_left_knee_pitch, t964);
     t966 = t924 * sin_q_left_knee_pitch;
     t967 = R::fused(t926, cos_q_left_knee_pitch, t966);
     t968 = t965 * t967;
-    t969 = R::fused(R::constant(0.07230871666700002), t968, t963); // left_lower_leg: wrench that its motion needs
+    t969 = R::fused(R::constant(0.072308716667), t968, t963); // left_lower_leg: wrench that its motion needs
     t970 = t936 * cos_q_left_knee_pitch;
     t971 = R::fused(-t943, sin_q_left_knee_pitch, t970);
     t972 = R::fused(-t967, v_left_knee_pitch, t971);
@@ -4431,7 +4431,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t991 = t917 + t927; // left_upper_leg: motion
     t992 = R::fused(t991, R::constant(0.315), -t957);
     t993 = R::fused(-cos_q_left_knee_pitch, t992, t990);
-    t994 = R::constant(0.31110000000000004) * t993; // left_lower_leg: wrench that its motion needs
+    t994 = R::constant(0.3111) * t993; // left_lower_leg: wrench that its motion needs
     t995 = cos_q_left_knee_pitch * t989;
     t996 = R::fused(sin_q_left_knee_pitch, t992, t995);
     t997 = R::fused(R::constant(-0.008), t996, t994); // left_lower_leg: wrench that its motion needs
@@ -4447,7 +4447,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1006 = t1003 * t1003;
     t1007 = t1001 * t1001;
     t1008 = t1006 - t1007; // left_ankle: wrench that its motion needs
-    t1009 = R::fused(R::constant(0.0005698000000000001), t1008, t1005); // left_ankle: wrench that its motion needs
+    t1009 = R::fused(R::constant(0.0005698), t1008, t1005); // left_ankle: wrench that its motion needs
     t1010 = t973 * t973; // left_lower_leg: motion
     t1011 = t983 + t1010; // left_lower_leg: motion
     t1012 = R::fused(t1011, R::constant(0.273), t996);
@@ -4458,7 +4458,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1017 = R::constant(0.023125) * t1016; // left_ankle: wrench that its motion needs
     t1018 = cos_q_left_ankle_pitch * t1012;
     t1019 = R::fused(sin_q_left_ankle_pitch, t1015, t1018);
-    t1020 = R::fused(R::constant(-0.015400000000000002), t1019, t1017); // left_ankle: wrench that its motion needs
+    t1020 = R::fused(R::constant(-0.0154), t1019, t1017); // left_ankle: wrench that its motion needs
     t1021 = t1009 - t1020; // left_ankle: wrench that its motion needs
     t1022 = t917 * cos_q_left_ankle_roll; // left_foot: motion
     t1023 = t972 * cos_q_left_ankle_pitch;
@@ -4487,10 +4487,10 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1028 = t1027 * sin_q_left_ankle_roll; // left_foot: motion
     t1029 = R::fused(t1001, cos_q_left_ankle_roll, t1028); // left_foot: motion
     t1030 = R::fused(-t1029, v_left_ankle_roll, t1026); // left_foot: motion
-    t1031 = R::constant(0.00009166666999999972) * t1030; // left_foot: wrench that its motion needs
+    t1031 = R::constant(0.00009166667) * t1030; // left_foot: wrench that its motion needs
     t1032 = t1003 - v_left_ankle_roll; // left_foot: motion
     t1033 = t1029 * t1032; // left_foot: motion
-    t1034 = R::fused(R::constant(-0.0012283333330000003), t1033, t1031); // left_foot: wrench that its motion needs
+    t1034 = R::fused(R::constant(-0.001228333333), t1033, t1031); // left_foot: wrench that its motion needs
     t1035 = t1032 * t1032; // left_foot: motion
     t1036 = t1029 * t1029; // left_foot: motion
     t1037 = t1035 - t1036; // left_foot: wrench that its motion needs
@@ -4515,7 +4515,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1056 = R::fused(t1055, R::constant(0.0006105), t1054); // left_foot: wrench handed to its parent
     t1057 = t998 + t1056; // left_ankle: wrench handed to its parent
     t1058 = t917 - t1004;
-    t1059 = R::constant(0.015400000000000002) * t1058; // left_ankle: wrench that its motion needs
+    t1059 = R::constant(0.0154) * t1058; // left_ankle: wrench that its motion needs
     t1060 = t1027 * t1027;
     t1061 = t1006 + t1060;
     t1062 = R::fused(R::constant(0.023125), t1061, t1059); // left_ankle: wrench that its motion needs
@@ -4528,7 +4528,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1069 = t1062 - t1068; // left_foot: wrench handed to its parent
     t1070 = sin_q_left_ankle_pitch * t1069; // left_ankle: wrench handed to its parent
     t1071 = t1060 + t1007;
-    t1072 = R::constant(0.015400000000000002) * t1071; // left_ankle: wrench that its motion needs
+    t1072 = R::constant(0.0154) * t1071; // left_ankle: wrench that its motion needs
     t1073 = R::fused(R::constant(-0.023125), t1039, t1072); // left_ankle: wrench that its motion needs
     t1074 = R::fused(R::constant(-0.0165), t1055, t1073); // left_foot: wrench handed to its parent
     t1075 = R::fused(-cos_q_left_ankle_pitch, t1074, t1070); // left_ankle: wrench handed to its parent
@@ -4536,35 +4536,35 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1077 = t962 + t1076; // left_lower_leg: wrench handed to its parent
     t1078 = t917 - t968; // left_lower_leg: motion
     t1079 = R::constant(0.008) * t1078; // left_lower_leg: wrench that its motion needs
-    t1080 = R::fused(R::constant(0.31110000000000004), t1011, t1079); // left_lower_leg: wrench that its motion needs
+    t1080 = R::fused(R::constant(0.3111), t1011, t1079); // left_lower_leg: wrench that its motion needs
     t1081 = cos_q_left_ankle_pitch * t1069; // left_ankle: wrench handed to its parent
     t1082 = R::fused(sin_q_left_ankle_pitch, t1074, t1081); // left_ankle: wrench handed to its parent
     t1083 = t1080 + t1082; // left_ankle: wrench handed to its parent
     t1084 = sin_q_left_knee_pitch * t1083; // left_lower_leg: wrench handed to its parent
     t1085 = t1010 + t984; // left_lower_leg: motion
     t1086 = R::constant(0.008) * t1085; // left_lower_leg: wrench that its motion needs
-    t1087 = R::fused(R::constant(-0.31110000000000004), t1014, t1086); // left_lower_leg: wrench that its motion needs
+    t1087 = R::fused(R::constant(-0.3111), t1014, t1086); // left_lower_leg: wrench that its motion needs
     t1088 = t1087 - t1075; // left_ankle: wrench handed to its parent
     t1089 = R::fused(-cos_q_left_knee_pitch, t1088, t1084); // left_lower_leg: wrench handed to its parent
     t1090 = R::fused(R::constant(0.315), t1089, t1077); // left_lower_leg: wrench handed to its parent
     t1091 = t921 - t1090; // left_upper_leg: wrench handed to its parent
     t1092 = sin_q_left_hip_roll * t1091; // left_hip_roll_link: wrench handed to its parent
     t1093 = t931 * t919; // left_hip_roll_link: motion
-    t1094 = t1093 * R::constant(0.6107076750670002); // left_hip_roll_link: wrench that its motion needs
+    t1094 = t1093 * R::constant(0.610707675067); // left_hip_roll_link: wrench that its motion needs
     t1095 = R::fused(R::constant(-0.01), t956, t1094); // left_hip_roll_link: wrench that its motion needs
-    t1096 = R::constant(0.22879800003000006) * t936; // left_upper_leg: wrench that its motion needs
-    t1097 = R::fused(R::constant(-0.23164200000000004), t938, t1096); // left_upper_leg: wrench that its motion needs
+    t1096 = R::constant(0.22879800003) * t936; // left_upper_leg: wrench that its motion needs
+    t1097 = R::fused(R::constant(-0.231642), t938, t1096); // left_upper_leg: wrench that its motion needs
     t1098 = t943 - t944; // left_upper_leg: motion
     // left_upper_leg: wrench that its motion needs
     t1099 = R::fused(R::constant(0.002), t1098, t1097);
-    t1100 = R::fused(R::constant(0.0019299999999999999), t991, t1099);
+    t1100 = R::fused(R::constant(0.00193), t991, t1099);
     t1101 = t947 - t987;
     t1102 = R::fused(R::constant(0.000048), t1101, t1100);
     t1103 = cos_q_left_hip_roll * t910; // left_hip_roll_link: motion
     t1104 = R::fused(-sin_q_left_hip_roll, t952, t1103); // left_hip_roll_link: motion
     t1105 = R::fused(R::constant(0.012), t1104, t1102);
-    t1106 = R::constant(0.07230871666700002) * t972; // left_lower_leg: wrench that its motion needs
-    t1107 = R::fused(R::constant(-0.07325338333000002), t974, t1106); // left_lower_leg: wrench that its motion needs
+    t1106 = R::constant(0.072308716667) * t972; // left_lower_leg: wrench that its motion needs
+    t1107 = R::fused(R::constant(-0.07325338333), t974, t1106); // left_lower_leg: wrench that its motion needs
     t1108 = t979 - t980; // left_lower_leg: motion
     // left_lower_leg: wrench that its motion needs
     t1109 = R::fused(R::constant(0.00086), t1108, t1107);
@@ -4578,19 +4578,19 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1117 = R::fused(R::constant(0.0045979875), t1116, t1115); // left_ankle: wrench that its motion needs
     t1118 = t1001 * t1027; // left_ankle: motion
     t1119 = t1049 - t1118; // left_ankle: motion
-    t1120 = R::fused(R::constant(-0.0005698000000000001), t1119, t1117); // left_ankle: wrench that its motion needs
+    t1120 = R::fused(R::constant(-0.0005698), t1119, t1117); // left_ankle: wrench that its motion needs
     t1121 = R::fused(t1108, R::constant(0.273), t1113); // left_ankle: motion
-    t1122 = R::fused(R::constant(-0.015400000000000002), t1121, t1120); // left_ankle: wrench that its motion needs
+    t1122 = R::fused(R::constant(-0.0154), t1121, t1120); // left_ankle: wrench that its motion needs
     t1123 = sin_q_left_ankle_roll * t1041; // left_foot: wrench handed to its parent
     t1124 = R::fused(-cos_q_left_ankle_roll, t1052, t1123); // left_foot: wrench handed to its parent
     t1125 = t1122 + t1124; // left_foot: wrench handed to its parent
     t1126 = cos_q_left_ankle_pitch * t1125; // left_ankle: wrench handed to its parent
-    t1127 = t1118 * R::constant(0.0016710750000000002); // left_ankle: wrench that its motion needs
+    t1127 = t1118 * R::constant(0.001671075); // left_ankle: wrench that its motion needs
     t1128 = t1025 + t1116; // left_ankle: motion
-    t1129 = R::fused(R::constant(0.0005698000000000001), t1128, t1127); // left_ankle: wrench that its motion needs
+    t1129 = R::fused(R::constant(0.0005698), t1128, t1127); // left_ankle: wrench that its motion needs
     t1130 = R::fused(R::constant(-0.023125), t1121, t1129); // left_ankle: wrench that its motion needs
-    t1131 = R::constant(0.0012283333330000003) * t1049; // left_foot: wrench that its motion needs
-    t1132 = R::fused(R::constant(0.00009166666999999972), t1050, t1131); // left_foot: wrench that its motion needs
+    t1131 = R::constant(0.001228333333) * t1049; // left_foot: wrench that its motion needs
+    t1132 = R::fused(R::constant(0.00009166667), t1050, t1131); // left_foot: wrench that its motion needs
     // left_foot: motion
     t1133 = t917 * sin_q_left_ankle_roll;
     t1134 = R::fused(t1025, cos_q_left_ankle_roll, t1133);
@@ -4610,38 +4610,38 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1147 = R::fused(-sin_q_left_ankle_pitch, t1146, t1126); // left_ankle: wrench handed to its parent
     t1148 = t1114 - t1147; // left_ankle: wrench handed to its parent
     t1149 = cos_q_left_knee_pitch * t1148; // left_lower_leg: wrench handed to its parent
-    t1150 = t980 * R::constant(0.14556209999700004); // left_lower_leg: wrench that its motion needs
+    t1150 = t980 * R::constant(0.145562099997); // left_lower_leg: wrench that its motion needs
     t1151 = R::fused(R::constant(0.000016), t1078, t1150); // left_lower_leg: wrench that its motion needs
     t1152 = t972 + t974; // left_lower_leg: motion
     // left_lower_leg: wrench that its motion needs
     t1153 = R::fused(R::constant(0.00086), t1152, t1151);
     t1154 = t1010 - t984;
     t1155 = R::fused(R::constant(0.00024), t1154, t1153);
-    t1156 = R::fused(R::constant(-0.31110000000000004), t1113, t1155);
+    t1156 = R::fused(R::constant(-0.3111), t1113, t1155);
     t1157 = sin_q_left_ankle_pitch * t1125; // left_ankle: wrench handed to its parent
     t1158 = R::fused(cos_q_left_ankle_pitch, t1146, t1157); // left_ankle: wrench handed to its parent
     t1159 = t1156 + t1158; // left_ankle: wrench handed to its parent
-    t1160 = R::constant(0.015400000000000002) * t1128; // left_ankle: wrench that its motion needs
+    t1160 = R::constant(0.0154) * t1128; // left_ankle: wrench that its motion needs
     t1161 = R::fused(R::constant(-0.023125), t1119, t1160); // left_ankle: wrench that its motion needs
     t1162 = t1161 - t1145; // left_foot: wrench handed to its parent
     t1163 = R::fused(R::constant(0.273), t1162, t1159); // left_ankle: wrench handed to its parent
     t1164 = R::fused(sin_q_left_knee_pitch, t1163, t1149); // left_lower_leg: wrench handed to its parent
     t1165 = t1105 + t1164; // left_lower_leg: wrench handed to its parent
     t1166 = cos_q_left_hip_pitch * t1165; // left_upper_leg: wrench handed to its parent
-    t1167 = t944 * R::constant(0.4604400000300001); // left_upper_leg: wrench that its motion needs
+    t1167 = t944 * R::constant(0.46044000003); // left_upper_leg: wrench that its motion needs
     t1168 = t917 - t927; // left_upper_leg: motion
     t1169 = R::fused(R::constant(0.000048), t1168, t1167); // left_upper_leg: wrench that its motion needs
     t1170 = t936 + t938; // left_upper_leg: motion
     // left_upper_leg: wrench that its motion needs
     t1171 = R::fused(R::constant(0.002), t1170, t1169);
     t1172 = t987 - t948;
-    t1173 = R::fused(R::constant(0.0019299999999999999), t1172, t1171);
-    t1174 = R::fused(R::constant(-0.8355000000000001), t1104, t1173);
+    t1173 = R::fused(R::constant(0.00193), t1172, t1171);
+    t1174 = R::fused(R::constant(-0.8355), t1104, t1173);
     t1175 = sin_q_left_knee_pitch * t1148; // left_lower_leg: wrench handed to its parent
     t1176 = R::fused(-cos_q_left_knee_pitch, t1163, t1175); // left_lower_leg: wrench handed to its parent
     t1177 = t1174 - t1176; // left_lower_leg: wrench handed to its parent
     t1178 = R::constant(0.008) * t1152; // left_lower_leg: wrench that its motion needs
-    t1179 = R::fused(R::constant(-0.31110000000000004), t1108, t1178); // left_lower_leg: wrench that its motion needs
+    t1179 = R::fused(R::constant(-0.3111), t1108, t1178); // left_lower_leg: wrench that its motion needs
     t1180 = t1179 + t1162; // left_ankle: wrench handed to its parent
     t1181 = R::fused(R::constant(0.315), t1180, t1177); // left_lower_leg: wrench handed to its parent
     t1182 = R::fused(sin_q_left_hip_pitch, t1181, t1166); // left_upper_leg: wrench handed to its parent
@@ -4650,14 +4650,14 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1185 = t911 - t1184; // left_hip_roll_link: wrench handed to its parent
     t1186 = t900 + t1185; // left_hip_yaw_link: wrench handed to its parent
     t1187 = R::constant(0.012) * t1168;
-    t1188 = R::fused(R::constant(0.8355000000000001), t988, t1187);
+    t1188 = R::fused(R::constant(0.8355), t988, t1187);
     t1189 = cos_q_left_knee_pitch * t1083; // left_lower_leg: wrench handed to its parent
     t1190 = R::fused(sin_q_left_knee_pitch, t1088, t1189); // left_lower_leg: wrench handed to its parent
     t1191 = t1188 + t1190; // left_lower_leg: wrench handed to its parent
     t1192 = sin_q_left_hip_pitch * t1191; // left_upper_leg: wrench handed to its parent
     t1193 = t987 + t948; // left_upper_leg: motion
     t1194 = R::constant(0.012) * t1193;
-    t1195 = R::fused(R::constant(-0.8355000000000001), t991, t1194);
+    t1195 = R::fused(R::constant(-0.8355), t991, t1194);
     t1196 = t1195 - t1089; // left_lower_leg: wrench handed to its parent
     t1197 = R::fused(-cos_q_left_hip_pitch, t1196, t1192); // left_upper_leg: wrench handed to its parent
     t1198 = t932 + t1093; // left_hip_roll_link: motion
@@ -4667,7 +4667,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1202 = R::fused(R::constant(0.008), t1201, -t1199); // left_hip_roll_link: wrench handed to its parent
     t1203 = cos_q_left_hip_yaw * t1202; // left_hip_yaw_link: wrench handed to its parent
     t1204 = R::constant(0.012) * t1170;
-    t1205 = R::fused(R::constant(-0.8355000000000001), t1098, t1204);
+    t1205 = R::fused(R::constant(-0.8355), t1098, t1204);
     t1206 = t1205 + t1180; // left_lower_leg: wrench handed to its parent
     t1207 = t919 * t919; // left_hip_roll_link: motion
     t1208 = R::fused(t916, t916, t1207); // left_hip_roll_link: motion
@@ -4684,14 +4684,14 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1219 = R::fused(R::constant(0.0764), t1218, t1186); // left_hip_yaw_link: wrench handed to its parent
     t1220 = t829 + t1219; // right_hip_yaw_link: wrench handed to its parent
     t1221 = R::constant(0.012) * t812; // right_upper_leg: wrench that its motion needs
-    t1222 = R::fused(R::constant(0.8355000000000001), t70, t1221); // right_upper_leg: wrench that its motion needs
+    t1222 = R::fused(R::constant(0.8355), t70, t1221); // right_upper_leg: wrench that its motion needs
     t1223 = cos_q_right_knee_pitch * t743; // right_lower_leg: wrench handed to its parent
     t1224 = R::fused(sin_q_right_knee_pitch, t748, t1223); // right_lower_leg: wrench handed to its parent
     t1225 = t1222 + t1224; // right_lower_leg: wrench handed to its parent
     t1226 = sin_q_right_hip_pitch * t1225; // right_upper_leg: wrench handed to its parent
     t1227 = t69 + t683; // right_upper_leg: motion
     t1228 = R::constant(0.012) * t1227; // right_upper_leg: wrench that its motion needs
-    t1229 = R::fused(R::constant(-0.8355000000000001), t81, t1228); // right_upper_leg: wrench that its motion needs
+    t1229 = R::fused(R::constant(-0.8355), t81, t1228); // right_upper_leg: wrench that its motion needs
     t1230 = t1229 - t749; // right_lower_leg: wrench handed to its parent
     t1231 = R::fused(-cos_q_right_hip_pitch, t1230, t1226); // right_upper_leg: wrench handed to its parent
     t1232 = t118 + t753; // right_hip_roll_link: motion
@@ -4701,7 +4701,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1236 = R::fused(R::constant(0.008), t1235, t1233); // right_hip_roll_link: wrench handed to its parent
     t1237 = cos_q_right_hip_yaw * t1236; // right_hip_yaw_link: wrench handed to its parent
     t1238 = R::constant(0.012) * t814; // right_upper_leg: wrench that its motion needs
-    t1239 = R::fused(R::constant(-0.8355000000000001), t203, t1238); // right_upper_leg: wrench that its motion needs
+    t1239 = R::fused(R::constant(-0.8355), t203, t1238); // right_upper_leg: wrench that its motion needs
     t1240 = t1239 + t824; // right_lower_leg: wrench handed to its parent
     t1241 = t63 * t63; // right_hip_roll_link: motion
     t1242 = R::fused(t59, t59, t1241); // right_hip_roll_link: motion
@@ -4720,8 +4720,8 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1255 = t895 + t25; // torso: motion
     // torso: wrench that its motion needs
     t1256 = R::constant(0.20808) * t1255;
-    t1257 = R::fused(R::constant(0.010199999999999987), t17, t1256);
-    t1258 = R::fused(R::constant(2.4914999999999994), t893, t1257);
+    t1257 = R::fused(R::constant(0.0102), t17, t1256);
+    t1258 = R::fused(R::constant(2.4915), t893, t1257);
     t1259 = R::fused(R::constant(19.0), t21, t1258);
     t1260 = t1259 + t1218; // left_hip_yaw_link: wrench handed to its parent
     t1261 = t1260 + t1252; // right_hip_yaw_link: wrench handed to its parent
@@ -4839,8 +4839,8 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1349 = R::fused(-t584, t1307, t1348);
     t1350 = R::fused(-t588, t1328, t1349);
     t1351 = R::fused(t594, t1350, t1329);
-    t1352 = R::constant(0.30543717086700006) * t934; // left_hip_roll_link: wrench that its motion needs
-    t1353 = R::fused(R::constant(0.30527050420000007), t1213, t1352); // left_hip_roll_link
+    t1352 = R::constant(0.305437170867) * t934; // left_hip_roll_link: wrench that its motion needs
+    t1353 = R::fused(R::constant(0.3052705042), t1213, t1352); // left_hip_roll_link: wrench that its motion needs
     t1354 = R::fused(R::constant(-0.01), t953, t1353); // left_hip_roll_link: wrench that its motion needs
     t1355 = sin_q_left_hip_pitch * t1165; // left_upper_leg: wrench handed to its parent
     t1356 = R::fused(-cos_q_left_hip_pitch, t1181, t1355); // left_upper_leg: wrench handed to its parent
@@ -5052,12 +5052,12 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1537 = R::fused(-t1530, t1536, t1528);
     // right_foot: mass matrix
     t1538 = cos_q_right_ankle_pitch * t262;
-    t1539 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t1539 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1540 = R::fused(-sin_q_right_ankle_pitch, t1539, t1538);
     t1541 = cos_q_right_knee_pitch * t1540;
     t1542 = sin_q_right_ankle_pitch * t262;
     t1543 = R::fused(cos_q_right_ankle_pitch, t1539, t1542);
-    t1544 = R::fused(cos_q_right_ankle_roll, R::constant(0.004504500000000001), t1543);
+    t1544 = R::fused(cos_q_right_ankle_roll, R::constant(0.0045045), t1543);
     t1545 = R::fused(-sin_q_right_knee_pitch, t1544, t1541);
     t1546 = sin_q_right_hip_pitch * t1545;
     t1547 = sin_q_right_knee_pitch * t1540;
@@ -5075,7 +5075,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1559 = R::fused(R::constant(-0.0764), t1532, t1558);
     t1560 = t879 * t1521; // other
     t1561 = R::fused(-t476, t1530, t1560); // other
-    t1562 = R::constant(0.3057838375330001) - t630; // left_hip_roll_link: sums of what it carries
+    t1562 = R::constant(0.305783837533) - t630; // left_hip_roll_link: sums of what it carries
     t1563 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t1564 = t428 + t453; // left_hip_roll_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
@@ -5086,10 +5086,10 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1569 = R::fused(R::constant(2.0), t1568, t1566);
     t1570 = t1562 + t1569;
     t1571 = t1570 + t469;
-    t1572 = R::constant(1.5199718730660001) - t1571;
+    t1572 = R::constant(1.519971873066) - t1571;
     t1573 = t298 - t310; // right_upper_leg: sums of what it carries
-    t1574 = R::constant(0.30543717086700006) + t1573; // right_upper_leg: sums of what it carries
-    t1575 = R::constant(0.3057838375330001) - t1574; // right_hip_roll_link: sums of what it carries
+    t1574 = R::constant(0.305437170867) + t1573; // right_upper_leg: sums of what it carries
+    t1575 = R::constant(0.305783837533) - t1574; // right_hip_roll_link: sums of what it carries
     t1576 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t1577 = t320 + t345; // right_hip_roll_link: sums of what it carries
     t1578 = t1577 - t1575; // right_hip_yaw_link: sums of what it carries
@@ -5127,7 +5127,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1606 = R::fused(t837, t1530, t1605);
     t1607 = R::fused(t1598, t16, t1606);
     t1608 = t1564 - t1569; // left_hip_yaw_link: sums of what it carries
-    t1609 = R::constant(1.4238812570660002) - t1608; // left_hip_yaw_link: sums of what it carries
+    t1609 = R::constant(1.423881257066) - t1608; // left_hip_yaw_link: sums of what it carries
     t1610 = t1577 - t1584; // right_hip_yaw_link: sums of what it carries
     t1611 = t1609 - t1610; // right_hip_yaw_link: sums of what it carries
     t1612 = R::fused(-t1611, t231, t1607);
@@ -5150,7 +5150,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1629 = R::fused(-t1281, t16, t1628);
     t1630 = R::fused(t1284, t231, t1629);
     t1631 = R::fused(t514, t234, t1630);
-    t1632 = t1631 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1632 = t1631 * R::constant(814.1112620933816); // factors of the mass matrix
     t1633 = R::fused(t1631, t1632, t1625); // factors of the mass matrix
     t1634 = t528 * t1500;
     t1635 = R::fused(t1292, t1521, t1634);
@@ -5264,7 +5264,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1733 = t1271 * t1715;
     t1734 = R::fused(cos_q_right_hip_yaw, t1281, t1733);
     t1735 = R::fused(sin_q_right_hip_yaw, t1284, t1734);
-    t1736 = t1735 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1736 = t1735 * R::constant(814.1112620933816); // factors of the mass matrix
     t1737 = R::fused(-t1631, t1736, t1732); // factors of the mass matrix
     t1738 = t1294 * t1715;
     t1739 = R::fused(-cos_q_right_hip_yaw, t1300, t1738);
@@ -5419,7 +5419,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1866 = t1864 - t1865;
     t1867 = sin_q_right_hip_roll * t514;
     t1868 = t1866 + t1867;
-    t1869 = t1868 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1869 = t1868 * R::constant(814.1112620933816); // factors of the mass matrix
     t1870 = R::fused(t1631, t1869, t1860); // factors of the mass matrix
     t1871 = t528 * t1839;
     t1872 = R::fused(t1294, t1829, t1871);
@@ -5639,7 +5639,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2051 = t1863 + t2050;
     t2052 = t1865 - t2051;
     t2053 = t1867 - t2052;
-    t2054 = t2053 * R::constant(814.1112620933815); // factors of the mass matrix
+    t2054 = t2053 * R::constant(814.1112620933816); // factors of the mass matrix
     t2055 = R::fused(-t1631, t2054, t2047); // factors of the mass matrix
     t2056 = t528 * t1992;
     t2057 = R::fused(-t1292, t2000, t2056);
@@ -5858,7 +5858,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2251 = t1863 + t2250;
     t2252 = t1865 - t2251;
     t2253 = t1867 - t2252;
-    t2254 = t2253 * R::constant(814.1112620933815); // factors of the mass matrix
+    t2254 = t2253 * R::constant(814.1112620933816); // factors of the mass matrix
     t2255 = R::fused(-t1631, t2254, t2247); // factors of the mass matrix
     t2256 = t528 * t2187;
     t2257 = R::fused(-t1292, t2195, t2256);
@@ -6120,8 +6120,8 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2469 = t1262 * t1500;
     // torso: wrench that its motion needs
     t2470 = R::constant(0.20808) * t17;
-    t2471 = R::fused(R::constant(0.010199999999999987), t26, t2470);
-    t2472 = R::fused(R::constant(-2.4914999999999994), t39, t2471);
+    t2471 = R::fused(R::constant(0.0102), t26, t2470);
+    t2472 = R::fused(R::constant(-2.4915), t39, t2471);
     t2473 = R::fused(R::constant(-19.0), t35, t2472);
     t2474 = sin_q_left_hip_yaw * t1202; // left_hip_yaw_link: wrench handed to its parent
     t2475 = R::fused(cos_q_left_hip_yaw, t1217, t2474); // left_hip_yaw_link: wrench handed to its parent
@@ -6137,9 +6137,9 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2485 = t75 + t2484; // right_hip_yaw_link: motion
     t2486 = R::fused(R::constant(0.008), t2485, -t2483); // right_hip_roll_link: wrench handed to its parent
     t2487 = R::constant(0.20808) * t893;
-    t2488 = R::fused(R::constant(-0.010199999999999987), t39, t2487);
+    t2488 = R::fused(R::constant(-0.0102), t39, t2487);
     t2489 = t24 + t895; // torso: motion
-    t2490 = R::fused(R::constant(2.4914999999999994), t2489, t2488);
+    t2490 = R::fused(R::constant(2.4915), t2489, t2488);
     t2491 = R::fused(R::constant(-19.0), t48, t2490);
     t2492 = sin_q_left_hip_roll * t1209; // left_hip_roll_link: wrench handed to its parent
     t2493 = R::fused(cos_q_left_hip_roll, t1215, t2492); // left_hip_roll_link: wrench handed to its parent
@@ -6150,20 +6150,20 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2498 = t2486 + t2497; // right_hip_yaw_link: wrench handed to its parent
     t2499 = t2498 + tau_base_linear_z; // other
     t2500 = R::fused(t2499, t1530, t2481); // other
-    t2501 = t39 * R::constant(1.2642209770660002);
+    t2501 = t39 * R::constant(1.264220977066);
     t2502 = R::fused(R::constant(0.00220808), t893, t2501);
-    t2503 = R::fused(R::constant(-0.04045939999999999), t17, t2502);
+    t2503 = R::fused(R::constant(-0.0404594), t17, t2502);
     t2504 = t895 - t25;
-    t2505 = R::fused(R::constant(0.0014734999999999995), t2504, t2503);
-    t2506 = R::constant(0.010199999999999987) * t48;
-    t2507 = R::fused(R::constant(-2.4914999999999994), t35, t2506);
+    t2505 = R::fused(R::constant(0.0014735), t2504, t2503);
+    t2506 = R::constant(0.0102) * t48;
+    t2507 = R::fused(R::constant(-2.4915), t35, t2506);
     t2508 = t2505 - t2507;
-    t2509 = R::constant(0.3057838375330001) * t934; // left_hip_yaw_link: wrench that its motion needs
+    t2509 = R::constant(0.305783837533) * t934; // left_hip_yaw_link: wrench that its motion needs
     t2510 = t904 * t915; // left_hip_yaw_link: motion
-    t2511 = R::fused(R::constant(-0.3059638375330001), t2510, t2509); // left_hip_yaw_link: wrench that its motion needs
+    t2511 = R::fused(R::constant(-0.305963837533), t2510, t2509); // left_hip_yaw_link: wrench that its motion needs
     t2512 = t2511 - t1357; // left_hip_roll_link: wrench handed to its parent
     t2513 = cos_q_left_hip_yaw * t2512; // left_hip_yaw_link: wrench handed to its parent
-    t2514 = t2494 * R::constant(0.6117476750660003); // left_hip_yaw_link: wrench that its motion needs
+    t2514 = t2494 * R::constant(0.611747675066); // left_hip_yaw_link: wrench that its motion needs
     t2515 = R::fused(R::constant(-0.008), t952, t2514); // left_hip_yaw_link: wrench that its motion needs
     t2516 = cos_q_left_hip_roll * t1091; // left_hip_roll_link: wrench handed to its parent
     t2517 = R::fused(-sin_q_left_hip_roll, t1183, t2516); // left_hip_roll_link: wrench handed to its parent
@@ -6171,18 +6171,18 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2519 = R::fused(sin_q_left_hip_yaw, t2518, t2513); // left_hip_yaw_link: wrench handed to its parent
     t2520 = t2508 - t2519; // left_hip_yaw_link: wrench handed to its parent
     t2521 = R::fused(R::constant(0.0764), t2496, t2520); // left_hip_yaw_link: wrench handed to its parent
-    t2522 = R::constant(0.3057838375330001) * t120; // right_hip_yaw_link: wrench that its motion needs
+    t2522 = R::constant(0.305783837533) * t120; // right_hip_yaw_link: wrench that its motion needs
     t2523 = t56 * t58; // right_hip_yaw_link: motion
-    t2524 = R::fused(R::constant(-0.3059638375330001), t2523, t2522); // right_hip_yaw_link
-    t2525 = R::constant(0.30543717086700006) * t120; // right_hip_roll_link: wrench that its motion needs
-    t2526 = R::fused(R::constant(0.30527050420000007), t1247, t2525); // right_hip_roll_link
+    t2524 = R::fused(R::constant(-0.305963837533), t2523, t2522); // right_hip_yaw_link: wrench that its motion needs
+    t2525 = R::constant(0.305437170867) * t120; // right_hip_roll_link: wrench that its motion needs
+    t2526 = R::fused(R::constant(0.3052705042), t1247, t2525); // right_hip_roll_link: wrench that its motion needs
     t2527 = R::fused(R::constant(-0.01), t50, t2526); // right_hip_roll_link: wrench that its motion needs
     t2528 = sin_q_right_hip_pitch * t809; // right_upper_leg: wrench handed to its parent
     t2529 = R::fused(-cos_q_right_hip_pitch, t825, t2528); // right_upper_leg: wrench handed to its parent
     t2530 = t2527 + t2529; // right_upper_leg: wrench handed to its parent
     t2531 = t2524 - t2530; // right_hip_roll_link: wrench handed to its parent
     t2532 = cos_q_right_hip_yaw * t2531; // right_hip_yaw_link: wrench handed to its parent
-    t2533 = t2484 * R::constant(0.6117476750660003); // right_hip_yaw_link: wrench that its motion needs
+    t2533 = t2484 * R::constant(0.611747675066); // right_hip_yaw_link: wrench that its motion needs
     t2534 = R::fused(R::constant(0.008), t49, t2533); // right_hip_yaw_link: wrench that its motion needs
     t2535 = cos_q_right_hip_roll * t751; // right_hip_roll_link: wrench handed to its parent
     t2536 = R::fused(-sin_q_right_hip_roll, t827, t2535); // right_hip_roll_link: wrench handed to its parent
@@ -6192,12 +6192,12 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2540 = R::fused(R::constant(-0.0764), t2486, t2539); // right_hip_yaw_link: wrench handed to its parent
     t2541 = t2540 + tau_base_angular_x; // other
     t2542 = R::fused(t2541, t16, t2500); // other
-    t2543 = t893 * R::constant(1.3603115930660001);
-    t2544 = R::fused(R::constant(0.0014734999999999995), t17, t2543);
+    t2543 = t893 * R::constant(1.360311593066);
+    t2544 = R::fused(R::constant(0.0014735), t17, t2543);
     t2545 = R::fused(R::constant(0.00220808), t39, t2544);
     t2546 = t24 - t25;
-    t2547 = R::fused(R::constant(-0.04045939999999999), t2546, t2545);
-    t2548 = R::constant(2.4914999999999994) * t21;
+    t2547 = R::fused(R::constant(-0.0404594), t2546, t2545);
+    t2548 = R::constant(2.4915) * t21;
     t2549 = R::fused(R::constant(0.20808), t48, t2548);
     t2550 = t2547 + t2549;
     t2551 = sin_q_left_hip_yaw * t2512; // left_hip_yaw_link: wrench handed to its parent
@@ -6392,37 +6392,37 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2711 = t1423 * t2704;
     t2712 = R::fused(t1481, t1420, t2711);
     t2713 = R::fused(t2712, t234, t2710);
-    t2714 = R::fused(-t1631, R::constant(44.77611941513598), t2713); // solved by the factors
+    t2714 = R::fused(-t1631, R::constant(44.77611941513599), t2713); // solved by the factors
     t2715 = sin_q_left_ankle_roll * R::constant(0.03);
-    t2716 = R::fused(-sin_q_left_ankle_roll, R::constant(0.027402985082063222), t2715); // solved by the factors
+    t2716 = R::fused(-sin_q_left_ankle_roll, R::constant(0.027402985082063226), t2715); // solved by the factors
     t2717 = R::fused(t1641, t2716, t2714); // solved by the factors
     t2718 = sin_q_left_ankle_roll * t2702;
-    t2719 = R::fused(-t497, R::constant(44.77611941513598), t2718); // solved by the factors
+    t2719 = R::fused(-t497, R::constant(44.77611941513599), t2718); // solved by the factors
     t2720 = R::fused(-t566, t2716, t2719); // solved by the factors
     t2721 = R::fused(t1651, t2720, t2717); // solved by the factors
     t2722 = sin_q_left_ankle_roll * t2703;
     // solved by the factors
-    t2723 = R::fused(-t498, R::constant(44.77611941513598), t2722);
+    t2723 = R::fused(-t498, R::constant(44.77611941513599), t2722);
     t2724 = R::fused(-t584, t2716, t2723);
     t2725 = R::fused(-t588, t2720, t2724);
     t2726 = R::fused(-t1662, t2725, t2721);
     t2727 = t2703 * t1413; // other
     t2728 = R::fused(-t1409, t1440, t2727); // other
-    t2729 = R::fused(-t610, R::constant(44.77611941513598), t2728);
+    t2729 = R::fused(-t610, R::constant(44.77611941513599), t2728);
     t2730 = R::fused(-t616, t2716, t2729);
     t2731 = R::fused(t622, t2720, t2730);
     t2732 = R::fused(t627, t2725, t2731);
     t2733 = R::fused(-t1674, t2732, t2726);
     t2734 = t2703 * t1423; // other
     t2735 = R::fused(t1409, t1481, t2734); // other
-    t2736 = R::fused(-t513, R::constant(44.77611941513598), t2735);
+    t2736 = R::fused(-t513, R::constant(44.77611941513599), t2735);
     t2737 = R::fused(-t644, t2716, t2736);
     t2738 = R::fused(-t648, t2720, t2737);
     t2739 = R::fused(-t653, t2725, t2738);
     t2740 = R::fused(t659, t2732, t2739);
     t2741 = R::fused(t1686, t2740, t2733);
     t2742 = R::fused(R::constant(0.0764), t1488, t2712); // other
-    t2743 = R::fused(-t515, R::constant(44.77611941513598), t2742);
+    t2743 = R::fused(-t515, R::constant(44.77611941513599), t2742);
     t2744 = R::fused(t546, t2716, t2743);
     t2745 = R::fused(t571, t2720, t2744);
     t2746 = R::fused(-t594, t2725, t2745);
@@ -6432,7 +6432,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2750 = t1402 * t1715; // other
     t2751 = R::fused(cos_q_right_hip_yaw, t2706, t2750); // other
     t2752 = R::fused(sin_q_right_hip_yaw, t2709, t2751); // other
-    t2753 = R::fused(-t1735, R::constant(44.77611941513598), t2752);
+    t2753 = R::fused(-t1735, R::constant(44.77611941513599), t2752);
     t2754 = R::fused(t1742, t2716, t2753);
     t2755 = R::fused(t1749, t2720, t2754);
     t2756 = R::fused(t1757, t2725, t2755);
@@ -6450,7 +6450,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2767 = sin_q_right_hip_roll * t2712;
     t2768 = t2766 + t2767;
     // solved by the factors
-    t2769 = R::fused(-t1868, R::constant(44.77611941513598), t2768);
+    t2769 = R::fused(-t1868, R::constant(44.77611941513599), t2768);
     t2770 = R::fused(t1880, t2716, t2769);
     t2771 = R::fused(t1892, t2720, t2770);
     t2772 = R::fused(-t1905, t2725, t2771);
@@ -6467,7 +6467,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2782 = t2765 - t2781;
     t2783 = t2767 - t2782;
     // solved by the factors
-    t2784 = R::fused(-t2053, R::constant(44.77611941513598), t2783);
+    t2784 = R::fused(-t2053, R::constant(44.77611941513599), t2783);
     t2785 = R::fused(-t2063, t2716, t2784);
     t2786 = R::fused(-t2073, t2720, t2785);
     t2787 = R::fused(-t2084, t2725, t2786);
@@ -6485,7 +6485,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2798 = t2765 - t2797;
     t2799 = t2767 - t2798;
     // solved by the factors
-    t2800 = R::fused(-t2253, R::constant(44.77611941513598), t2799);
+    t2800 = R::fused(-t2253, R::constant(44.77611941513599), t2799);
     t2801 = R::fused(-t2263, t2716, t2800);
     t2802 = R::fused(-t2273, t2720, t2801);
     t2803 = R::fused(-t2284, t2725, t2802);
@@ -6563,7 +6563,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2856 = R::fused(-t2855, t1328, t2854);
     t2857 = t545 * t2716;
     t2858 = R::fused(-t2857, t1307, t2856);
-    t2859 = R::fused(R::constant(44.77611941513598), t1287, t2858);
+    t2859 = R::fused(R::constant(44.77611941513599), t1287, t2858);
     t2860 = t2836 - t2859;
     t2861 = R::fused(-t2685, t2822, t2860);
     t2862 = t2810 * t2837;
@@ -6577,7 +6577,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2870 = R::fused(-t2725, t2853, t2869);
     t2871 = R::fused(-t2720, t2855, t2870);
     t2872 = R::fused(-t2716, t2857, t2871);
-    t2873 = t2872 - R::constant(2.462686567832479);
+    t2873 = t2872 - R::constant(2.4626865678324794);
     t2874 = R::fused(-t2821, t2822, t2873);
     t2875 = R::constant(1.0) / t2874;
     t2876 = t2861 * t2875;
@@ -6895,7 +6895,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t3160 = R::fused(-t3065, t2853, t3159);
     t3161 = R::fused(-t3062, t2855, t3160);
     t3162 = R::fused(-t542, t2857, t3161);
-    t3163 = R::constant(44.77611941513598) + t3162;
+    t3163 = R::constant(44.77611941513599) + t3162;
     t3164 = R::fused(-t2821, t3150, t3163);
     t3165 = t3164 * t2875;
     t3166 = R::fused(-t2998, t3165, t3151);
@@ -6926,7 +6926,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t3191 = R::fused(-t3190, t1328, t3189);
     t3192 = t542 * t545;
     t3193 = R::fused(-t3192, t1307, t3191);
-    t3194 = R::constant(814.1112620933815) * t1287;
+    t3194 = R::constant(814.1112620933816) * t1287;
     t3195 = t3193 - t3194;
     t3196 = t3171 + t3195;
     t3197 = R::fused(t2685, t3150, t3196);
@@ -6943,7 +6943,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t3208 = R::fused(-t3065, t3188, t3207);
     t3209 = R::fused(-t3062, t3190, t3208);
     t3210 = R::fused(-t542, t3192, t3209);
-    t3211 = R::constant(814.1112620933815) - t3210;
+    t3211 = R::constant(814.1112620933816) - t3210;
     t3212 = R::fused(t3149, t3150, t3211);
     t3213 = R::fused(t3164, t3165, t3212);
     t3214 = R::fused(t3166, t3167, t3213);
@@ -7534,8 +7534,8 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t3746 = R::fused(t616, t3700, t3745);
     t3747 = R::fused(-t584, t3715, t3746);
     t3748 = R::fused(-t566, t3731, t3747);
-    t3749 = R::fused(R::constant(-44.77611941513598), t3574, t3194); // other
-    t3750 = R::fused(R::constant(814.1112620933815), t3567, t3749); // other
+    t3749 = R::fused(R::constant(-44.77611941513599), t3574, t3194); // other
+    t3750 = R::fused(R::constant(814.1112620933816), t3567, t3749); // other
     t3751 = R::fused(-t1632, t3592, t3750);
     t3752 = R::fused(-t2254, t3601, t3751);
     t3753 = R::fused(-t2054, t3611, t3752);
@@ -8181,7 +8181,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t252 = R::fused(-t149, t251, t240);
     t253 = t5 + t252;
     t254 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t255 = R::constant(0.00009166666999999972) * t254; // left_foot: sums of what it carries
+    t255 = R::constant(0.00009166667) * t254; // left_foot: sums of what it carries
     let (
         t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
         t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
@@ -8202,23 +8202,23 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t256 = R::constant(0.0029269125) - t255; // left_foot: sums of what it carries
     t257 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t258 = cos_q_left_ankle_roll * R::constant(0.001221); // left_foot: sums of what it carries
-    t259 = R::constant(0.0012283333330000003) + t258; // left_foot: sums of what it carries
+    t259 = R::constant(0.001228333333) + t258; // left_foot: sums of what it carries
     t260 = t259 - t256; // left_ankle: sums of what it carries
     t261 = t257 * t260; // left_ankle: sums of what it carries
     t262 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t263 = R::constant(0.0005698000000000001) + t262; // left_foot: sums of what it carries
+    t263 = R::constant(0.0005698) + t262; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t264 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch;
     t265 = t263 * t264;
     t266 = R::fused(R::constant(-2.0), t265, t261);
     t267 = t256 + t266;
-    t268 = R::constant(0.07230871666700002) - t267;
+    t268 = R::constant(0.072308716667) - t267;
     t269 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t270 = t259 - t266;
     t271 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t272 = R::constant(0.023125) + t271; // left_foot: sums of what it carries
     t273 = cos_q_left_ankle_pitch * t272;
-    t274 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t273);
+    t274 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t273);
     t275 = t274 * R::constant(0.546);
     t276 = t270 + t275;
     t277 = t276 + t268; // left_lower_leg: sums of what it carries
@@ -8227,7 +8227,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t280 = R::fused(R::constant(-2.0), t279, t263);
     t281 = R::fused(-t264, t260, t280);
     t282 = sin_q_left_ankle_pitch * t272;
-    t283 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t282);
+    t283 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t282);
     t284 = R::fused(R::constant(-0.273), t283, t281);
     t285 = R::constant(0.00086) + t284;
     // left_lower_leg: sums of what it carries
@@ -8235,10 +8235,10 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t287 = t285 * t286;
     t288 = R::fused(R::constant(-2.0), t287, t278);
     t289 = t268 - t288;
-    t290 = R::constant(0.22879800003000006) + t289;
+    t290 = R::constant(0.22879800003) + t289;
     t291 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t292 = t276 - t288;
-    t293 = R::constant(0.31110000000000004) + t274; // left_ankle: sums of what it carries
+    t293 = R::constant(0.3111) + t274; // left_ankle: sums of what it carries
     t294 = cos_q_left_knee_pitch * t293;
     t295 = R::constant(0.008) - t283; // left_ankle: sums of what it carries
     t296 = R::fused(sin_q_left_knee_pitch, t295, t294);
@@ -8259,23 +8259,23 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t310 = R::fused(R::constant(-2.0), t309, t300);
     t311 = t290 - t310;
     t312 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
-    t313 = R::constant(0.00009166666999999972) - t255; // left_foot: sums of what it carries
+    t313 = R::constant(0.00009166667) - t255; // left_foot: sums of what it carries
     t314 = t313 - t258; // left_foot: sums of what it carries
     t315 = R::constant(0.0045979875) - t314; // left_foot: sums of what it carries
     t316 = t315 + t275; // left_ankle: sums of what it carries
-    t317 = R::constant(0.07325338333000002) + t316; // left_ankle: sums of what it carries
+    t317 = R::constant(0.07325338333) + t316; // left_ankle: sums of what it carries
     t318 = t317 + t297; // left_lower_leg: sums of what it carries
-    t319 = R::constant(0.23164200000000004) + t318; // left_lower_leg: sums of what it carries
-    t320 = R::constant(0.30527050420000007) - t319;
+    t319 = R::constant(0.231642) + t318; // left_lower_leg: sums of what it carries
+    t320 = R::constant(0.3052705042) - t319;
     t321 = t311 - t320; // left_hip_roll_link: sums of what it carries
     t322 = t312 * t321; // left_hip_roll_link: sums of what it carries
     t323 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t324 = R::constant(0.00009166666999999972) * t323; // left_foot: sums of what it carries
+    t324 = R::constant(0.00009166667) * t323; // left_foot: sums of what it carries
     t325 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t324); // left_foot: sums of what it carries
     t326 = cos_q_left_ankle_pitch * t325; // left_ankle: sums of what it carries
     t327 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t328 = R::fused(-sin_q_left_ankle_pitch, t327, t326); // left_ankle: sums of what it carries
-    t329 = R::fused(-sin_q_left_ankle_roll, R::constant(0.004504500000000001), t328); // left_ankle
+    t329 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0045045), t328); // left_ankle: sums of what it carries
     t330 = R::constant(0.00024) - t329; // left_ankle: sums of what it carries
     t331 = cos_q_left_knee_pitch * t330; // left_lower_leg: sums of what it carries
     t332 = sin_q_left_ankle_pitch * t325; // left_ankle: sums of what it carries
@@ -8283,7 +8283,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t334 = R::constant(0.000016) + t333; // left_ankle: sums of what it carries
     t335 = R::fused(sin_q_left_knee_pitch, t334, t331); // left_lower_leg: sums of what it carries
     t336 = R::fused(sin_q_left_ankle_roll, R::constant(0.0051975), t335); // left_lower_leg: sums of what it carries
-    t337 = R::constant(0.0019299999999999999) + t336; // left_lower_leg: sums of what it carries
+    t337 = R::constant(0.00193) + t336; // left_lower_leg: sums of what it carries
     t338 = cos_q_left_hip_pitch * t337;
     t339 = sin_q_left_knee_pitch * t330; // left_lower_leg: sums of what it carries
     t340 = R::fused(-cos_q_left_knee_pitch, t334, t339); // left_lower_leg: sums of what it carries
@@ -8294,8 +8294,8 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t344 = t342 * t343;
     t345 = R::fused(R::constant(2.0), t344, t322);
     t346 = t311 - t345;
-    t347 = R::constant(0.3059638375330001) - t346;
-    t348 = R::constant(0.8355000000000001) + t296; // left_lower_leg: sums of what it carries
+    t347 = R::constant(0.305963837533) - t346;
+    t348 = R::constant(0.8355) + t296; // left_lower_leg: sums of what it carries
     t349 = sin_q_left_hip_pitch * t348; // left_upper_leg: sums of what it carries
     t350 = R::constant(0.012) - t305; // left_lower_leg: sums of what it carries
     t351 = R::fused(-cos_q_left_hip_pitch, t350, t349); // left_upper_leg: sums of what it carries
@@ -8313,27 +8313,27 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t363 = t347 - t362; // left_hip_yaw_link: sums of what it carries
     t364 = R::constant(0.15966028) + t363; // left_hip_yaw_link: sums of what it carries
     t365 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t366 = R::constant(0.00009166666999999972) * t365; // right_foot: sums of what it carries
+    t366 = R::constant(0.00009166667) * t365; // right_foot: sums of what it carries
     t367 = R::constant(0.0029269125) - t366; // right_foot: sums of what it carries
     t368 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t369 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
-    t370 = R::constant(0.0012283333330000003) + t369; // right_foot: sums of what it carries
+    t370 = R::constant(0.001228333333) + t369; // right_foot: sums of what it carries
     t371 = t370 - t367; // right_ankle: sums of what it carries
     t372 = t368 * t371; // right_ankle: sums of what it carries
     t373 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t374 = R::constant(0.0005698000000000001) + t373; // right_foot: sums of what it carries
+    t374 = R::constant(0.0005698) + t373; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t375 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch;
     t376 = t374 * t375;
     t377 = R::fused(R::constant(-2.0), t376, t372);
     t378 = t367 + t377;
-    t379 = R::constant(0.07230871666700002) - t378;
+    t379 = R::constant(0.072308716667) - t378;
     t380 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t381 = t370 - t377;
     t382 = R::constant(0.0165) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t383 = R::constant(0.023125) + t382; // right_foot: sums of what it carries
     t384 = cos_q_right_ankle_pitch * t383;
-    t385 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t384);
+    t385 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t384);
     t386 = R::constant(0.546) * t385;
     t387 = t381 + t386;
     t388 = t387 + t379; // right_lower_leg: sums of what it carries
@@ -8342,7 +8342,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t391 = R::fused(R::constant(-2.0), t390, t374);
     t392 = R::fused(-t375, t371, t391);
     t393 = sin_q_right_ankle_pitch * t383;
-    t394 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t393);
+    t394 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t393);
     t395 = R::fused(R::constant(-0.273), t394, t392);
     t396 = R::constant(0.00086) + t395;
     // right_lower_leg: sums of what it carries
@@ -8350,10 +8350,10 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t398 = t396 * t397;
     t399 = R::fused(R::constant(-2.0), t398, t389);
     t400 = t379 - t399;
-    t401 = R::constant(0.22879800003000006) + t400;
+    t401 = R::constant(0.22879800003) + t400;
     t402 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t403 = t387 - t399;
-    t404 = R::constant(0.31110000000000004) + t385; // right_ankle: sums of what it carries
+    t404 = R::constant(0.3111) + t385; // right_ankle: sums of what it carries
     t405 = cos_q_right_knee_pitch * t404;
     t406 = R::constant(0.008) - t394; // right_ankle: sums of what it carries
     t407 = R::fused(sin_q_right_knee_pitch, t406, t405);
@@ -8374,23 +8374,23 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t421 = R::fused(R::constant(-2.0), t420, t411);
     t422 = t401 - t421;
     t423 = sin_q_right_hip_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t424 = R::constant(0.00009166666999999972) - t366; // right_foot: sums of what it carries
+    t424 = R::constant(0.00009166667) - t366; // right_foot: sums of what it carries
     t425 = t424 - t369; // right_foot: sums of what it carries
     t426 = R::constant(0.0045979875) - t425; // right_foot: sums of what it carries
     t427 = t426 + t386; // right_ankle: sums of what it carries
-    t428 = R::constant(0.07325338333000002) + t427; // right_ankle: sums of what it carries
+    t428 = R::constant(0.07325338333) + t427; // right_ankle: sums of what it carries
     t429 = t428 + t408; // right_lower_leg: sums of what it carries
-    t430 = R::constant(0.23164200000000004) + t429; // right_lower_leg: sums of what it carries
-    t431 = R::constant(0.30527050420000007) - t430;
+    t430 = R::constant(0.231642) + t429; // right_lower_leg: sums of what it carries
+    t431 = R::constant(0.3052705042) - t430;
     t432 = t422 - t431; // right_hip_roll_link: sums of what it carries
     t433 = t423 * t432; // right_hip_roll_link: sums of what it carries
     t434 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t435 = R::constant(0.00009166666999999972) * t434; // right_foot: sums of what it carries
+    t435 = R::constant(0.00009166667) * t434; // right_foot: sums of what it carries
     t436 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t435); // right_foot: sums of what it carries
     t437 = cos_q_right_ankle_pitch * t436; // right_ankle: sums of what it carries
     t438 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t439 = R::fused(-sin_q_right_ankle_pitch, t438, t437); // right_ankle: sums of what it carries
-    t440 = R::fused(-sin_q_right_ankle_roll, R::constant(0.004504500000000001), t439); // right_ankle
+    t440 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0045045), t439); // right_ankle: sums of what it carries
     t441 = R::constant(0.00024) + t440; // right_ankle: sums of what it carries
     t442 = cos_q_right_knee_pitch * t441; // right_lower_leg: sums of what it carries
     t443 = sin_q_right_ankle_pitch * t436; // right_ankle: sums of what it carries
@@ -8398,7 +8398,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t445 = R::constant(0.000016) - t444; // right_ankle: sums of what it carries
     t446 = R::fused(sin_q_right_knee_pitch, t445, t442); // right_lower_leg: sums of what it carries
     t447 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0051975), t446); // right_lower_leg: sums of what it carries
-    t448 = R::constant(0.0019299999999999999) + t447; // right_lower_leg: sums of what it carries
+    t448 = R::constant(0.00193) + t447; // right_lower_leg: sums of what it carries
     t449 = cos_q_right_hip_pitch * t448;
     t450 = sin_q_right_knee_pitch * t441; // right_lower_leg: sums of what it carries
     t451 = R::fused(-cos_q_right_knee_pitch, t445, t450); // right_lower_leg: sums of what it carries
@@ -8409,8 +8409,8 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t455 = t453 * t454;
     t456 = R::fused(R::constant(-2.0), t455, t433);
     t457 = t422 - t456;
-    t458 = R::constant(0.3059638375330001) - t457;
-    t459 = R::constant(0.8355000000000001) + t407; // right_lower_leg: sums of what it carries
+    t458 = R::constant(0.305963837533) - t457;
+    t459 = R::constant(0.8355) + t407; // right_lower_leg: sums of what it carries
     t460 = sin_q_right_hip_pitch * t459; // right_upper_leg: sums of what it carries
     t461 = R::constant(0.012) - t416; // right_lower_leg: sums of what it carries
     t462 = R::fused(-cos_q_right_hip_pitch, t461, t460); // right_upper_leg: sums of what it carries
@@ -8427,7 +8427,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t472 = R::constant(0.1528) * t471;
     t473 = t458 + t472;
     t474 = t364 + t473;
-    t475 = R::constant(0.010199999999999987) - t360; // left_hip_yaw_link: sums of what it carries
+    t475 = R::constant(0.0102) - t360; // left_hip_yaw_link: sums of what it carries
     t476 = t475 - t471;
     // other
     t477 = R::fused(R::constant(-0.0764), t476, t474);
@@ -8455,12 +8455,12 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t498 = R::fused(R::constant(0.315), t488, t497);
     t499 = sin_q_right_hip_roll * t498;
     t500 = cos_q_right_ankle_pitch * t373;
-    t501 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t501 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t502 = R::fused(-sin_q_right_ankle_pitch, t501, t500);
     t503 = cos_q_right_knee_pitch * t502;
     t504 = sin_q_right_ankle_pitch * t373;
     t505 = R::fused(cos_q_right_ankle_pitch, t501, t504);
-    t506 = R::fused(cos_q_right_ankle_roll, R::constant(0.004504500000000001), t505);
+    t506 = R::fused(cos_q_right_ankle_roll, R::constant(0.0045045), t505);
     t507 = R::fused(-sin_q_right_knee_pitch, t506, t503);
     t508 = cos_q_right_hip_pitch * t507;
     t509 = sin_q_right_knee_pitch * t502;
@@ -8487,7 +8487,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t513 = R::fused(-cos_q_right_hip_roll, t512, t499);
     t514 = t513 - t496;
     t515 = t496 - t514; // other
-    t516 = t515 * R::constant(814.1112620933815); // factors of the mass matrix
+    t516 = t515 * R::constant(814.1112620933816); // factors of the mass matrix
     t517 = R::fused(t515, t516, t481); // factors of the mass matrix
     // right_ankle: mass matrix
     t518 = cos_q_right_knee_pitch * t394;
@@ -8515,7 +8515,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t540 = t539 + t529;
     t541 = t529 + t540; // other
     // factors of the mass matrix
-    t542 = sin_q_right_ankle_roll * R::constant(0.49823609240114947);
+    t542 = sin_q_right_ankle_roll * R::constant(0.4982360924011495);
     t543 = R::fused(t515, t542, t541);
     t544 = R::fused(-t438, t542, t426);
     t545 = R::constant(1.0) / t544;
@@ -8538,7 +8538,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t561 = t560 + t555;
     t562 = t555 + t561; // other
     // factors of the mass matrix
-    t563 = t497 * R::constant(814.1112620933815);
+    t563 = t497 * R::constant(814.1112620933816);
     t564 = R::fused(t515, t563, t562);
     t565 = R::fused(-t497, t542, t530);
     t566 = t565 * t545;
@@ -8558,7 +8558,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t579 = t578 - t576;
     t580 = t576 - t579; // other
     // factors of the mass matrix
-    t581 = t498 * R::constant(814.1112620933815);
+    t581 = t498 * R::constant(814.1112620933816);
     t582 = R::fused(-t515, t581, t580);
     t583 = R::fused(-t498, t542, t531);
     t584 = t583 * t545;
@@ -8588,7 +8588,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t608 = t599 + t607; // other
     t609 = sin_q_right_hip_pitch * t507; // right_foot: mass matrix
     t610 = R::fused(cos_q_right_hip_pitch, t511, t609); // right_foot: mass matrix
-    t611 = t610 * R::constant(814.1112620933815);
+    t611 = t610 * R::constant(814.1112620933816);
     t612 = R::fused(t515, t611, t608);
     t613 = sin_q_right_hip_pitch * t534; // right_ankle: mass matrix
     t614 = R::fused(cos_q_right_hip_pitch, t537, t613); // right_ankle: mass matrix
@@ -8607,7 +8607,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t627 = t626 * t593;
     t628 = R::fused(t589, t627, t623);
     t629 = t409 - t421; // right_upper_leg: sums of what it carries
-    t630 = R::constant(0.30543717086700006) + t629; // right_upper_leg: sums of what it carries
+    t630 = R::constant(0.305437170867) + t629; // right_upper_leg: sums of what it carries
     t631 = R::fused(-t610, t611, t630);
     t632 = R::fused(-t615, t616, t631);
     t633 = R::fused(-t621, t622, t632);
@@ -8618,7 +8618,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t638 = R::constant(0.0764) * t471; // right_hip_yaw_link: sums of what it carries
     t639 = t458 + t638; // right_hip_yaw_link: mass matrix
     t640 = t638 + t639; // other
-    t641 = t513 * R::constant(814.1112620933815);
+    t641 = t513 * R::constant(814.1112620933816);
     t642 = R::fused(t515, t641, t640);
     t643 = R::fused(-t513, t542, t539);
     t644 = t643 * t545;
@@ -8648,27 +8648,27 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t668 = R::fused(t660, t667, t637);
     t669 = R::constant(1.0) / t668;
     t670 = t62 * t56; // left_hip_yaw_link: motion
-    t671 = R::constant(0.3057838375330001) * t670; // left_hip_yaw_link: wrench that its motion needs
+    t671 = R::constant(0.305783837533) * t670; // left_hip_yaw_link: wrench that its motion needs
     t672 = R::fused(R::constant(-0.008), t37, t671); // left_hip_yaw_link: wrench that its motion needs
-    t673 = R::constant(0.30527050420000007) * t77; // left_hip_roll_link: wrench that its motion needs
+    t673 = R::constant(0.3052705042) * t77; // left_hip_roll_link: wrench that its motion needs
     t674 = t59 * t63; // left_hip_roll_link: motion
-    t675 = R::fused(R::constant(0.30543717086700006), t674, t673); // left_hip_roll_link: wrench that its motion needs
-    t676 = R::constant(0.23164200000000004) * t77; // left_upper_leg: wrench that its motion needs
-    t677 = R::fused(R::constant(0.22879800003000006), t80, t676); // left_upper_leg: wrench that its motion needs
+    t675 = R::fused(R::constant(0.305437170867), t674, t673); // left_hip_roll_link: wrench that its motion needs
+    t676 = R::constant(0.231642) * t77; // left_upper_leg: wrench that its motion needs
+    t677 = R::fused(R::constant(0.22879800003), t80, t676); // left_upper_leg: wrench that its motion needs
     t678 = t64 * t68; // left_upper_leg: motion
     t679 = t122 - t678; // left_upper_leg: motion
-    t680 = R::fused(R::constant(-0.0019299999999999999), t679, t677); // left_upper_leg: wrench that its motion needs
+    t680 = R::fused(R::constant(-0.00193), t679, t677); // left_upper_leg: wrench that its motion needs
     t681 = t126 + t202; // left_upper_leg: motion
     t682 = R::fused(R::constant(-0.000048), t681, t680); // left_upper_leg: wrench that its motion needs
     t683 = t79 * t79; // left_upper_leg: motion
     // left_upper_leg: wrench that its motion needs
     t684 = t65 - t683;
     t685 = R::fused(R::constant(0.002), t684, t682);
-    t686 = R::constant(0.8355000000000001) * t74;
+    t686 = R::constant(0.8355) * t74;
     t687 = R::fused(R::constant(-0.012), t54, t686);
     t688 = t685 - t687;
-    t689 = R::constant(0.07325338333000002) * t77; // left_lower_leg: wrench that its motion needs
-    t690 = R::fused(R::constant(0.07230871666700002), t96, t689); // left_lower_leg: wrench that its motion needs
+    t689 = R::constant(0.07325338333) * t77; // left_lower_leg: wrench that its motion needs
+    t690 = R::fused(R::constant(0.072308716667), t96, t689); // left_lower_leg: wrench that its motion needs
     t691 = t85 * t87; // left_lower_leg: motion
     t692 = t128 - t691; // left_lower_leg: motion
     t693 = R::fused(R::constant(-0.00024), t692, t690); // left_lower_leg: wrench that its motion needs
@@ -8678,7 +8678,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     // left_lower_leg: wrench that its motion needs
     t697 = t86 - t696;
     t698 = R::fused(R::constant(0.00086), t697, t695);
-    t699 = R::constant(0.31110000000000004) * t93;
+    t699 = R::constant(0.3111) * t93;
     t700 = R::fused(R::constant(-0.008), t83, t699);
     t701 = t698 - t700;
     t702 = R::constant(0.0045979875) * t77; // left_ankle: wrench that its motion needs
@@ -8686,13 +8686,13 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t704 = t101 * t101; // left_ankle: motion
     // left_ankle: wrench that its motion needs
     t705 = t217 - t704;
-    t706 = R::fused(R::constant(0.0005698000000000001), t705, t703);
+    t706 = R::fused(R::constant(0.0005698), t705, t703);
     t707 = R::constant(0.023125) * t99;
-    t708 = R::fused(R::constant(-0.015400000000000002), t216, t707);
+    t708 = R::fused(R::constant(-0.0154), t216, t707);
     t709 = t706 - t708;
     // left_foot: wrench that its motion needs
-    t710 = R::constant(0.00009166666999999972) * t136;
-    t711 = R::fused(R::constant(-0.0012283333330000003), t138, t710);
+    t710 = R::constant(0.00009166667) * t136;
+    t711 = R::fused(R::constant(-0.001228333333), t138, t710);
     t712 = t245 - t113;
     t713 = R::fused(R::constant(-0.000612), t712, t711);
     t714 = R::fused(R::constant(-0.0165), t106, t713);
@@ -8704,7 +8704,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t720 = R::fused(t139, R::constant(0.0006105), t719); // left_foot: wrench handed to its parent
     t721 = t701 + t720; // left_ankle: wrench handed to its parent
     t722 = t77 - t104; // left_ankle: motion
-    t723 = R::constant(0.015400000000000002) * t722; // left_ankle: wrench that its motion needs
+    t723 = R::constant(0.0154) * t722; // left_ankle: wrench that its motion needs
     t724 = R::fused(R::constant(0.023125), t219, t723); // left_ankle: wrench that its motion needs
     t725 = R::constant(0.0165) * t226;
     t726 = sin_q_left_ankle_roll * t725; // left_foot: wrench handed to its parent
@@ -8713,7 +8713,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t729 = t724 - t728; // left_foot: wrench handed to its parent
     t730 = sin_q_left_ankle_pitch * t729; // left_ankle: wrench handed to its parent
     t731 = t218 + t704; // left_ankle: motion
-    t732 = R::constant(0.015400000000000002) * t731; // left_ankle: wrench that its motion needs
+    t732 = R::constant(0.0154) * t731; // left_ankle: wrench that its motion needs
     t733 = R::fused(R::constant(-0.023125), t105, t732); // left_ankle: wrench that its motion needs
     t734 = R::fused(R::constant(-0.0165), t139, t733); // left_foot: wrench handed to its parent
     t735 = R::fused(-cos_q_left_ankle_pitch, t734, t730); // left_ankle: wrench handed to its parent
@@ -8721,33 +8721,33 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t737 = t688 + t736; // left_lower_leg: wrench handed to its parent
     t738 = t77 - t96; // left_lower_leg: motion
     t739 = R::constant(0.008) * t738; // left_lower_leg: wrench that its motion needs
-    t740 = R::fused(R::constant(0.31110000000000004), t89, t739); // left_lower_leg: wrench that its motion needs
+    t740 = R::fused(R::constant(0.3111), t89, t739); // left_lower_leg: wrench that its motion needs
     t741 = cos_q_left_ankle_pitch * t729; // left_ankle: wrench handed to its parent
     t742 = R::fused(sin_q_left_ankle_pitch, t734, t741); // left_ankle: wrench handed to its parent
     t743 = t740 + t742; // left_ankle: wrench handed to its parent
     t744 = sin_q_left_knee_pitch * t743; // left_lower_leg: wrench handed to its parent
     t745 = t88 + t696; // left_lower_leg: motion
     t746 = R::constant(0.008) * t745; // left_lower_leg: wrench that its motion needs
-    t747 = R::fused(R::constant(-0.31110000000000004), t97, t746); // left_lower_leg: wrench that its motion needs
+    t747 = R::fused(R::constant(-0.3111), t97, t746); // left_lower_leg: wrench that its motion needs
     t748 = t747 - t735; // left_ankle: wrench handed to its parent
     t749 = R::fused(-cos_q_left_knee_pitch, t748, t744); // left_lower_leg: wrench handed to its parent
     t750 = R::fused(R::constant(0.315), t749, t737); // left_lower_leg: wrench handed to its parent
     t751 = t675 - t750; // left_upper_leg: wrench handed to its parent
     t752 = sin_q_left_hip_roll * t751; // left_hip_roll_link: wrench handed to its parent
     t753 = t67 * t63; // left_hip_roll_link: motion
-    t754 = t753 * R::constant(0.6107076750670002); // left_hip_roll_link: wrench that its motion needs
+    t754 = t753 * R::constant(0.610707675067); // left_hip_roll_link: wrench that its motion needs
     t755 = R::fused(R::constant(-0.01), t53, t754); // left_hip_roll_link: wrench that its motion needs
     // left_upper_leg: wrench that its motion needs
-    t756 = R::constant(0.22879800003000006) * t122;
-    t757 = R::fused(R::constant(-0.23164200000000004), t678, t756);
+    t756 = R::constant(0.22879800003) * t122;
+    t757 = R::fused(R::constant(-0.231642), t678, t756);
     t758 = R::fused(R::constant(0.002), t203, t757);
-    t759 = R::fused(R::constant(0.0019299999999999999), t81, t758);
+    t759 = R::fused(R::constant(0.00193), t81, t758);
     t760 = t65 - t69;
     t761 = R::fused(R::constant(0.000048), t760, t759);
     t762 = R::fused(R::constant(0.012), t201, t761);
     // left_lower_leg: wrench that its motion needs
-    t763 = R::constant(0.07230871666700002) * t128;
-    t764 = R::fused(R::constant(-0.07325338333000002), t691, t763);
+    t763 = R::constant(0.072308716667) * t128;
+    t764 = R::fused(R::constant(-0.07325338333), t691, t763);
     t765 = R::fused(R::constant(0.00086), t206, t764);
     t766 = R::fused(R::constant(0.00024), t97, t765);
     t767 = t86 - t88;
@@ -8773,19 +8773,19 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t770 = R::constant(0.0029269125) * t134; // left_ankle: wrench that its motion needs
     t771 = t103 * t107; // left_ankle: motion
     t772 = R::fused(R::constant(0.0045979875), t771, t770); // left_ankle: wrench that its motion needs
-    t773 = R::fused(R::constant(-0.0005698000000000001), t212, t772); // left_ankle: wrench that its motion needs
-    t774 = R::fused(R::constant(-0.015400000000000002), t207, t773); // left_ankle: wrench that its motion needs
+    t773 = R::fused(R::constant(-0.0005698), t212, t772); // left_ankle: wrench that its motion needs
+    t774 = R::fused(R::constant(-0.0154), t207, t773); // left_ankle: wrench that its motion needs
     t775 = sin_q_left_ankle_roll * t714; // left_foot: wrench handed to its parent
     t776 = R::fused(-cos_q_left_ankle_roll, t717, t775); // left_foot: wrench handed to its parent
     t777 = t774 + t776; // left_foot: wrench handed to its parent
     t778 = cos_q_left_ankle_pitch * t777; // left_ankle: wrench handed to its parent
-    t779 = t211 * R::constant(0.0016710750000000002); // left_ankle: wrench that its motion needs
+    t779 = t211 * R::constant(0.001671075); // left_ankle: wrench that its motion needs
     t780 = t134 + t771; // left_ankle: motion
-    t781 = R::fused(R::constant(0.0005698000000000001), t780, t779); // left_ankle: wrench that its motion needs
+    t781 = R::fused(R::constant(0.0005698), t780, t779); // left_ankle: wrench that its motion needs
     t782 = R::fused(R::constant(-0.023125), t207, t781); // left_ankle: wrench that its motion needs
     // left_foot: wrench that its motion needs
-    t783 = R::constant(0.0012283333330000003) * t210;
-    t784 = R::fused(R::constant(0.00009166666999999972), t225, t783);
+    t783 = R::constant(0.001228333333) * t210;
+    t784 = R::fused(R::constant(0.00009166667), t225, t783);
     t785 = R::fused(R::constant(-0.000612), t223, t784);
     t786 = R::fused(R::constant(0.0165), t221, t785);
     // left_foot: wrench handed to its parent
@@ -8796,38 +8796,38 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t791 = R::fused(-sin_q_left_ankle_pitch, t790, t778); // left_ankle: wrench handed to its parent
     t792 = t769 - t791; // left_ankle: wrench handed to its parent
     t793 = cos_q_left_knee_pitch * t792; // left_lower_leg: wrench handed to its parent
-    t794 = t205 * R::constant(0.14556209999700004); // left_lower_leg: wrench that its motion needs
+    t794 = t205 * R::constant(0.145562099997); // left_lower_leg: wrench that its motion needs
     t795 = R::fused(R::constant(0.000016), t738, t794); // left_lower_leg: wrench that its motion needs
     t796 = t128 + t691; // left_lower_leg: motion
     // left_lower_leg: wrench that its motion needs
     t797 = R::fused(R::constant(0.00086), t796, t795);
     t798 = t88 - t696;
     t799 = R::fused(R::constant(0.00024), t798, t797);
-    t800 = R::fused(R::constant(-0.31110000000000004), t204, t799);
+    t800 = R::fused(R::constant(-0.3111), t204, t799);
     t801 = sin_q_left_ankle_pitch * t777; // left_ankle: wrench handed to its parent
     t802 = R::fused(cos_q_left_ankle_pitch, t790, t801); // left_ankle: wrench handed to its parent
     t803 = t800 + t802; // left_ankle: wrench handed to its parent
-    t804 = R::constant(0.015400000000000002) * t780; // left_ankle: wrench that its motion needs
+    t804 = R::constant(0.0154) * t780; // left_ankle: wrench that its motion needs
     t805 = R::fused(R::constant(-0.023125), t212, t804); // left_ankle: wrench that its motion needs
     t806 = t805 - t789; // left_foot: wrench handed to its parent
     t807 = R::fused(R::constant(0.273), t806, t803); // left_ankle: wrench handed to its parent
     t808 = R::fused(sin_q_left_knee_pitch, t807, t793); // left_lower_leg: wrench handed to its parent
     t809 = t762 + t808; // left_lower_leg: wrench handed to its parent
     t810 = cos_q_left_hip_pitch * t809; // left_upper_leg: wrench handed to its parent
-    t811 = t202 * R::constant(0.4604400000300001); // left_upper_leg: wrench that its motion needs
+    t811 = t202 * R::constant(0.46044000003); // left_upper_leg: wrench that its motion needs
     t812 = t77 - t80; // left_upper_leg: motion
     t813 = R::fused(R::constant(0.000048), t812, t811); // left_upper_leg: wrench that its motion needs
     t814 = t122 + t678; // left_upper_leg: motion
     // left_upper_leg: wrench that its motion needs
     t815 = R::fused(R::constant(0.002), t814, t813);
     t816 = t69 - t683;
-    t817 = R::fused(R::constant(0.0019299999999999999), t816, t815);
-    t818 = R::fused(R::constant(-0.8355000000000001), t201, t817);
+    t817 = R::fused(R::constant(0.00193), t816, t815);
+    t818 = R::fused(R::constant(-0.8355), t201, t817);
     t819 = sin_q_left_knee_pitch * t792; // left_lower_leg: wrench handed to its parent
     t820 = R::fused(-cos_q_left_knee_pitch, t807, t819); // left_lower_leg: wrench handed to its parent
     t821 = t818 - t820; // left_lower_leg: wrench handed to its parent
     t822 = R::constant(0.008) * t796; // left_lower_leg: wrench that its motion needs
-    t823 = R::fused(R::constant(-0.31110000000000004), t206, t822); // left_lower_leg: wrench that its motion needs
+    t823 = R::fused(R::constant(-0.3111), t206, t822); // left_lower_leg: wrench that its motion needs
     t824 = t823 + t806; // left_ankle: wrench handed to its parent
     t825 = R::fused(R::constant(0.315), t824, t821); // left_lower_leg: wrench handed to its parent
     t826 = R::fused(sin_q_left_hip_pitch, t825, t810); // left_upper_leg: wrench handed to its parent
@@ -8861,7 +8861,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t853 = R::fused(R::constant(-2.0), t852, t342); // left_hip_roll_link: sums of what it carries
     t854 = R::fused(t343, t321, t853); // left_hip_roll_link: sums of what it carries
     t855 = R::fused(-sin_q_left_hip_yaw, t854, t851); // left_hip_yaw_link: sums of what it carries
-    t856 = R::constant(0.04045939999999999) + t855; // left_hip_yaw_link: sums of what it carries
+    t856 = R::constant(0.0404594) + t855; // left_hip_yaw_link: sums of what it carries
     t857 = cos_q_right_hip_yaw * t606; // right_hip_yaw_link: sums of what it carries
     t858 = t453 * t423; // right_hip_roll_link: sums of what it carries
     t859 = R::fused(R::constant(-2.0), t858, t453); // right_hip_roll_link: sums of what it carries
@@ -8878,13 +8878,13 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t870 = sin_q_left_hip_roll * t355; // left_hip_roll_link: sums of what it carries
     t871 = R::fused(-cos_q_left_hip_roll, t358, t870); // left_hip_roll_link: sums of what it carries
     t872 = R::fused(R::constant(-0.0764), t871, t869); // left_hip_yaw_link: sums of what it carries
-    t873 = R::constant(0.0014734999999999995) - t872; // left_hip_yaw_link: sums of what it carries
+    t873 = R::constant(0.0014735) - t872; // left_hip_yaw_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
     t874 = sin_q_right_hip_yaw * t606;
     t875 = R::fused(cos_q_right_hip_yaw, t860, t874);
     t876 = R::fused(R::constant(0.0764), t597, t875);
     t877 = t873 + t876;
-    t878 = R::constant(2.4914999999999994) + t871; // left_hip_yaw_link: sums of what it carries
+    t878 = R::constant(2.4915) + t871; // left_hip_yaw_link: sums of what it carries
     t879 = t597 - t878;
     // other
     t880 = R::fused(R::constant(0.0764), t879, t877);
@@ -8904,7 +8904,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t893 = v_base_angular_x * sin_q_right_hip_yaw;
     t894 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t893);
     t895 = t892 * t894;
-    t896 = R::constant(0.3057838375330001) * t895; // right_hip_yaw_link: wrench that its motion needs
+    t896 = R::constant(0.305783837533) * t895; // right_hip_yaw_link: wrench that its motion needs
     t897 = t18 - t21;
     t898 = sin_q_right_hip_yaw * t897;
     t899 = t27 + t35;
@@ -8916,18 +8916,18 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t905 = v_base_angular_z + v_right_hip_yaw;
     t906 = R::fused(t905, cos_q_right_hip_roll, t904); // right_hip_roll_link: motion
     t907 = R::fused(-t906, v_right_hip_roll, t903); // right_hip_roll_link: motion
-    t908 = R::constant(0.30527050420000007) * t907; // right_hip_roll_link: wrench that its motion needs
+    t908 = R::constant(0.3052705042) * t907; // right_hip_roll_link: wrench that its motion needs
     t909 = t892 + v_right_hip_roll; // right_hip_roll_link: motion
     t910 = t906 * t909; // right_hip_roll_link: motion
-    t911 = R::fused(R::constant(0.30543717086700006), t910, t908); // right_hip_roll_link: wrench that its motion needs
-    t912 = R::constant(0.23164200000000004) * t907; // right_upper_leg: wrench that its motion needs
+    t911 = R::fused(R::constant(0.305437170867), t910, t908); // right_hip_roll_link: wrench that its motion needs
+    t912 = R::constant(0.231642) * t907; // right_upper_leg: wrench that its motion needs
     // right_upper_leg: motion
     t913 = t906 * cos_q_right_hip_pitch;
     t914 = R::fused(t909, sin_q_right_hip_pitch, t913);
     t915 = t906 * sin_q_right_hip_pitch;
     t916 = R::fused(-t909, cos_q_right_hip_pitch, t915);
     t917 = t914 * t916;
-    t918 = R::fused(R::constant(0.22879800003000006), t917, t912); // right_upper_leg: wrench that its motion needs
+    t918 = R::fused(R::constant(0.22879800003), t917, t912); // right_upper_leg: wrench that its motion needs
     // right_hip_roll_link: motion
     t919 = t902 * sin_q_right_hip_roll;
     t920 = t894 * cos_q_right_hip_roll;
@@ -8941,7 +8941,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t927 = t921 - v_right_hip_pitch;
     t928 = t916 * t927;
     t929 = t926 - t928;
-    t930 = R::fused(R::constant(0.0019299999999999999), t929, t918); // right_upper_leg: wrench that its motion needs
+    t930 = R::fused(R::constant(0.00193), t929, t918); // right_upper_leg: wrench that its motion needs
     t931 = t922 * sin_q_right_hip_pitch;
     t932 = R::fused(t924, cos_q_right_hip_pitch, t931);
     t933 = R::fused(t914, v_right_hip_pitch, t932);
@@ -8959,19 +8959,19 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t945 = cos_q_right_hip_yaw * t897; // right_hip_yaw_link: motion
     t946 = R::fused(-sin_q_right_hip_yaw, t899, t945); // right_hip_yaw_link: motion
     t947 = R::fused(-cos_q_right_hip_pitch, t946, t944);
-    t948 = R::constant(0.8355000000000001) * t947; // right_upper_leg: wrench that its motion needs
+    t948 = R::constant(0.8355) * t947; // right_upper_leg: wrench that its motion needs
     t949 = cos_q_right_hip_pitch * t943;
     t950 = R::fused(sin_q_right_hip_pitch, t946, t949);
     t951 = R::fused(R::constant(-0.012), t950, t948); // right_upper_leg: wrench that its motion needs
     t952 = t940 + t951; // right_upper_leg: wrench that its motion needs
-    t953 = R::constant(0.07325338333000002) * t907; // right_lower_leg: wrench that its motion needs
+    t953 = R::constant(0.07325338333) * t907; // right_lower_leg: wrench that its motion needs
     // right_lower_leg: motion
     t954 = t914 * cos_q_right_knee_pitch;
     t955 = R::fused(-t916, sin_q_right_knee_pitch, t954);
     t956 = t914 * sin_q_right_knee_pitch;
     t957 = R::fused(t916, cos_q_right_knee_pitch, t956);
     t958 = t955 * t957;
-    t959 = R::fused(R::constant(0.07230871666700002), t958, t953); // right_lower_leg: wrench that its motion needs
+    t959 = R::fused(R::constant(0.072308716667), t958, t953); // right_lower_leg: wrench that its motion needs
     t960 = t926 * cos_q_right_knee_pitch;
     t961 = R::fused(-t933, sin_q_right_knee_pitch, t960);
     t962 = R::fused(-t957, v_right_knee_pitch, t961);
@@ -8996,7 +8996,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t981 = t907 + t917; // right_upper_leg: motion
     t982 = R::fused(t981, R::constant(0.315), t947);
     t983 = R::fused(-cos_q_right_knee_pitch, t982, t980);
-    t984 = R::constant(0.31110000000000004) * t983; // right_lower_leg: wrench that its motion needs
+    t984 = R::constant(0.3111) * t983; // right_lower_leg: wrench that its motion needs
     t985 = cos_q_right_knee_pitch * t979;
     t986 = R::fused(sin_q_right_knee_pitch, t982, t985);
     t987 = R::fused(R::constant(-0.008), t986, t984); // right_lower_leg: wrench that its motion needs
@@ -9012,7 +9012,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t996 = t993 * t993;
     t997 = t991 * t991;
     t998 = t996 - t997; // right_ankle: wrench that its motion needs
-    t999 = R::fused(R::constant(0.0005698000000000001), t998, t995); // right_ankle: wrench that its motion needs
+    t999 = R::fused(R::constant(0.0005698), t998, t995); // right_ankle: wrench that its motion needs
     t1000 = t963 * t963; // right_lower_leg: motion
     t1001 = t973 + t1000; // right_lower_leg: motion
     t1002 = R::fused(t1001, R::constant(0.273), t986);
@@ -9023,7 +9023,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1007 = R::constant(0.023125) * t1006; // right_ankle: wrench that its motion needs
     t1008 = cos_q_right_ankle_pitch * t1002;
     t1009 = R::fused(sin_q_right_ankle_pitch, t1005, t1008);
-    t1010 = R::fused(R::constant(-0.015400000000000002), t1009, t1007); // right_ankle: wrench that its motion needs
+    t1010 = R::fused(R::constant(-0.0154), t1009, t1007); // right_ankle: wrench that its motion needs
     t1011 = t999 - t1010; // right_ankle: wrench that its motion needs
     t1012 = t907 * cos_q_right_ankle_roll; // right_foot: motion
     t1013 = t962 * cos_q_right_ankle_pitch;
@@ -9034,7 +9034,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1018 = t1017 * sin_q_right_ankle_roll; // right_foot: motion
     t1019 = R::fused(t991, cos_q_right_ankle_roll, t1018); // right_foot: motion
     t1020 = R::fused(-t1019, v_right_ankle_roll, t1016); // right_foot: motion
-    t1021 = R::constant(0.00009166666999999972) * t1020; // right_foot: wrench that its motion needs
+    t1021 = R::constant(0.00009166667) * t1020; // right_foot: wrench that its motion needs
     t1022 = t993 - v_right_ankle_roll; // right_foot: motion
     t1023 = t1019 * t1022; // right_foot: motion
     let (
@@ -9055,7 +9055,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
         t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263,
         t1264, t1265, t1266, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279,
     );
-    t1024 = R::fused(R::constant(-0.0012283333330000003), t1023, t1021); // right_foot: wrench that its motion needs
+    t1024 = R::fused(R::constant(-0.001228333333), t1023, t1021); // right_foot: wrench that its motion needs
     t1025 = t1022 * t1022; // right_foot: motion
     t1026 = R::fused(-t1019, t1019, t1025); // right_foot: wrench that its motion needs
     t1027 = R::fused(R::constant(-0.000612), t1026, t1024); // right_foot: wrench that its motion needs
@@ -9079,7 +9079,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1045 = R::fused(t1044, R::constant(0.0006105), t1043); // right_foot: wrench handed to its parent
     t1046 = t988 + t1045; // right_ankle: wrench handed to its parent
     t1047 = t907 - t994;
-    t1048 = R::constant(0.015400000000000002) * t1047; // right_ankle: wrench that its motion needs
+    t1048 = R::constant(0.0154) * t1047; // right_ankle: wrench that its motion needs
     t1049 = t1017 * t1017;
     t1050 = t996 + t1049;
     t1051 = R::fused(R::constant(0.023125), t1050, t1048); // right_ankle: wrench that its motion needs
@@ -9091,7 +9091,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1057 = t1051 - t1056; // right_foot: wrench handed to its parent
     t1058 = sin_q_right_ankle_pitch * t1057; // right_ankle: wrench handed to its parent
     t1059 = t1049 + t997;
-    t1060 = R::constant(0.015400000000000002) * t1059; // right_ankle: wrench that its motion needs
+    t1060 = R::constant(0.0154) * t1059; // right_ankle: wrench that its motion needs
     t1061 = R::fused(R::constant(-0.023125), t1028, t1060); // right_ankle: wrench that its motion needs
     t1062 = R::fused(R::constant(-0.0165), t1044, t1061); // right_foot: wrench handed to its parent
     t1063 = R::fused(-cos_q_right_ankle_pitch, t1062, t1058); // right_ankle: wrench handed to its parent
@@ -9099,35 +9099,35 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1065 = t952 + t1064; // right_lower_leg: wrench handed to its parent
     t1066 = t907 - t958; // right_lower_leg: motion
     t1067 = R::constant(0.008) * t1066; // right_lower_leg: wrench that its motion needs
-    t1068 = R::fused(R::constant(0.31110000000000004), t1001, t1067); // right_lower_leg: wrench that its motion needs
+    t1068 = R::fused(R::constant(0.3111), t1001, t1067); // right_lower_leg: wrench that its motion needs
     t1069 = cos_q_right_ankle_pitch * t1057; // right_ankle: wrench handed to its parent
     t1070 = R::fused(sin_q_right_ankle_pitch, t1062, t1069); // right_ankle: wrench handed to its parent
     t1071 = t1068 + t1070; // right_ankle: wrench handed to its parent
     t1072 = sin_q_right_knee_pitch * t1071; // right_lower_leg: wrench handed to its parent
     t1073 = t1000 + t974; // right_lower_leg: motion
     t1074 = R::constant(0.008) * t1073; // right_lower_leg: wrench that its motion needs
-    t1075 = R::fused(R::constant(-0.31110000000000004), t1004, t1074); // right_lower_leg: wrench that its motion needs
+    t1075 = R::fused(R::constant(-0.3111), t1004, t1074); // right_lower_leg: wrench that its motion needs
     t1076 = t1075 - t1063; // right_ankle: wrench handed to its parent
     t1077 = R::fused(-cos_q_right_knee_pitch, t1076, t1072); // right_lower_leg: wrench handed to its parent
     t1078 = R::fused(R::constant(0.315), t1077, t1065); // right_lower_leg: wrench handed to its parent
     t1079 = t911 - t1078; // right_upper_leg: wrench handed to its parent
     t1080 = sin_q_right_hip_roll * t1079; // right_hip_roll_link: wrench handed to its parent
     t1081 = t921 * t909; // right_hip_roll_link: motion
-    t1082 = t1081 * R::constant(0.6107076750670002); // right_hip_roll_link: wrench that its motion needs
+    t1082 = t1081 * R::constant(0.610707675067); // right_hip_roll_link: wrench that its motion needs
     t1083 = R::fused(R::constant(-0.01), t946, t1082); // right_hip_roll_link: wrench that its motion needs
-    t1084 = R::constant(0.22879800003000006) * t926; // right_upper_leg: wrench that its motion needs
-    t1085 = R::fused(R::constant(-0.23164200000000004), t928, t1084); // right_upper_leg: wrench that its motion needs
+    t1084 = R::constant(0.22879800003) * t926; // right_upper_leg: wrench that its motion needs
+    t1085 = R::fused(R::constant(-0.231642), t928, t1084); // right_upper_leg: wrench that its motion needs
     t1086 = t933 - t934; // right_upper_leg: motion
     // right_upper_leg: wrench that its motion needs
     t1087 = R::fused(R::constant(0.002), t1086, t1085);
-    t1088 = R::fused(R::constant(-0.0019299999999999999), t981, t1087);
+    t1088 = R::fused(R::constant(-0.00193), t981, t1087);
     t1089 = t937 - t977;
     t1090 = R::fused(R::constant(-0.000048), t1089, t1088);
     t1091 = cos_q_right_hip_roll * t900; // right_hip_roll_link: motion
     t1092 = R::fused(-sin_q_right_hip_roll, t942, t1091); // right_hip_roll_link: motion
     t1093 = R::fused(R::constant(-0.012), t1092, t1090);
-    t1094 = R::constant(0.07230871666700002) * t962; // right_lower_leg: wrench that its motion needs
-    t1095 = R::fused(R::constant(-0.07325338333000002), t964, t1094); // right_lower_leg: wrench that its motion needs
+    t1094 = R::constant(0.072308716667) * t962; // right_lower_leg: wrench that its motion needs
+    t1095 = R::fused(R::constant(-0.07325338333), t964, t1094); // right_lower_leg: wrench that its motion needs
     t1096 = t969 - t970; // right_lower_leg: motion
     // right_lower_leg: wrench that its motion needs
     t1097 = R::fused(R::constant(0.00086), t1096, t1095);
@@ -9141,19 +9141,19 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1105 = R::fused(R::constant(0.0045979875), t1104, t1103); // right_ankle: wrench that its motion needs
     t1106 = t991 * t1017; // right_ankle: motion
     t1107 = t1038 - t1106; // right_ankle: motion
-    t1108 = R::fused(R::constant(-0.0005698000000000001), t1107, t1105); // right_ankle: wrench that its motion needs
+    t1108 = R::fused(R::constant(-0.0005698), t1107, t1105); // right_ankle: wrench that its motion needs
     t1109 = R::fused(t1096, R::constant(0.273), t1101); // right_ankle: motion
-    t1110 = R::fused(R::constant(-0.015400000000000002), t1109, t1108); // right_ankle: wrench that its motion needs
+    t1110 = R::fused(R::constant(-0.0154), t1109, t1108); // right_ankle: wrench that its motion needs
     t1111 = sin_q_right_ankle_roll * t1030; // right_foot: wrench handed to its parent
     t1112 = R::fused(-cos_q_right_ankle_roll, t1041, t1111); // right_foot: wrench handed to its parent
     t1113 = t1110 + t1112; // right_foot: wrench handed to its parent
     t1114 = cos_q_right_ankle_pitch * t1113; // right_ankle: wrench handed to its parent
-    t1115 = t1106 * R::constant(0.0016710750000000002); // right_ankle: wrench that its motion needs
+    t1115 = t1106 * R::constant(0.001671075); // right_ankle: wrench that its motion needs
     t1116 = t1015 + t1104; // right_ankle: motion
-    t1117 = R::fused(R::constant(0.0005698000000000001), t1116, t1115); // right_ankle: wrench that its motion needs
+    t1117 = R::fused(R::constant(0.0005698), t1116, t1115); // right_ankle: wrench that its motion needs
     t1118 = R::fused(R::constant(-0.023125), t1109, t1117); // right_ankle: wrench that its motion needs
-    t1119 = R::constant(0.0012283333330000003) * t1038; // right_foot: wrench that its motion needs
-    t1120 = R::fused(R::constant(0.00009166666999999972), t1039, t1119); // right_foot: wrench that its motion needs
+    t1119 = R::constant(0.001228333333) * t1038; // right_foot: wrench that its motion needs
+    t1120 = R::fused(R::constant(0.00009166667), t1039, t1119); // right_foot: wrench that its motion needs
     // right_foot: motion
     t1121 = t907 * sin_q_right_ankle_roll;
     t1122 = R::fused(t1015, cos_q_right_ankle_roll, t1121);
@@ -9173,65 +9173,65 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1135 = R::fused(-sin_q_right_ankle_pitch, t1134, t1114); // right_ankle: wrench handed to its parent
     t1136 = t1102 - t1135; // right_ankle: wrench handed to its parent
     t1137 = cos_q_right_knee_pitch * t1136; // right_lower_leg: wrench handed to its parent
-    t1138 = t970 * R::constant(0.14556209999700004); // right_lower_leg: wrench that its motion needs
+    t1138 = t970 * R::constant(0.145562099997); // right_lower_leg: wrench that its motion needs
     t1139 = R::fused(R::constant(-0.000016), t1066, t1138); // right_lower_leg: wrench that its motion needs
     t1140 = t962 + t964; // right_lower_leg: motion
     // right_lower_leg: wrench that its motion needs
     t1141 = R::fused(R::constant(0.00086), t1140, t1139);
     t1142 = t1000 - t974;
     t1143 = R::fused(R::constant(-0.00024), t1142, t1141);
-    t1144 = R::fused(R::constant(-0.31110000000000004), t1101, t1143);
+    t1144 = R::fused(R::constant(-0.3111), t1101, t1143);
     t1145 = sin_q_right_ankle_pitch * t1113; // right_ankle: wrench handed to its parent
     t1146 = R::fused(cos_q_right_ankle_pitch, t1134, t1145); // right_ankle: wrench handed to its parent
     t1147 = t1144 + t1146; // right_ankle: wrench handed to its parent
-    t1148 = R::constant(0.015400000000000002) * t1116; // right_ankle: wrench that its motion needs
+    t1148 = R::constant(0.0154) * t1116; // right_ankle: wrench that its motion needs
     t1149 = R::fused(R::constant(-0.023125), t1107, t1148); // right_ankle: wrench that its motion needs
     t1150 = t1149 - t1133; // right_foot: wrench handed to its parent
     t1151 = R::fused(R::constant(0.273), t1150, t1147); // right_ankle: wrench handed to its parent
     t1152 = R::fused(sin_q_right_knee_pitch, t1151, t1137); // right_lower_leg: wrench handed to its parent
     t1153 = t1093 + t1152; // right_lower_leg: wrench handed to its parent
     t1154 = cos_q_right_hip_pitch * t1153; // right_upper_leg: wrench handed to its parent
-    t1155 = t934 * R::constant(0.4604400000300001); // right_upper_leg: wrench that its motion needs
+    t1155 = t934 * R::constant(0.46044000003); // right_upper_leg: wrench that its motion needs
     t1156 = t907 - t917; // right_upper_leg: motion
     t1157 = R::fused(R::constant(-0.000048), t1156, t1155); // right_upper_leg: wrench that its motion needs
     t1158 = t926 + t928; // right_upper_leg: motion
     // right_upper_leg: wrench that its motion needs
     t1159 = R::fused(R::constant(0.002), t1158, t1157);
     t1160 = t977 - t938;
-    t1161 = R::fused(R::constant(-0.0019299999999999999), t1160, t1159);
-    t1162 = R::fused(R::constant(0.8355000000000001), t1092, t1161);
+    t1161 = R::fused(R::constant(-0.00193), t1160, t1159);
+    t1162 = R::fused(R::constant(0.8355), t1092, t1161);
     t1163 = sin_q_right_knee_pitch * t1136; // right_lower_leg: wrench handed to its parent
     t1164 = R::fused(-cos_q_right_knee_pitch, t1151, t1163); // right_lower_leg: wrench handed to its parent
     t1165 = t1162 - t1164; // right_lower_leg: wrench handed to its parent
     t1166 = R::constant(0.008) * t1140; // right_lower_leg: wrench that its motion needs
-    t1167 = R::fused(R::constant(-0.31110000000000004), t1096, t1166); // right_lower_leg: wrench that its motion needs
+    t1167 = R::fused(R::constant(-0.3111), t1096, t1166); // right_lower_leg: wrench that its motion needs
     t1168 = t1167 + t1150; // right_ankle: wrench handed to its parent
     t1169 = R::fused(R::constant(0.315), t1168, t1165); // right_lower_leg: wrench handed to its parent
     t1170 = R::fused(sin_q_right_hip_pitch, t1169, t1154); // right_upper_leg: wrench handed to its parent
     t1171 = t1083 - t1170; // right_upper_leg: wrench handed to its parent
     t1172 = R::fused(cos_q_right_hip_roll, t1171, t1080); // right_hip_roll_link: wrench handed to its parent
     t1173 = t901 - t1172; // right_hip_roll_link: wrench handed to its parent
-    t1174 = t17 * R::constant(0.0960906159999999); // torso: wrench that its motion needs
-    t1175 = R::fused(R::constant(0.04045939999999999), t39, t1174); // torso: wrench that its motion needs
+    t1174 = t17 * R::constant(0.096090616); // torso: wrench that its motion needs
+    t1175 = R::fused(R::constant(0.0404594), t39, t1174); // torso: wrench that its motion needs
     t1176 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t1177 = R::fused(R::constant(0.0014734999999999995), t1176, t1175); // torso: wrench that its motion needs
+    t1177 = R::fused(R::constant(0.0014735), t1176, t1175); // torso: wrench that its motion needs
     t1178 = v_base_angular_y * v_base_angular_y; // torso: motion
     // torso: wrench that its motion needs
     t1179 = t24 - t1178;
     t1180 = R::fused(R::constant(-0.00220808), t1179, t1177);
     t1181 = R::constant(0.20808) * t35;
-    t1182 = R::fused(R::constant(0.010199999999999987), t21, t1181);
+    t1182 = R::fused(R::constant(0.0102), t21, t1181);
     t1183 = t1180 + t1182;
     t1184 = t1183 + t829; // left_hip_yaw_link: wrench handed to its parent
     t1185 = R::constant(0.012) * t812; // left_upper_leg: wrench that its motion needs
-    t1186 = R::fused(R::constant(0.8355000000000001), t70, t1185); // left_upper_leg: wrench that its motion needs
+    t1186 = R::fused(R::constant(0.8355), t70, t1185); // left_upper_leg: wrench that its motion needs
     t1187 = cos_q_left_knee_pitch * t743; // left_lower_leg: wrench handed to its parent
     t1188 = R::fused(sin_q_left_knee_pitch, t748, t1187); // left_lower_leg: wrench handed to its parent
     t1189 = t1186 + t1188; // left_lower_leg: wrench handed to its parent
     t1190 = sin_q_left_hip_pitch * t1189; // left_upper_leg: wrench handed to its parent
     t1191 = t69 + t683; // left_upper_leg: motion
     t1192 = R::constant(0.012) * t1191; // left_upper_leg: wrench that its motion needs
-    t1193 = R::fused(R::constant(-0.8355000000000001), t81, t1192); // left_upper_leg: wrench that its motion needs
+    t1193 = R::fused(R::constant(-0.8355), t81, t1192); // left_upper_leg: wrench that its motion needs
     t1194 = t1193 - t749; // left_lower_leg: wrench handed to its parent
     t1195 = R::fused(-cos_q_left_hip_pitch, t1194, t1190); // left_upper_leg: wrench handed to its parent
     t1196 = t118 + t753; // left_hip_roll_link: motion
@@ -9241,7 +9241,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1200 = R::fused(R::constant(0.008), t1199, -t1197); // left_hip_roll_link: wrench handed to its parent
     t1201 = cos_q_left_hip_yaw * t1200; // left_hip_yaw_link: wrench handed to its parent
     t1202 = R::constant(0.012) * t814; // left_upper_leg: wrench that its motion needs
-    t1203 = R::fused(R::constant(-0.8355000000000001), t203, t1202); // left_upper_leg: wrench that its motion needs
+    t1203 = R::fused(R::constant(-0.8355), t203, t1202); // left_upper_leg: wrench that its motion needs
     t1204 = t1203 + t824; // left_lower_leg: wrench handed to its parent
     t1205 = t63 * t63; // left_hip_roll_link: motion
     t1206 = R::fused(t59, t59, t1205); // left_hip_roll_link: motion
@@ -9258,14 +9258,14 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1217 = R::fused(R::constant(0.0764), t1216, t1184); // left_hip_yaw_link: wrench handed to its parent
     t1218 = t1173 + t1217; // right_hip_yaw_link: wrench handed to its parent
     t1219 = R::constant(0.012) * t1156; // right_upper_leg: wrench that its motion needs
-    t1220 = R::fused(R::constant(0.8355000000000001), t978, t1219); // right_upper_leg: wrench that its motion needs
+    t1220 = R::fused(R::constant(0.8355), t978, t1219); // right_upper_leg: wrench that its motion needs
     t1221 = cos_q_right_knee_pitch * t1071; // right_lower_leg: wrench handed to its parent
     t1222 = R::fused(sin_q_right_knee_pitch, t1076, t1221); // right_lower_leg: wrench handed to its parent
     t1223 = t1220 + t1222; // right_lower_leg: wrench handed to its parent
     t1224 = sin_q_right_hip_pitch * t1223; // right_upper_leg: wrench handed to its parent
     t1225 = t977 + t938; // right_upper_leg: motion
     t1226 = R::constant(0.012) * t1225; // right_upper_leg: wrench that its motion needs
-    t1227 = R::fused(R::constant(-0.8355000000000001), t981, t1226); // right_upper_leg: wrench that its motion needs
+    t1227 = R::fused(R::constant(-0.8355), t981, t1226); // right_upper_leg: wrench that its motion needs
     t1228 = t1227 - t1077; // right_lower_leg: wrench handed to its parent
     t1229 = R::fused(-cos_q_right_hip_pitch, t1228, t1224); // right_upper_leg: wrench handed to its parent
     t1230 = t922 + t1081; // right_hip_roll_link: motion
@@ -9275,7 +9275,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1234 = R::fused(R::constant(0.008), t1233, t1231); // right_hip_roll_link: wrench handed to its parent
     t1235 = cos_q_right_hip_yaw * t1234; // right_hip_yaw_link: wrench handed to its parent
     t1236 = R::constant(0.012) * t1158; // right_upper_leg: wrench that its motion needs
-    t1237 = R::fused(R::constant(-0.8355000000000001), t1086, t1236); // right_upper_leg: wrench that its motion needs
+    t1237 = R::fused(R::constant(-0.8355), t1086, t1236); // right_upper_leg: wrench that its motion needs
     t1238 = t1237 + t1168; // right_lower_leg: wrench handed to its parent
     t1239 = t909 * t909; // right_hip_roll_link: motion
     t1240 = R::fused(t906, t906, t1239); // right_hip_roll_link: motion
@@ -9293,8 +9293,8 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1252 = t1251 + tau_base_angular_z; // other
     t1253 = t1178 + t25; // torso: motion
     t1254 = R::constant(0.20808) * t1253;
-    t1255 = R::fused(R::constant(0.010199999999999987), t17, t1254);
-    t1256 = R::fused(R::constant(2.4914999999999994), t1176, t1255);
+    t1255 = R::fused(R::constant(0.0102), t17, t1254);
+    t1256 = R::fused(R::constant(2.4915), t1176, t1255);
     t1257 = R::fused(R::constant(19.0), t21, t1256);
     t1258 = t1257 + t1216; // left_hip_yaw_link: wrench handed to its parent
     t1259 = t1258 + t1250; // right_hip_yaw_link: wrench handed to its parent
@@ -9412,8 +9412,8 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1347 = R::fused(-t584, t1305, t1346);
     t1348 = R::fused(-t588, t1326, t1347);
     t1349 = R::fused(-t594, t1348, t1327);
-    t1350 = R::constant(0.30543717086700006) * t924; // right_hip_roll_link: wrench that its motion needs
-    t1351 = R::fused(R::constant(0.30527050420000007), t1245, t1350); // right_hip_roll_link
+    t1350 = R::constant(0.305437170867) * t924; // right_hip_roll_link: wrench that its motion needs
+    t1351 = R::fused(R::constant(0.3052705042), t1245, t1350); // right_hip_roll_link: wrench that its motion needs
     t1352 = R::fused(R::constant(-0.01), t943, t1351); // right_hip_roll_link: wrench that its motion needs
     t1353 = sin_q_right_hip_pitch * t1153; // right_upper_leg: wrench handed to its parent
     t1354 = R::fused(-cos_q_right_hip_pitch, t1169, t1353); // right_upper_leg: wrench handed to its parent
@@ -9566,12 +9566,12 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1491 = R::fused(t1403, t1490, t1484);
     // left_foot: mass matrix
     t1492 = cos_q_left_ankle_pitch * t262;
-    t1493 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t1493 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1494 = R::fused(-sin_q_left_ankle_pitch, t1493, t1492);
     t1495 = cos_q_left_knee_pitch * t1494;
     t1496 = sin_q_left_ankle_pitch * t262;
     t1497 = R::fused(cos_q_left_ankle_pitch, t1493, t1496);
-    t1498 = R::fused(cos_q_left_ankle_roll, R::constant(0.004504500000000001), t1497);
+    t1498 = R::fused(cos_q_left_ankle_roll, R::constant(0.0045045), t1497);
     t1499 = R::fused(-sin_q_left_knee_pitch, t1498, t1495);
     t1500 = sin_q_left_hip_pitch * t1499;
     t1501 = sin_q_left_knee_pitch * t1494;
@@ -9590,8 +9590,8 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1514 = t879 * t1395; // other
     t1515 = R::fused(-t476, t1403, t1514); // other
     t1516 = t298 - t310; // left_upper_leg: sums of what it carries
-    t1517 = R::constant(0.30543717086700006) + t1516; // left_upper_leg: sums of what it carries
-    t1518 = R::constant(0.3057838375330001) - t1517; // left_hip_roll_link: sums of what it carries
+    t1517 = R::constant(0.305437170867) + t1516; // left_upper_leg: sums of what it carries
+    t1518 = R::constant(0.305783837533) - t1517; // left_hip_roll_link: sums of what it carries
     t1519 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t1520 = t320 + t345; // left_hip_roll_link: sums of what it carries
     t1521 = t1520 - t1518; // left_hip_yaw_link: sums of what it carries
@@ -9604,8 +9604,8 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1527 = R::fused(R::constant(2.0), t1526, t1522);
     t1528 = t1518 + t1527;
     t1529 = t1528 + t362;
-    t1530 = R::constant(1.5199718730660001) - t1529;
-    t1531 = R::constant(0.3057838375330001) - t630; // right_hip_roll_link: sums of what it carries
+    t1530 = R::constant(1.519971873066) - t1529;
+    t1531 = R::constant(0.305783837533) - t630; // right_hip_roll_link: sums of what it carries
     t1532 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t1533 = t431 + t456; // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
@@ -9659,7 +9659,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1560 = R::fused(-t837, t1403, t1559);
     t1561 = R::fused(-t1552, t16, t1560);
     t1562 = t1520 - t1527; // left_hip_yaw_link: sums of what it carries
-    t1563 = R::constant(1.4238812570660002) - t1562; // left_hip_yaw_link: sums of what it carries
+    t1563 = R::constant(1.423881257066) - t1562; // left_hip_yaw_link: sums of what it carries
     t1564 = t1533 - t1538; // right_hip_yaw_link: sums of what it carries
     t1565 = t1563 - t1564; // right_hip_yaw_link: sums of what it carries
     t1566 = R::fused(t1565, t231, t1561);
@@ -9677,7 +9677,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1578 = t1572 + t1577;
     t1579 = R::fused(-t234, t1578, t1569);
     // factors of the mass matrix
-    t1580 = t1407 * R::constant(814.1112620933815);
+    t1580 = t1407 * R::constant(814.1112620933816);
     t1581 = R::fused(-t1407, t1580, t1579);
     t1582 = t1415 * t545;
     t1583 = R::fused(-t1415, t1582, t1581);
@@ -9726,7 +9726,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1625 = t1269 * t1607;
     t1626 = R::fused(-cos_q_left_hip_yaw, t1279, t1625);
     t1627 = R::fused(-sin_q_left_hip_yaw, t1282, t1626);
-    t1628 = t1627 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1628 = t1627 * R::constant(814.1112620933816); // factors of the mass matrix
     t1629 = R::fused(-t1407, t1628, t1624); // factors of the mass matrix
     t1630 = t1292 * t1607;
     t1631 = R::fused(cos_q_left_hip_yaw, t1298, t1630);
@@ -9863,7 +9863,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1758 = t1756 + t1757;
     t1759 = sin_q_left_hip_roll * t514;
     t1760 = t1758 - t1759;
-    t1761 = t1760 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1761 = t1760 * R::constant(814.1112620933816); // factors of the mass matrix
     t1762 = R::fused(-t1407, t1761, t1752); // factors of the mass matrix
     t1763 = t528 * t1731;
     t1764 = R::fused(t1292, t1721, t1763);
@@ -10083,7 +10083,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1943 = t1755 - t1942;
     t1944 = t1757 - t1943;
     t1945 = t1759 - t1944;
-    t1946 = t1945 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1946 = t1945 * R::constant(814.1112620933816); // factors of the mass matrix
     t1947 = R::fused(-t1407, t1946, t1939); // factors of the mass matrix
     t1948 = t528 * t1884;
     t1949 = R::fused(t1290, t1892, t1948);
@@ -10320,7 +10320,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t2143 = t1755 - t2142;
     t2144 = t1757 - t2143;
     t2145 = t1759 - t2144;
-    t2146 = t2145 * R::constant(814.1112620933815); // factors of the mass matrix
+    t2146 = t2145 * R::constant(814.1112620933816); // factors of the mass matrix
     t2147 = R::fused(-t1407, t2146, t2139); // factors of the mass matrix
     t2148 = t528 * t2079;
     t2149 = R::fused(t1290, t2087, t2148);
@@ -10486,8 +10486,8 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t2291 = t1260 * t1392;
     // torso: wrench that its motion needs
     t2292 = R::constant(0.20808) * t17;
-    t2293 = R::fused(R::constant(0.010199999999999987), t26, t2292);
-    t2294 = R::fused(R::constant(-2.4914999999999994), t39, t2293);
+    t2293 = R::fused(R::constant(0.0102), t26, t2292);
+    t2294 = R::fused(R::constant(-2.4915), t39, t2293);
     t2295 = R::fused(R::constant(-19.0), t35, t2294);
     t2296 = sin_q_left_hip_yaw * t1200; // left_hip_yaw_link: wrench handed to its parent
     t2297 = R::fused(cos_q_left_hip_yaw, t1215, t2296); // left_hip_yaw_link: wrench handed to its parent
@@ -10521,9 +10521,9 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t2307 = t902 + t2306; // right_hip_yaw_link: motion
     t2308 = R::fused(R::constant(0.008), t2307, -t2305); // right_hip_roll_link: wrench handed to its parent
     t2309 = R::constant(0.20808) * t1176;
-    t2310 = R::fused(R::constant(-0.010199999999999987), t39, t2309);
+    t2310 = R::fused(R::constant(-0.0102), t39, t2309);
     t2311 = t24 + t1178; // torso: motion
-    t2312 = R::fused(R::constant(2.4914999999999994), t2311, t2310);
+    t2312 = R::fused(R::constant(2.4915), t2311, t2310);
     t2313 = R::fused(R::constant(-19.0), t48, t2312);
     t2314 = sin_q_left_hip_roll * t1207; // left_hip_roll_link: wrench handed to its parent
     t2315 = R::fused(cos_q_left_hip_roll, t1213, t2314); // left_hip_roll_link: wrench handed to its parent
@@ -10534,26 +10534,26 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t2320 = t2308 + t2319; // right_hip_yaw_link: wrench handed to its parent
     t2321 = t2320 + tau_base_linear_z; // other
     t2322 = R::fused(-t2321, t1403, t2303); // other
-    t2323 = t39 * R::constant(1.2642209770660002);
+    t2323 = t39 * R::constant(1.264220977066);
     t2324 = R::fused(R::constant(0.00220808), t1176, t2323);
-    t2325 = R::fused(R::constant(-0.04045939999999999), t17, t2324);
+    t2325 = R::fused(R::constant(-0.0404594), t17, t2324);
     t2326 = t1178 - t25;
-    t2327 = R::fused(R::constant(0.0014734999999999995), t2326, t2325);
-    t2328 = R::constant(0.010199999999999987) * t48;
-    t2329 = R::fused(R::constant(-2.4914999999999994), t35, t2328);
+    t2327 = R::fused(R::constant(0.0014735), t2326, t2325);
+    t2328 = R::constant(0.0102) * t48;
+    t2329 = R::fused(R::constant(-2.4915), t35, t2328);
     t2330 = t2327 - t2329;
-    t2331 = R::constant(0.3057838375330001) * t120; // left_hip_yaw_link: wrench that its motion needs
+    t2331 = R::constant(0.305783837533) * t120; // left_hip_yaw_link: wrench that its motion needs
     t2332 = t56 * t58; // left_hip_yaw_link: motion
-    t2333 = R::fused(R::constant(-0.3059638375330001), t2332, t2331); // left_hip_yaw_link: wrench that its motion needs
-    t2334 = R::constant(0.30543717086700006) * t120; // left_hip_roll_link: wrench that its motion needs
-    t2335 = R::fused(R::constant(0.30527050420000007), t1211, t2334); // left_hip_roll_link
+    t2333 = R::fused(R::constant(-0.305963837533), t2332, t2331); // left_hip_yaw_link: wrench that its motion needs
+    t2334 = R::constant(0.305437170867) * t120; // left_hip_roll_link: wrench that its motion needs
+    t2335 = R::fused(R::constant(0.3052705042), t1211, t2334); // left_hip_roll_link: wrench that its motion needs
     t2336 = R::fused(R::constant(-0.01), t50, t2335); // left_hip_roll_link: wrench that its motion needs
     t2337 = sin_q_left_hip_pitch * t809; // left_upper_leg: wrench handed to its parent
     t2338 = R::fused(-cos_q_left_hip_pitch, t825, t2337); // left_upper_leg: wrench handed to its parent
     t2339 = t2336 + t2338; // left_upper_leg: wrench handed to its parent
     t2340 = t2333 - t2339; // left_hip_roll_link: wrench handed to its parent
     t2341 = cos_q_left_hip_yaw * t2340; // left_hip_yaw_link: wrench handed to its parent
-    t2342 = t2316 * R::constant(0.6117476750660003); // left_hip_yaw_link: wrench that its motion needs
+    t2342 = t2316 * R::constant(0.611747675066); // left_hip_yaw_link: wrench that its motion needs
     t2343 = R::fused(R::constant(-0.008), t49, t2342); // left_hip_yaw_link: wrench that its motion needs
     t2344 = cos_q_left_hip_roll * t751; // left_hip_roll_link: wrench handed to its parent
     t2345 = R::fused(-sin_q_left_hip_roll, t827, t2344); // left_hip_roll_link: wrench handed to its parent
@@ -10561,12 +10561,12 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t2347 = R::fused(sin_q_left_hip_yaw, t2346, t2341); // left_hip_yaw_link: wrench handed to its parent
     t2348 = t2330 - t2347; // left_hip_yaw_link: wrench handed to its parent
     t2349 = R::fused(R::constant(0.0764), t2318, t2348); // left_hip_yaw_link: wrench handed to its parent
-    t2350 = R::constant(0.3057838375330001) * t924; // right_hip_yaw_link: wrench that its motion needs
+    t2350 = R::constant(0.305783837533) * t924; // right_hip_yaw_link: wrench that its motion needs
     t2351 = t894 * t905; // right_hip_yaw_link: motion
-    t2352 = R::fused(R::constant(-0.3059638375330001), t2351, t2350); // right_hip_yaw_link
+    t2352 = R::fused(R::constant(-0.305963837533), t2351, t2350); // right_hip_yaw_link: wrench that its motion needs
     t2353 = t2352 - t1355; // right_hip_roll_link: wrench handed to its parent
     t2354 = cos_q_right_hip_yaw * t2353; // right_hip_yaw_link: wrench handed to its parent
-    t2355 = t2306 * R::constant(0.6117476750660003); // right_hip_yaw_link: wrench that its motion needs
+    t2355 = t2306 * R::constant(0.611747675066); // right_hip_yaw_link: wrench that its motion needs
     t2356 = R::fused(R::constant(0.008), t942, t2355); // right_hip_yaw_link: wrench that its motion needs
     t2357 = cos_q_right_hip_roll * t1079; // right_hip_roll_link: wrench handed to its parent
     t2358 = R::fused(-sin_q_right_hip_roll, t1171, t2357); // right_hip_roll_link: wrench handed to its parent
@@ -10576,12 +10576,12 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t2362 = R::fused(R::constant(-0.0764), t2308, t2361); // right_hip_yaw_link: wrench handed to its parent
     t2363 = t2362 + tau_base_angular_x; // other
     t2364 = R::fused(-t2363, t16, t2322); // other
-    t2365 = t1176 * R::constant(1.3603115930660001);
-    t2366 = R::fused(R::constant(0.0014734999999999995), t17, t2365);
+    t2365 = t1176 * R::constant(1.360311593066);
+    t2366 = R::fused(R::constant(0.0014735), t17, t2365);
     t2367 = R::fused(R::constant(0.00220808), t39, t2366);
     t2368 = t24 - t25;
-    t2369 = R::fused(R::constant(-0.04045939999999999), t2368, t2367);
-    t2370 = R::constant(2.4914999999999994) * t21;
+    t2369 = R::fused(R::constant(-0.0404594), t2368, t2367);
+    t2370 = R::constant(2.4915) * t21;
     t2371 = R::fused(R::constant(0.20808), t48, t2370);
     t2372 = t2369 + t2371;
     t2373 = sin_q_left_hip_yaw * t2340; // left_hip_yaw_link: wrench handed to its parent
@@ -10825,7 +10825,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t2584 = R::fused(t616, t2556, t2583);
     t2585 = R::fused(-t584, t2565, t2584);
     t2586 = R::fused(-t566, t2575, t2585);
-    t2587 = R::constant(814.1112620933815) * t1285; // other
+    t2587 = R::constant(814.1112620933816) * t1285; // other
     t2588 = R::fused(-t1580, t2487, t2587);
     t2589 = R::fused(t2146, t2490, t2588);
     t2590 = R::fused(t1946, t2494, t2589);
@@ -11392,7 +11392,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t252 = R::fused(-t149, t251, t240);
     t253 = t5 + t252;
     t254 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t255 = R::constant(0.00009166666999999972) * t254; // left_foot: sums of what it carries
+    t255 = R::constant(0.00009166667) * t254; // left_foot: sums of what it carries
     let (
         t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
         t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
@@ -11413,23 +11413,23 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t256 = R::constant(0.0029269125) - t255; // left_foot: sums of what it carries
     t257 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t258 = cos_q_left_ankle_roll * R::constant(0.001221); // left_foot: sums of what it carries
-    t259 = R::constant(0.0012283333330000003) + t258; // left_foot: sums of what it carries
+    t259 = R::constant(0.001228333333) + t258; // left_foot: sums of what it carries
     t260 = t259 - t256; // left_ankle: sums of what it carries
     t261 = t257 * t260; // left_ankle: sums of what it carries
     t262 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t263 = R::constant(0.0005698000000000001) + t262; // left_foot: sums of what it carries
+    t263 = R::constant(0.0005698) + t262; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t264 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch;
     t265 = t263 * t264;
     t266 = R::fused(R::constant(-2.0), t265, t261);
     t267 = t256 + t266;
-    t268 = R::constant(0.07230871666700002) - t267;
+    t268 = R::constant(0.072308716667) - t267;
     t269 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t270 = t259 - t266;
     t271 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t272 = R::constant(0.023125) + t271; // left_foot: sums of what it carries
     t273 = cos_q_left_ankle_pitch * t272;
-    t274 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t273);
+    t274 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t273);
     t275 = t274 * R::constant(0.546);
     t276 = t270 + t275;
     t277 = t276 + t268; // left_lower_leg: sums of what it carries
@@ -11438,7 +11438,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t280 = R::fused(R::constant(-2.0), t279, t263);
     t281 = R::fused(-t264, t260, t280);
     t282 = sin_q_left_ankle_pitch * t272;
-    t283 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t282);
+    t283 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t282);
     t284 = R::fused(R::constant(-0.273), t283, t281);
     t285 = R::constant(0.00086) + t284;
     // left_lower_leg: sums of what it carries
@@ -11446,10 +11446,10 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t287 = t285 * t286;
     t288 = R::fused(R::constant(-2.0), t287, t278);
     t289 = t268 - t288;
-    t290 = R::constant(0.22879800003000006) + t289;
+    t290 = R::constant(0.22879800003) + t289;
     t291 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t292 = t276 - t288;
-    t293 = R::constant(0.31110000000000004) + t274; // left_ankle: sums of what it carries
+    t293 = R::constant(0.3111) + t274; // left_ankle: sums of what it carries
     t294 = cos_q_left_knee_pitch * t293;
     t295 = R::constant(0.008) - t283; // left_ankle: sums of what it carries
     t296 = R::fused(sin_q_left_knee_pitch, t295, t294);
@@ -11470,23 +11470,23 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t310 = R::fused(R::constant(-2.0), t309, t300);
     t311 = t290 - t310;
     t312 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
-    t313 = R::constant(0.00009166666999999972) - t255; // left_foot: sums of what it carries
+    t313 = R::constant(0.00009166667) - t255; // left_foot: sums of what it carries
     t314 = t313 - t258; // left_foot: sums of what it carries
     t315 = R::constant(0.0045979875) - t314; // left_foot: sums of what it carries
     t316 = t315 + t275; // left_ankle: sums of what it carries
-    t317 = R::constant(0.07325338333000002) + t316; // left_ankle: sums of what it carries
+    t317 = R::constant(0.07325338333) + t316; // left_ankle: sums of what it carries
     t318 = t317 + t297; // left_lower_leg: sums of what it carries
-    t319 = R::constant(0.23164200000000004) + t318; // left_lower_leg: sums of what it carries
-    t320 = R::constant(0.30527050420000007) - t319;
+    t319 = R::constant(0.231642) + t318; // left_lower_leg: sums of what it carries
+    t320 = R::constant(0.3052705042) - t319;
     t321 = t311 - t320; // left_hip_roll_link: sums of what it carries
     t322 = t312 * t321; // left_hip_roll_link: sums of what it carries
     t323 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t324 = R::constant(0.00009166666999999972) * t323; // left_foot: sums of what it carries
+    t324 = R::constant(0.00009166667) * t323; // left_foot: sums of what it carries
     t325 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t324); // left_foot: sums of what it carries
     t326 = cos_q_left_ankle_pitch * t325; // left_ankle: sums of what it carries
     t327 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t328 = R::fused(-sin_q_left_ankle_pitch, t327, t326); // left_ankle: sums of what it carries
-    t329 = R::fused(-sin_q_left_ankle_roll, R::constant(0.004504500000000001), t328); // left_ankle
+    t329 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0045045), t328); // left_ankle: sums of what it carries
     t330 = R::constant(0.00024) - t329; // left_ankle: sums of what it carries
     t331 = cos_q_left_knee_pitch * t330; // left_lower_leg: sums of what it carries
     t332 = sin_q_left_ankle_pitch * t325; // left_ankle: sums of what it carries
@@ -11494,7 +11494,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t334 = R::constant(0.000016) + t333; // left_ankle: sums of what it carries
     t335 = R::fused(sin_q_left_knee_pitch, t334, t331); // left_lower_leg: sums of what it carries
     t336 = R::fused(sin_q_left_ankle_roll, R::constant(0.0051975), t335); // left_lower_leg: sums of what it carries
-    t337 = R::constant(0.0019299999999999999) + t336; // left_lower_leg: sums of what it carries
+    t337 = R::constant(0.00193) + t336; // left_lower_leg: sums of what it carries
     t338 = cos_q_left_hip_pitch * t337;
     t339 = sin_q_left_knee_pitch * t330; // left_lower_leg: sums of what it carries
     t340 = R::fused(-cos_q_left_knee_pitch, t334, t339); // left_lower_leg: sums of what it carries
@@ -11505,8 +11505,8 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t344 = t342 * t343;
     t345 = R::fused(R::constant(2.0), t344, t322);
     t346 = t311 - t345;
-    t347 = R::constant(0.3059638375330001) - t346;
-    t348 = R::constant(0.8355000000000001) + t296; // left_lower_leg: sums of what it carries
+    t347 = R::constant(0.305963837533) - t346;
+    t348 = R::constant(0.8355) + t296; // left_lower_leg: sums of what it carries
     t349 = sin_q_left_hip_pitch * t348; // left_upper_leg: sums of what it carries
     t350 = R::constant(0.012) - t305; // left_lower_leg: sums of what it carries
     t351 = R::fused(-cos_q_left_hip_pitch, t350, t349); // left_upper_leg: sums of what it carries
@@ -11524,27 +11524,27 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t363 = t347 - t362; // left_hip_yaw_link: sums of what it carries
     t364 = R::constant(0.15966028) + t363; // left_hip_yaw_link: sums of what it carries
     t365 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t366 = R::constant(0.00009166666999999972) * t365; // right_foot: sums of what it carries
+    t366 = R::constant(0.00009166667) * t365; // right_foot: sums of what it carries
     t367 = R::constant(0.0029269125) - t366; // right_foot: sums of what it carries
     t368 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t369 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
-    t370 = R::constant(0.0012283333330000003) + t369; // right_foot: sums of what it carries
+    t370 = R::constant(0.001228333333) + t369; // right_foot: sums of what it carries
     t371 = t370 - t367; // right_ankle: sums of what it carries
     t372 = t368 * t371; // right_ankle: sums of what it carries
     t373 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t374 = R::constant(0.0005698000000000001) + t373; // right_foot: sums of what it carries
+    t374 = R::constant(0.0005698) + t373; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t375 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch;
     t376 = t374 * t375;
     t377 = R::fused(R::constant(-2.0), t376, t372);
     t378 = t367 + t377;
-    t379 = R::constant(0.07230871666700002) - t378;
+    t379 = R::constant(0.072308716667) - t378;
     t380 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t381 = t370 - t377;
     t382 = R::constant(0.0165) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t383 = R::constant(0.023125) + t382; // right_foot: sums of what it carries
     t384 = cos_q_right_ankle_pitch * t383;
-    t385 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t384);
+    t385 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t384);
     t386 = R::constant(0.546) * t385;
     t387 = t381 + t386;
     t388 = t387 + t379; // right_lower_leg: sums of what it carries
@@ -11553,7 +11553,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t391 = R::fused(R::constant(-2.0), t390, t374);
     t392 = R::fused(-t375, t371, t391);
     t393 = sin_q_right_ankle_pitch * t383;
-    t394 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t393);
+    t394 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t393);
     t395 = R::fused(R::constant(-0.273), t394, t392);
     t396 = R::constant(0.00086) + t395;
     // right_lower_leg: sums of what it carries
@@ -11561,10 +11561,10 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t398 = t396 * t397;
     t399 = R::fused(R::constant(-2.0), t398, t389);
     t400 = t379 - t399;
-    t401 = R::constant(0.22879800003000006) + t400;
+    t401 = R::constant(0.22879800003) + t400;
     t402 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t403 = t387 - t399;
-    t404 = R::constant(0.31110000000000004) + t385; // right_ankle: sums of what it carries
+    t404 = R::constant(0.3111) + t385; // right_ankle: sums of what it carries
     t405 = cos_q_right_knee_pitch * t404;
     t406 = R::constant(0.008) - t394; // right_ankle: sums of what it carries
     t407 = R::fused(sin_q_right_knee_pitch, t406, t405);
@@ -11585,23 +11585,23 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t421 = R::fused(R::constant(-2.0), t420, t411);
     t422 = t401 - t421;
     t423 = sin_q_right_hip_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t424 = R::constant(0.00009166666999999972) - t366; // right_foot: sums of what it carries
+    t424 = R::constant(0.00009166667) - t366; // right_foot: sums of what it carries
     t425 = t424 - t369; // right_foot: sums of what it carries
     t426 = R::constant(0.0045979875) - t425; // right_foot: sums of what it carries
     t427 = t426 + t386; // right_ankle: sums of what it carries
-    t428 = R::constant(0.07325338333000002) + t427; // right_ankle: sums of what it carries
+    t428 = R::constant(0.07325338333) + t427; // right_ankle: sums of what it carries
     t429 = t428 + t408; // right_lower_leg: sums of what it carries
-    t430 = R::constant(0.23164200000000004) + t429; // right_lower_leg: sums of what it carries
-    t431 = R::constant(0.30527050420000007) - t430;
+    t430 = R::constant(0.231642) + t429; // right_lower_leg: sums of what it carries
+    t431 = R::constant(0.3052705042) - t430;
     t432 = t422 - t431; // right_hip_roll_link: sums of what it carries
     t433 = t423 * t432; // right_hip_roll_link: sums of what it carries
     t434 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t435 = R::constant(0.00009166666999999972) * t434; // right_foot: sums of what it carries
+    t435 = R::constant(0.00009166667) * t434; // right_foot: sums of what it carries
     t436 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t435); // right_foot: sums of what it carries
     t437 = cos_q_right_ankle_pitch * t436; // right_ankle: sums of what it carries
     t438 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t439 = R::fused(-sin_q_right_ankle_pitch, t438, t437); // right_ankle: sums of what it carries
-    t440 = R::fused(-sin_q_right_ankle_roll, R::constant(0.004504500000000001), t439); // right_ankle
+    t440 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0045045), t439); // right_ankle: sums of what it carries
     t441 = R::constant(0.00024) + t440; // right_ankle: sums of what it carries
     t442 = cos_q_right_knee_pitch * t441; // right_lower_leg: sums of what it carries
     t443 = sin_q_right_ankle_pitch * t436; // right_ankle: sums of what it carries
@@ -11609,7 +11609,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t445 = R::constant(0.000016) - t444; // right_ankle: sums of what it carries
     t446 = R::fused(sin_q_right_knee_pitch, t445, t442); // right_lower_leg: sums of what it carries
     t447 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0051975), t446); // right_lower_leg: sums of what it carries
-    t448 = R::constant(0.0019299999999999999) + t447; // right_lower_leg: sums of what it carries
+    t448 = R::constant(0.00193) + t447; // right_lower_leg: sums of what it carries
     t449 = cos_q_right_hip_pitch * t448;
     t450 = sin_q_right_knee_pitch * t441; // right_lower_leg: sums of what it carries
     t451 = R::fused(-cos_q_right_knee_pitch, t445, t450); // right_lower_leg: sums of what it carries
@@ -11620,8 +11620,8 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t455 = t453 * t454;
     t456 = R::fused(R::constant(-2.0), t455, t433);
     t457 = t422 - t456;
-    t458 = R::constant(0.3059638375330001) - t457;
-    t459 = R::constant(0.8355000000000001) + t407; // right_lower_leg: sums of what it carries
+    t458 = R::constant(0.305963837533) - t457;
+    t459 = R::constant(0.8355) + t407; // right_lower_leg: sums of what it carries
     t460 = sin_q_right_hip_pitch * t459; // right_upper_leg: sums of what it carries
     t461 = R::constant(0.012) - t416; // right_lower_leg: sums of what it carries
     t462 = R::fused(-cos_q_right_hip_pitch, t461, t460); // right_upper_leg: sums of what it carries
@@ -11638,7 +11638,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t472 = R::constant(0.1528) * t471;
     t473 = t458 + t472;
     t474 = t364 + t473;
-    t475 = R::constant(0.010199999999999987) - t360; // left_hip_yaw_link: sums of what it carries
+    t475 = R::constant(0.0102) - t360; // left_hip_yaw_link: sums of what it carries
     t476 = t475 - t471;
     // other
     t477 = R::fused(R::constant(-0.0764), t476, t474);
@@ -11666,12 +11666,12 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t498 = R::fused(R::constant(0.315), t488, t497);
     t499 = sin_q_right_hip_roll * t498;
     t500 = cos_q_right_ankle_pitch * t373;
-    t501 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t501 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t502 = R::fused(-sin_q_right_ankle_pitch, t501, t500);
     t503 = cos_q_right_knee_pitch * t502;
     t504 = sin_q_right_ankle_pitch * t373;
     t505 = R::fused(cos_q_right_ankle_pitch, t501, t504);
-    t506 = R::fused(cos_q_right_ankle_roll, R::constant(0.004504500000000001), t505);
+    t506 = R::fused(cos_q_right_ankle_roll, R::constant(0.0045045), t505);
     t507 = R::fused(-sin_q_right_knee_pitch, t506, t503);
     t508 = cos_q_right_hip_pitch * t507;
     t509 = sin_q_right_knee_pitch * t502;
@@ -11698,7 +11698,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t513 = R::fused(-cos_q_right_hip_roll, t512, t499);
     t514 = t513 - t496;
     t515 = t496 - t514; // other
-    t516 = t515 * R::constant(814.1112620933815); // factors of the mass matrix
+    t516 = t515 * R::constant(814.1112620933816); // factors of the mass matrix
     t517 = R::fused(t515, t516, t481); // factors of the mass matrix
     // right_ankle: mass matrix
     t518 = cos_q_right_knee_pitch * t394;
@@ -11726,7 +11726,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t540 = t539 + t529;
     t541 = t529 + t540; // other
     // factors of the mass matrix
-    t542 = sin_q_right_ankle_roll * R::constant(0.49823609240114947);
+    t542 = sin_q_right_ankle_roll * R::constant(0.4982360924011495);
     t543 = R::fused(t515, t542, t541);
     t544 = R::fused(-t438, t542, t426);
     t545 = R::constant(1.0) / t544;
@@ -11749,7 +11749,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t561 = t560 + t555;
     t562 = t555 + t561; // other
     // factors of the mass matrix
-    t563 = t497 * R::constant(814.1112620933815);
+    t563 = t497 * R::constant(814.1112620933816);
     t564 = R::fused(t515, t563, t562);
     t565 = R::fused(-t497, t542, t530);
     t566 = t565 * t545;
@@ -11769,7 +11769,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t579 = t578 - t576;
     t580 = t576 - t579; // other
     // factors of the mass matrix
-    t581 = t498 * R::constant(814.1112620933815);
+    t581 = t498 * R::constant(814.1112620933816);
     t582 = R::fused(-t515, t581, t580);
     t583 = R::fused(-t498, t542, t531);
     t584 = t583 * t545;
@@ -11799,7 +11799,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t608 = t599 + t607; // other
     t609 = sin_q_right_hip_pitch * t507; // right_foot: mass matrix
     t610 = R::fused(cos_q_right_hip_pitch, t511, t609); // right_foot: mass matrix
-    t611 = t610 * R::constant(814.1112620933815);
+    t611 = t610 * R::constant(814.1112620933816);
     t612 = R::fused(t515, t611, t608);
     t613 = sin_q_right_hip_pitch * t534; // right_ankle: mass matrix
     t614 = R::fused(cos_q_right_hip_pitch, t537, t613); // right_ankle: mass matrix
@@ -11818,7 +11818,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t627 = t626 * t593;
     t628 = R::fused(t589, t627, t623);
     t629 = t409 - t421; // right_upper_leg: sums of what it carries
-    t630 = R::constant(0.30543717086700006) + t629; // right_upper_leg: sums of what it carries
+    t630 = R::constant(0.305437170867) + t629; // right_upper_leg: sums of what it carries
     t631 = R::fused(-t610, t611, t630);
     t632 = R::fused(-t615, t616, t631);
     t633 = R::fused(-t621, t622, t632);
@@ -11829,7 +11829,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t638 = R::constant(0.0764) * t471; // right_hip_yaw_link: sums of what it carries
     t639 = t458 + t638; // right_hip_yaw_link: mass matrix
     t640 = t638 + t639; // other
-    t641 = t513 * R::constant(814.1112620933815);
+    t641 = t513 * R::constant(814.1112620933816);
     t642 = R::fused(t515, t641, t640);
     t643 = R::fused(-t513, t542, t539);
     t644 = t643 * t545;
@@ -11859,27 +11859,27 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t668 = R::fused(t660, t667, t637);
     t669 = R::constant(1.0) / t668;
     t670 = t62 * t56; // left_hip_yaw_link: motion
-    t671 = R::constant(0.3057838375330001) * t670; // left_hip_yaw_link: wrench that its motion needs
+    t671 = R::constant(0.305783837533) * t670; // left_hip_yaw_link: wrench that its motion needs
     t672 = R::fused(R::constant(-0.008), t37, t671); // left_hip_yaw_link: wrench that its motion needs
-    t673 = R::constant(0.30527050420000007) * t77; // left_hip_roll_link: wrench that its motion needs
+    t673 = R::constant(0.3052705042) * t77; // left_hip_roll_link: wrench that its motion needs
     t674 = t59 * t63; // left_hip_roll_link: motion
-    t675 = R::fused(R::constant(0.30543717086700006), t674, t673); // left_hip_roll_link: wrench that its motion needs
-    t676 = R::constant(0.23164200000000004) * t77; // left_upper_leg: wrench that its motion needs
-    t677 = R::fused(R::constant(0.22879800003000006), t80, t676); // left_upper_leg: wrench that its motion needs
+    t675 = R::fused(R::constant(0.305437170867), t674, t673); // left_hip_roll_link: wrench that its motion needs
+    t676 = R::constant(0.231642) * t77; // left_upper_leg: wrench that its motion needs
+    t677 = R::fused(R::constant(0.22879800003), t80, t676); // left_upper_leg: wrench that its motion needs
     t678 = t64 * t68; // left_upper_leg: motion
     t679 = t122 - t678; // left_upper_leg: motion
-    t680 = R::fused(R::constant(-0.0019299999999999999), t679, t677); // left_upper_leg: wrench that its motion needs
+    t680 = R::fused(R::constant(-0.00193), t679, t677); // left_upper_leg: wrench that its motion needs
     t681 = t126 + t202; // left_upper_leg: motion
     t682 = R::fused(R::constant(-0.000048), t681, t680); // left_upper_leg: wrench that its motion needs
     t683 = t79 * t79; // left_upper_leg: motion
     // left_upper_leg: wrench that its motion needs
     t684 = t65 - t683;
     t685 = R::fused(R::constant(0.002), t684, t682);
-    t686 = R::constant(0.8355000000000001) * t74;
+    t686 = R::constant(0.8355) * t74;
     t687 = R::fused(R::constant(-0.012), t54, t686);
     t688 = t685 - t687;
-    t689 = R::constant(0.07325338333000002) * t77; // left_lower_leg: wrench that its motion needs
-    t690 = R::fused(R::constant(0.07230871666700002), t96, t689); // left_lower_leg: wrench that its motion needs
+    t689 = R::constant(0.07325338333) * t77; // left_lower_leg: wrench that its motion needs
+    t690 = R::fused(R::constant(0.072308716667), t96, t689); // left_lower_leg: wrench that its motion needs
     t691 = t85 * t87; // left_lower_leg: motion
     t692 = t128 - t691; // left_lower_leg: motion
     t693 = R::fused(R::constant(-0.00024), t692, t690); // left_lower_leg: wrench that its motion needs
@@ -11889,7 +11889,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     // left_lower_leg: wrench that its motion needs
     t697 = t86 - t696;
     t698 = R::fused(R::constant(0.00086), t697, t695);
-    t699 = R::constant(0.31110000000000004) * t93;
+    t699 = R::constant(0.3111) * t93;
     t700 = R::fused(R::constant(-0.008), t83, t699);
     t701 = t698 - t700;
     t702 = R::constant(0.0045979875) * t77; // left_ankle: wrench that its motion needs
@@ -11897,13 +11897,13 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t704 = t101 * t101; // left_ankle: motion
     // left_ankle: wrench that its motion needs
     t705 = t217 - t704;
-    t706 = R::fused(R::constant(0.0005698000000000001), t705, t703);
+    t706 = R::fused(R::constant(0.0005698), t705, t703);
     t707 = R::constant(0.023125) * t99;
-    t708 = R::fused(R::constant(-0.015400000000000002), t216, t707);
+    t708 = R::fused(R::constant(-0.0154), t216, t707);
     t709 = t706 - t708;
     // left_foot: wrench that its motion needs
-    t710 = R::constant(0.00009166666999999972) * t136;
-    t711 = R::fused(R::constant(-0.0012283333330000003), t138, t710);
+    t710 = R::constant(0.00009166667) * t136;
+    t711 = R::fused(R::constant(-0.001228333333), t138, t710);
     t712 = t245 - t113;
     t713 = R::fused(R::constant(-0.000612), t712, t711);
     t714 = R::fused(R::constant(-0.0165), t106, t713);
@@ -11915,7 +11915,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t720 = R::fused(t139, R::constant(0.0006105), t719); // left_foot: wrench handed to its parent
     t721 = t701 + t720; // left_ankle: wrench handed to its parent
     t722 = t77 - t104; // left_ankle: motion
-    t723 = R::constant(0.015400000000000002) * t722; // left_ankle: wrench that its motion needs
+    t723 = R::constant(0.0154) * t722; // left_ankle: wrench that its motion needs
     t724 = R::fused(R::constant(0.023125), t219, t723); // left_ankle: wrench that its motion needs
     t725 = R::constant(0.0165) * t226;
     t726 = sin_q_left_ankle_roll * t725; // left_foot: wrench handed to its parent
@@ -11924,7 +11924,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t729 = t724 - t728; // left_foot: wrench handed to its parent
     t730 = sin_q_left_ankle_pitch * t729; // left_ankle: wrench handed to its parent
     t731 = t218 + t704; // left_ankle: motion
-    t732 = R::constant(0.015400000000000002) * t731; // left_ankle: wrench that its motion needs
+    t732 = R::constant(0.0154) * t731; // left_ankle: wrench that its motion needs
     t733 = R::fused(R::constant(-0.023125), t105, t732); // left_ankle: wrench that its motion needs
     t734 = R::fused(R::constant(-0.0165), t139, t733); // left_foot: wrench handed to its parent
     t735 = R::fused(-cos_q_left_ankle_pitch, t734, t730); // left_ankle: wrench handed to its parent
@@ -11932,33 +11932,33 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t737 = t688 + t736; // left_lower_leg: wrench handed to its parent
     t738 = t77 - t96; // left_lower_leg: motion
     t739 = R::constant(0.008) * t738; // left_lower_leg: wrench that its motion needs
-    t740 = R::fused(R::constant(0.31110000000000004), t89, t739); // left_lower_leg: wrench that its motion needs
+    t740 = R::fused(R::constant(0.3111), t89, t739); // left_lower_leg: wrench that its motion needs
     t741 = cos_q_left_ankle_pitch * t729; // left_ankle: wrench handed to its parent
     t742 = R::fused(sin_q_left_ankle_pitch, t734, t741); // left_ankle: wrench handed to its parent
     t743 = t740 + t742; // left_ankle: wrench handed to its parent
     t744 = sin_q_left_knee_pitch * t743; // left_lower_leg: wrench handed to its parent
     t745 = t88 + t696; // left_lower_leg: motion
     t746 = R::constant(0.008) * t745; // left_lower_leg: wrench that its motion needs
-    t747 = R::fused(R::constant(-0.31110000000000004), t97, t746); // left_lower_leg: wrench that its motion needs
+    t747 = R::fused(R::constant(-0.3111), t97, t746); // left_lower_leg: wrench that its motion needs
     t748 = t747 - t735; // left_ankle: wrench handed to its parent
     t749 = R::fused(-cos_q_left_knee_pitch, t748, t744); // left_lower_leg: wrench handed to its parent
     t750 = R::fused(R::constant(0.315), t749, t737); // left_lower_leg: wrench handed to its parent
     t751 = t675 - t750; // left_upper_leg: wrench handed to its parent
     t752 = sin_q_left_hip_roll * t751; // left_hip_roll_link: wrench handed to its parent
     t753 = t67 * t63; // left_hip_roll_link: motion
-    t754 = t753 * R::constant(0.6107076750670002); // left_hip_roll_link: wrench that its motion needs
+    t754 = t753 * R::constant(0.610707675067); // left_hip_roll_link: wrench that its motion needs
     t755 = R::fused(R::constant(-0.01), t53, t754); // left_hip_roll_link: wrench that its motion needs
     // left_upper_leg: wrench that its motion needs
-    t756 = R::constant(0.22879800003000006) * t122;
-    t757 = R::fused(R::constant(-0.23164200000000004), t678, t756);
+    t756 = R::constant(0.22879800003) * t122;
+    t757 = R::fused(R::constant(-0.231642), t678, t756);
     t758 = R::fused(R::constant(0.002), t203, t757);
-    t759 = R::fused(R::constant(0.0019299999999999999), t81, t758);
+    t759 = R::fused(R::constant(0.00193), t81, t758);
     t760 = t65 - t69;
     t761 = R::fused(R::constant(0.000048), t760, t759);
     t762 = R::fused(R::constant(0.012), t201, t761);
     // left_lower_leg: wrench that its motion needs
-    t763 = R::constant(0.07230871666700002) * t128;
-    t764 = R::fused(R::constant(-0.07325338333000002), t691, t763);
+    t763 = R::constant(0.072308716667) * t128;
+    t764 = R::fused(R::constant(-0.07325338333), t691, t763);
     t765 = R::fused(R::constant(0.00086), t206, t764);
     t766 = R::fused(R::constant(0.00024), t97, t765);
     t767 = t86 - t88;
@@ -11984,19 +11984,19 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t770 = R::constant(0.0029269125) * t134; // left_ankle: wrench that its motion needs
     t771 = t103 * t107; // left_ankle: motion
     t772 = R::fused(R::constant(0.0045979875), t771, t770); // left_ankle: wrench that its motion needs
-    t773 = R::fused(R::constant(-0.0005698000000000001), t212, t772); // left_ankle: wrench that its motion needs
-    t774 = R::fused(R::constant(-0.015400000000000002), t207, t773); // left_ankle: wrench that its motion needs
+    t773 = R::fused(R::constant(-0.0005698), t212, t772); // left_ankle: wrench that its motion needs
+    t774 = R::fused(R::constant(-0.0154), t207, t773); // left_ankle: wrench that its motion needs
     t775 = sin_q_left_ankle_roll * t714; // left_foot: wrench handed to its parent
     t776 = R::fused(-cos_q_left_ankle_roll, t717, t775); // left_foot: wrench handed to its parent
     t777 = t774 + t776; // left_foot: wrench handed to its parent
     t778 = cos_q_left_ankle_pitch * t777; // left_ankle: wrench handed to its parent
-    t779 = t211 * R::constant(0.0016710750000000002); // left_ankle: wrench that its motion needs
+    t779 = t211 * R::constant(0.001671075); // left_ankle: wrench that its motion needs
     t780 = t134 + t771; // left_ankle: motion
-    t781 = R::fused(R::constant(0.0005698000000000001), t780, t779); // left_ankle: wrench that its motion needs
+    t781 = R::fused(R::constant(0.0005698), t780, t779); // left_ankle: wrench that its motion needs
     t782 = R::fused(R::constant(-0.023125), t207, t781); // left_ankle: wrench that its motion needs
     // left_foot: wrench that its motion needs
-    t783 = R::constant(0.0012283333330000003) * t210;
-    t784 = R::fused(R::constant(0.00009166666999999972), t225, t783);
+    t783 = R::constant(0.001228333333) * t210;
+    t784 = R::fused(R::constant(0.00009166667), t225, t783);
     t785 = R::fused(R::constant(-0.000612), t223, t784);
     t786 = R::fused(R::constant(0.0165), t221, t785);
     // left_foot: wrench handed to its parent
@@ -12007,38 +12007,38 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t791 = R::fused(-sin_q_left_ankle_pitch, t790, t778); // left_ankle: wrench handed to its parent
     t792 = t769 - t791; // left_ankle: wrench handed to its parent
     t793 = cos_q_left_knee_pitch * t792; // left_lower_leg: wrench handed to its parent
-    t794 = t205 * R::constant(0.14556209999700004); // left_lower_leg: wrench that its motion needs
+    t794 = t205 * R::constant(0.145562099997); // left_lower_leg: wrench that its motion needs
     t795 = R::fused(R::constant(0.000016), t738, t794); // left_lower_leg: wrench that its motion needs
     t796 = t128 + t691; // left_lower_leg: motion
     // left_lower_leg: wrench that its motion needs
     t797 = R::fused(R::constant(0.00086), t796, t795);
     t798 = t88 - t696;
     t799 = R::fused(R::constant(0.00024), t798, t797);
-    t800 = R::fused(R::constant(-0.31110000000000004), t204, t799);
+    t800 = R::fused(R::constant(-0.3111), t204, t799);
     t801 = sin_q_left_ankle_pitch * t777; // left_ankle: wrench handed to its parent
     t802 = R::fused(cos_q_left_ankle_pitch, t790, t801); // left_ankle: wrench handed to its parent
     t803 = t800 + t802; // left_ankle: wrench handed to its parent
-    t804 = R::constant(0.015400000000000002) * t780; // left_ankle: wrench that its motion needs
+    t804 = R::constant(0.0154) * t780; // left_ankle: wrench that its motion needs
     t805 = R::fused(R::constant(-0.023125), t212, t804); // left_ankle: wrench that its motion needs
     t806 = t805 - t789; // left_foot: wrench handed to its parent
     t807 = R::fused(R::constant(0.273), t806, t803); // left_ankle: wrench handed to its parent
     t808 = R::fused(sin_q_left_knee_pitch, t807, t793); // left_lower_leg: wrench handed to its parent
     t809 = t762 + t808; // left_lower_leg: wrench handed to its parent
     t810 = cos_q_left_hip_pitch * t809; // left_upper_leg: wrench handed to its parent
-    t811 = t202 * R::constant(0.4604400000300001); // left_upper_leg: wrench that its motion needs
+    t811 = t202 * R::constant(0.46044000003); // left_upper_leg: wrench that its motion needs
     t812 = t77 - t80; // left_upper_leg: motion
     t813 = R::fused(R::constant(0.000048), t812, t811); // left_upper_leg: wrench that its motion needs
     t814 = t122 + t678; // left_upper_leg: motion
     // left_upper_leg: wrench that its motion needs
     t815 = R::fused(R::constant(0.002), t814, t813);
     t816 = t69 - t683;
-    t817 = R::fused(R::constant(0.0019299999999999999), t816, t815);
-    t818 = R::fused(R::constant(-0.8355000000000001), t201, t817);
+    t817 = R::fused(R::constant(0.00193), t816, t815);
+    t818 = R::fused(R::constant(-0.8355), t201, t817);
     t819 = sin_q_left_knee_pitch * t792; // left_lower_leg: wrench handed to its parent
     t820 = R::fused(-cos_q_left_knee_pitch, t807, t819); // left_lower_leg: wrench handed to its parent
     t821 = t818 - t820; // left_lower_leg: wrench handed to its parent
     t822 = R::constant(0.008) * t796; // left_lower_leg: wrench that its motion needs
-    t823 = R::fused(R::constant(-0.31110000000000004), t206, t822); // left_lower_leg: wrench that its motion needs
+    t823 = R::fused(R::constant(-0.3111), t206, t822); // left_lower_leg: wrench that its motion needs
     t824 = t823 + t806; // left_ankle: wrench handed to its parent
     t825 = R::fused(R::constant(0.315), t824, t821); // left_lower_leg: wrench handed to its parent
     t826 = R::fused(sin_q_left_hip_pitch, t825, t810); // left_upper_leg: wrench handed to its parent
@@ -12072,7 +12072,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t853 = R::fused(R::constant(-2.0), t852, t342); // left_hip_roll_link: sums of what it carries
     t854 = R::fused(t343, t321, t853); // left_hip_roll_link: sums of what it carries
     t855 = R::fused(-sin_q_left_hip_yaw, t854, t851); // left_hip_yaw_link: sums of what it carries
-    t856 = R::constant(0.04045939999999999) + t855; // left_hip_yaw_link: sums of what it carries
+    t856 = R::constant(0.0404594) + t855; // left_hip_yaw_link: sums of what it carries
     t857 = cos_q_right_hip_yaw * t606; // right_hip_yaw_link: sums of what it carries
     t858 = t453 * t423; // right_hip_roll_link: sums of what it carries
     t859 = R::fused(R::constant(-2.0), t858, t453); // right_hip_roll_link: sums of what it carries
@@ -12089,13 +12089,13 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t870 = sin_q_left_hip_roll * t355; // left_hip_roll_link: sums of what it carries
     t871 = R::fused(-cos_q_left_hip_roll, t358, t870); // left_hip_roll_link: sums of what it carries
     t872 = R::fused(R::constant(-0.0764), t871, t869); // left_hip_yaw_link: sums of what it carries
-    t873 = R::constant(0.0014734999999999995) - t872; // left_hip_yaw_link: sums of what it carries
+    t873 = R::constant(0.0014735) - t872; // left_hip_yaw_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
     t874 = sin_q_right_hip_yaw * t606;
     t875 = R::fused(cos_q_right_hip_yaw, t860, t874);
     t876 = R::fused(R::constant(0.0764), t597, t875);
     t877 = t873 + t876;
-    t878 = R::constant(2.4914999999999994) + t871; // left_hip_yaw_link: sums of what it carries
+    t878 = R::constant(2.4915) + t871; // left_hip_yaw_link: sums of what it carries
     t879 = t597 - t878;
     // other
     t880 = R::fused(R::constant(0.0764), t879, t877);
@@ -12115,7 +12115,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t893 = v_base_angular_x * sin_q_right_hip_yaw;
     t894 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t893);
     t895 = t892 * t894;
-    t896 = R::constant(0.3057838375330001) * t895; // right_hip_yaw_link: wrench that its motion needs
+    t896 = R::constant(0.305783837533) * t895; // right_hip_yaw_link: wrench that its motion needs
     t897 = t18 - t21;
     t898 = sin_q_right_hip_yaw * t897;
     t899 = t27 + t35;
@@ -12127,18 +12127,18 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t905 = v_base_angular_z + v_right_hip_yaw;
     t906 = R::fused(t905, cos_q_right_hip_roll, t904); // right_hip_roll_link: motion
     t907 = R::fused(-t906, v_right_hip_roll, t903); // right_hip_roll_link: motion
-    t908 = R::constant(0.30527050420000007) * t907; // right_hip_roll_link: wrench that its motion needs
+    t908 = R::constant(0.3052705042) * t907; // right_hip_roll_link: wrench that its motion needs
     t909 = t892 + v_right_hip_roll; // right_hip_roll_link: motion
     t910 = t906 * t909; // right_hip_roll_link: motion
-    t911 = R::fused(R::constant(0.30543717086700006), t910, t908); // right_hip_roll_link: wrench that its motion needs
-    t912 = R::constant(0.23164200000000004) * t907; // right_upper_leg: wrench that its motion needs
+    t911 = R::fused(R::constant(0.305437170867), t910, t908); // right_hip_roll_link: wrench that its motion needs
+    t912 = R::constant(0.231642) * t907; // right_upper_leg: wrench that its motion needs
     // right_upper_leg: motion
     t913 = t906 * cos_q_right_hip_pitch;
     t914 = R::fused(t909, sin_q_right_hip_pitch, t913);
     t915 = t906 * sin_q_right_hip_pitch;
     t916 = R::fused(-t909, cos_q_right_hip_pitch, t915);
     t917 = t914 * t916;
-    t918 = R::fused(R::constant(0.22879800003000006), t917, t912); // right_upper_leg: wrench that its motion needs
+    t918 = R::fused(R::constant(0.22879800003), t917, t912); // right_upper_leg: wrench that its motion needs
     // right_hip_roll_link: motion
     t919 = t902 * sin_q_right_hip_roll;
     t920 = t894 * cos_q_right_hip_roll;
@@ -12152,7 +12152,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t927 = t921 - v_right_hip_pitch;
     t928 = t916 * t927;
     t929 = t926 - t928;
-    t930 = R::fused(R::constant(0.0019299999999999999), t929, t918); // right_upper_leg: wrench that its motion needs
+    t930 = R::fused(R::constant(0.00193), t929, t918); // right_upper_leg: wrench that its motion needs
     t931 = t922 * sin_q_right_hip_pitch;
     t932 = R::fused(t924, cos_q_right_hip_pitch, t931);
     t933 = R::fused(t914, v_right_hip_pitch, t932);
@@ -12170,19 +12170,19 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t945 = cos_q_right_hip_yaw * t897; // right_hip_yaw_link: motion
     t946 = R::fused(-sin_q_right_hip_yaw, t899, t945); // right_hip_yaw_link: motion
     t947 = R::fused(-cos_q_right_hip_pitch, t946, t944);
-    t948 = R::constant(0.8355000000000001) * t947; // right_upper_leg: wrench that its motion needs
+    t948 = R::constant(0.8355) * t947; // right_upper_leg: wrench that its motion needs
     t949 = cos_q_right_hip_pitch * t943;
     t950 = R::fused(sin_q_right_hip_pitch, t946, t949);
     t951 = R::fused(R::constant(-0.012), t950, t948); // right_upper_leg: wrench that its motion needs
     t952 = t940 + t951; // right_upper_leg: wrench that its motion needs
-    t953 = R::constant(0.07325338333000002) * t907; // right_lower_leg: wrench that its motion needs
+    t953 = R::constant(0.07325338333) * t907; // right_lower_leg: wrench that its motion needs
     // right_lower_leg: motion
     t954 = t914 * cos_q_right_knee_pitch;
     t955 = R::fused(-t916, sin_q_right_knee_pitch, t954);
     t956 = t914 * sin_q_right_knee_pitch;
     t957 = R::fused(t916, cos_q_right_knee_pitch, t956);
     t958 = t955 * t957;
-    t959 = R::fused(R::constant(0.07230871666700002), t958, t953); // right_lower_leg: wrench that its motion needs
+    t959 = R::fused(R::constant(0.072308716667), t958, t953); // right_lower_leg: wrench that its motion needs
     t960 = t926 * cos_q_right_knee_pitch;
     t961 = R::fused(-t933, sin_q_right_knee_pitch, t960);
     t962 = R::fused(-t957, v_right_knee_pitch, t961);
@@ -12207,7 +12207,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t981 = t907 + t917; // right_upper_leg: motion
     t982 = R::fused(t981, R::constant(0.315), t947);
     t983 = R::fused(-cos_q_right_knee_pitch, t982, t980);
-    t984 = R::constant(0.31110000000000004) * t983; // right_lower_leg: wrench that its motion needs
+    t984 = R::constant(0.3111) * t983; // right_lower_leg: wrench that its motion needs
     t985 = cos_q_right_knee_pitch * t979;
     t986 = R::fused(sin_q_right_knee_pitch, t982, t985);
     t987 = R::fused(R::constant(-0.008), t986, t984); // right_lower_leg: wrench that its motion needs
@@ -12223,7 +12223,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t996 = t993 * t993;
     t997 = t991 * t991;
     t998 = t996 - t997; // right_ankle: wrench that its motion needs
-    t999 = R::fused(R::constant(0.0005698000000000001), t998, t995); // right_ankle: wrench that its motion needs
+    t999 = R::fused(R::constant(0.0005698), t998, t995); // right_ankle: wrench that its motion needs
     t1000 = t963 * t963; // right_lower_leg: motion
     t1001 = t973 + t1000; // right_lower_leg: motion
     t1002 = R::fused(t1001, R::constant(0.273), t986);
@@ -12234,7 +12234,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1007 = R::constant(0.023125) * t1006; // right_ankle: wrench that its motion needs
     t1008 = cos_q_right_ankle_pitch * t1002;
     t1009 = R::fused(sin_q_right_ankle_pitch, t1005, t1008);
-    t1010 = R::fused(R::constant(-0.015400000000000002), t1009, t1007); // right_ankle: wrench that its motion needs
+    t1010 = R::fused(R::constant(-0.0154), t1009, t1007); // right_ankle: wrench that its motion needs
     t1011 = t999 - t1010; // right_ankle: wrench that its motion needs
     t1012 = t907 * cos_q_right_ankle_roll; // right_foot: motion
     t1013 = t962 * cos_q_right_ankle_pitch;
@@ -12245,7 +12245,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1018 = t1017 * sin_q_right_ankle_roll; // right_foot: motion
     t1019 = R::fused(t991, cos_q_right_ankle_roll, t1018); // right_foot: motion
     t1020 = R::fused(-t1019, v_right_ankle_roll, t1016); // right_foot: motion
-    t1021 = R::constant(0.00009166666999999972) * t1020; // right_foot: wrench that its motion needs
+    t1021 = R::constant(0.00009166667) * t1020; // right_foot: wrench that its motion needs
     t1022 = t993 - v_right_ankle_roll; // right_foot: motion
     t1023 = t1019 * t1022; // right_foot: motion
     let (
@@ -12266,7 +12266,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
         t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263,
         t1264, t1265, t1266, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279,
     );
-    t1024 = R::fused(R::constant(-0.0012283333330000003), t1023, t1021); // right_foot: wrench that its motion needs
+    t1024 = R::fused(R::constant(-0.001228333333), t1023, t1021); // right_foot: wrench that its motion needs
     t1025 = t1022 * t1022; // right_foot: motion
     t1026 = t1019 * t1019; // right_foot: motion
     t1027 = t1025 - t1026; // right_foot: wrench that its motion needs
@@ -12291,7 +12291,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1046 = R::fused(t1045, R::constant(0.0006105), t1044); // right_foot: wrench handed to its parent
     t1047 = t988 + t1046; // right_ankle: wrench handed to its parent
     t1048 = t907 - t994;
-    t1049 = R::constant(0.015400000000000002) * t1048; // right_ankle: wrench that its motion needs
+    t1049 = R::constant(0.0154) * t1048; // right_ankle: wrench that its motion needs
     t1050 = t1017 * t1017;
     t1051 = t996 + t1050;
     t1052 = R::fused(R::constant(0.023125), t1051, t1049); // right_ankle: wrench that its motion needs
@@ -12304,7 +12304,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1059 = t1052 - t1058; // right_foot: wrench handed to its parent
     t1060 = sin_q_right_ankle_pitch * t1059; // right_ankle: wrench handed to its parent
     t1061 = t1050 + t997;
-    t1062 = R::constant(0.015400000000000002) * t1061; // right_ankle: wrench that its motion needs
+    t1062 = R::constant(0.0154) * t1061; // right_ankle: wrench that its motion needs
     t1063 = R::fused(R::constant(-0.023125), t1029, t1062); // right_ankle: wrench that its motion needs
     t1064 = R::fused(R::constant(-0.0165), t1045, t1063); // right_foot: wrench handed to its parent
     t1065 = R::fused(-cos_q_right_ankle_pitch, t1064, t1060); // right_ankle: wrench handed to its parent
@@ -12312,35 +12312,35 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1067 = t952 + t1066; // right_lower_leg: wrench handed to its parent
     t1068 = t907 - t958; // right_lower_leg: motion
     t1069 = R::constant(0.008) * t1068; // right_lower_leg: wrench that its motion needs
-    t1070 = R::fused(R::constant(0.31110000000000004), t1001, t1069); // right_lower_leg: wrench that its motion needs
+    t1070 = R::fused(R::constant(0.3111), t1001, t1069); // right_lower_leg: wrench that its motion needs
     t1071 = cos_q_right_ankle_pitch * t1059; // right_ankle: wrench handed to its parent
     t1072 = R::fused(sin_q_right_ankle_pitch, t1064, t1071); // right_ankle: wrench handed to its parent
     t1073 = t1070 + t1072; // right_ankle: wrench handed to its parent
     t1074 = sin_q_right_knee_pitch * t1073; // right_lower_leg: wrench handed to its parent
     t1075 = t1000 + t974; // right_lower_leg: motion
     t1076 = R::constant(0.008) * t1075; // right_lower_leg: wrench that its motion needs
-    t1077 = R::fused(R::constant(-0.31110000000000004), t1004, t1076); // right_lower_leg: wrench that its motion needs
+    t1077 = R::fused(R::constant(-0.3111), t1004, t1076); // right_lower_leg: wrench that its motion needs
     t1078 = t1077 - t1065; // right_ankle: wrench handed to its parent
     t1079 = R::fused(-cos_q_right_knee_pitch, t1078, t1074); // right_lower_leg: wrench handed to its parent
     t1080 = R::fused(R::constant(0.315), t1079, t1067); // right_lower_leg: wrench handed to its parent
     t1081 = t911 - t1080; // right_upper_leg: wrench handed to its parent
     t1082 = sin_q_right_hip_roll * t1081; // right_hip_roll_link: wrench handed to its parent
     t1083 = t921 * t909; // right_hip_roll_link: motion
-    t1084 = t1083 * R::constant(0.6107076750670002); // right_hip_roll_link: wrench that its motion needs
+    t1084 = t1083 * R::constant(0.610707675067); // right_hip_roll_link: wrench that its motion needs
     t1085 = R::fused(R::constant(-0.01), t946, t1084); // right_hip_roll_link: wrench that its motion needs
-    t1086 = R::constant(0.22879800003000006) * t926; // right_upper_leg: wrench that its motion needs
-    t1087 = R::fused(R::constant(-0.23164200000000004), t928, t1086); // right_upper_leg: wrench that its motion needs
+    t1086 = R::constant(0.22879800003) * t926; // right_upper_leg: wrench that its motion needs
+    t1087 = R::fused(R::constant(-0.231642), t928, t1086); // right_upper_leg: wrench that its motion needs
     t1088 = t933 - t934; // right_upper_leg: motion
     // right_upper_leg: wrench that its motion needs
     t1089 = R::fused(R::constant(0.002), t1088, t1087);
-    t1090 = R::fused(R::constant(-0.0019299999999999999), t981, t1089);
+    t1090 = R::fused(R::constant(-0.00193), t981, t1089);
     t1091 = t937 - t977;
     t1092 = R::fused(R::constant(-0.000048), t1091, t1090);
     t1093 = cos_q_right_hip_roll * t900; // right_hip_roll_link: motion
     t1094 = R::fused(-sin_q_right_hip_roll, t942, t1093); // right_hip_roll_link: motion
     t1095 = R::fused(R::constant(-0.012), t1094, t1092);
-    t1096 = R::constant(0.07230871666700002) * t962; // right_lower_leg: wrench that its motion needs
-    t1097 = R::fused(R::constant(-0.07325338333000002), t964, t1096); // right_lower_leg: wrench that its motion needs
+    t1096 = R::constant(0.072308716667) * t962; // right_lower_leg: wrench that its motion needs
+    t1097 = R::fused(R::constant(-0.07325338333), t964, t1096); // right_lower_leg: wrench that its motion needs
     t1098 = t969 - t970; // right_lower_leg: motion
     // right_lower_leg: wrench that its motion needs
     t1099 = R::fused(R::constant(0.00086), t1098, t1097);
@@ -12354,19 +12354,19 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1107 = R::fused(R::constant(0.0045979875), t1106, t1105); // right_ankle: wrench that its motion needs
     t1108 = t991 * t1017; // right_ankle: motion
     t1109 = t1039 - t1108; // right_ankle: motion
-    t1110 = R::fused(R::constant(-0.0005698000000000001), t1109, t1107); // right_ankle: wrench that its motion needs
+    t1110 = R::fused(R::constant(-0.0005698), t1109, t1107); // right_ankle: wrench that its motion needs
     t1111 = R::fused(t1098, R::constant(0.273), t1103); // right_ankle: motion
-    t1112 = R::fused(R::constant(-0.015400000000000002), t1111, t1110); // right_ankle: wrench that its motion needs
+    t1112 = R::fused(R::constant(-0.0154), t1111, t1110); // right_ankle: wrench that its motion needs
     t1113 = sin_q_right_ankle_roll * t1031; // right_foot: wrench handed to its parent
     t1114 = R::fused(-cos_q_right_ankle_roll, t1042, t1113); // right_foot: wrench handed to its parent
     t1115 = t1112 + t1114; // right_foot: wrench handed to its parent
     t1116 = cos_q_right_ankle_pitch * t1115; // right_ankle: wrench handed to its parent
-    t1117 = t1108 * R::constant(0.0016710750000000002); // right_ankle: wrench that its motion needs
+    t1117 = t1108 * R::constant(0.001671075); // right_ankle: wrench that its motion needs
     t1118 = t1015 + t1106; // right_ankle: motion
-    t1119 = R::fused(R::constant(0.0005698000000000001), t1118, t1117); // right_ankle: wrench that its motion needs
+    t1119 = R::fused(R::constant(0.0005698), t1118, t1117); // right_ankle: wrench that its motion needs
     t1120 = R::fused(R::constant(-0.023125), t1111, t1119); // right_ankle: wrench that its motion needs
-    t1121 = R::constant(0.0012283333330000003) * t1039; // right_foot: wrench that its motion needs
-    t1122 = R::fused(R::constant(0.00009166666999999972), t1040, t1121); // right_foot: wrench that its motion needs
+    t1121 = R::constant(0.001228333333) * t1039; // right_foot: wrench that its motion needs
+    t1122 = R::fused(R::constant(0.00009166667), t1040, t1121); // right_foot: wrench that its motion needs
     // right_foot: motion
     t1123 = t907 * sin_q_right_ankle_roll;
     t1124 = R::fused(t1015, cos_q_right_ankle_roll, t1123);
@@ -12386,65 +12386,65 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1137 = R::fused(-sin_q_right_ankle_pitch, t1136, t1116); // right_ankle: wrench handed to its parent
     t1138 = t1104 - t1137; // right_ankle: wrench handed to its parent
     t1139 = cos_q_right_knee_pitch * t1138; // right_lower_leg: wrench handed to its parent
-    t1140 = t970 * R::constant(0.14556209999700004); // right_lower_leg: wrench that its motion needs
+    t1140 = t970 * R::constant(0.145562099997); // right_lower_leg: wrench that its motion needs
     t1141 = R::fused(R::constant(-0.000016), t1068, t1140); // right_lower_leg: wrench that its motion needs
     t1142 = t962 + t964; // right_lower_leg: motion
     // right_lower_leg: wrench that its motion needs
     t1143 = R::fused(R::constant(0.00086), t1142, t1141);
     t1144 = t1000 - t974;
     t1145 = R::fused(R::constant(-0.00024), t1144, t1143);
-    t1146 = R::fused(R::constant(-0.31110000000000004), t1103, t1145);
+    t1146 = R::fused(R::constant(-0.3111), t1103, t1145);
     t1147 = sin_q_right_ankle_pitch * t1115; // right_ankle: wrench handed to its parent
     t1148 = R::fused(cos_q_right_ankle_pitch, t1136, t1147); // right_ankle: wrench handed to its parent
     t1149 = t1146 + t1148; // right_ankle: wrench handed to its parent
-    t1150 = R::constant(0.015400000000000002) * t1118; // right_ankle: wrench that its motion needs
+    t1150 = R::constant(0.0154) * t1118; // right_ankle: wrench that its motion needs
     t1151 = R::fused(R::constant(-0.023125), t1109, t1150); // right_ankle: wrench that its motion needs
     t1152 = t1151 - t1135; // right_foot: wrench handed to its parent
     t1153 = R::fused(R::constant(0.273), t1152, t1149); // right_ankle: wrench handed to its parent
     t1154 = R::fused(sin_q_right_knee_pitch, t1153, t1139); // right_lower_leg: wrench handed to its parent
     t1155 = t1095 + t1154; // right_lower_leg: wrench handed to its parent
     t1156 = cos_q_right_hip_pitch * t1155; // right_upper_leg: wrench handed to its parent
-    t1157 = t934 * R::constant(0.4604400000300001); // right_upper_leg: wrench that its motion needs
+    t1157 = t934 * R::constant(0.46044000003); // right_upper_leg: wrench that its motion needs
     t1158 = t907 - t917; // right_upper_leg: motion
     t1159 = R::fused(R::constant(-0.000048), t1158, t1157); // right_upper_leg: wrench that its motion needs
     t1160 = t926 + t928; // right_upper_leg: motion
     // right_upper_leg: wrench that its motion needs
     t1161 = R::fused(R::constant(0.002), t1160, t1159);
     t1162 = t977 - t938;
-    t1163 = R::fused(R::constant(-0.0019299999999999999), t1162, t1161);
-    t1164 = R::fused(R::constant(0.8355000000000001), t1094, t1163);
+    t1163 = R::fused(R::constant(-0.00193), t1162, t1161);
+    t1164 = R::fused(R::constant(0.8355), t1094, t1163);
     t1165 = sin_q_right_knee_pitch * t1138; // right_lower_leg: wrench handed to its parent
     t1166 = R::fused(-cos_q_right_knee_pitch, t1153, t1165); // right_lower_leg: wrench handed to its parent
     t1167 = t1164 - t1166; // right_lower_leg: wrench handed to its parent
     t1168 = R::constant(0.008) * t1142; // right_lower_leg: wrench that its motion needs
-    t1169 = R::fused(R::constant(-0.31110000000000004), t1098, t1168); // right_lower_leg: wrench that its motion needs
+    t1169 = R::fused(R::constant(-0.3111), t1098, t1168); // right_lower_leg: wrench that its motion needs
     t1170 = t1169 + t1152; // right_ankle: wrench handed to its parent
     t1171 = R::fused(R::constant(0.315), t1170, t1167); // right_lower_leg: wrench handed to its parent
     t1172 = R::fused(sin_q_right_hip_pitch, t1171, t1156); // right_upper_leg: wrench handed to its parent
     t1173 = t1085 - t1172; // right_upper_leg: wrench handed to its parent
     t1174 = R::fused(cos_q_right_hip_roll, t1173, t1082); // right_hip_roll_link: wrench handed to its parent
     t1175 = t901 - t1174; // right_hip_roll_link: wrench handed to its parent
-    t1176 = t17 * R::constant(0.0960906159999999); // torso: wrench that its motion needs
-    t1177 = R::fused(R::constant(0.04045939999999999), t39, t1176); // torso: wrench that its motion needs
+    t1176 = t17 * R::constant(0.096090616); // torso: wrench that its motion needs
+    t1177 = R::fused(R::constant(0.0404594), t39, t1176); // torso: wrench that its motion needs
     t1178 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t1179 = R::fused(R::constant(0.0014734999999999995), t1178, t1177); // torso: wrench that its motion needs
+    t1179 = R::fused(R::constant(0.0014735), t1178, t1177); // torso: wrench that its motion needs
     t1180 = v_base_angular_y * v_base_angular_y; // torso: motion
     // torso: wrench that its motion needs
     t1181 = t24 - t1180;
     t1182 = R::fused(R::constant(-0.00220808), t1181, t1179);
     t1183 = R::constant(0.20808) * t35;
-    t1184 = R::fused(R::constant(0.010199999999999987), t21, t1183);
+    t1184 = R::fused(R::constant(0.0102), t21, t1183);
     t1185 = t1182 + t1184;
     t1186 = t1185 + t829; // left_hip_yaw_link: wrench handed to its parent
     t1187 = R::constant(0.012) * t812; // left_upper_leg: wrench that its motion needs
-    t1188 = R::fused(R::constant(0.8355000000000001), t70, t1187); // left_upper_leg: wrench that its motion needs
+    t1188 = R::fused(R::constant(0.8355), t70, t1187); // left_upper_leg: wrench that its motion needs
     t1189 = cos_q_left_knee_pitch * t743; // left_lower_leg: wrench handed to its parent
     t1190 = R::fused(sin_q_left_knee_pitch, t748, t1189); // left_lower_leg: wrench handed to its parent
     t1191 = t1188 + t1190; // left_lower_leg: wrench handed to its parent
     t1192 = sin_q_left_hip_pitch * t1191; // left_upper_leg: wrench handed to its parent
     t1193 = t69 + t683; // left_upper_leg: motion
     t1194 = R::constant(0.012) * t1193; // left_upper_leg: wrench that its motion needs
-    t1195 = R::fused(R::constant(-0.8355000000000001), t81, t1194); // left_upper_leg: wrench that its motion needs
+    t1195 = R::fused(R::constant(-0.8355), t81, t1194); // left_upper_leg: wrench that its motion needs
     t1196 = t1195 - t749; // left_lower_leg: wrench handed to its parent
     t1197 = R::fused(-cos_q_left_hip_pitch, t1196, t1192); // left_upper_leg: wrench handed to its parent
     t1198 = t118 + t753; // left_hip_roll_link: motion
@@ -12454,7 +12454,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1202 = R::fused(R::constant(0.008), t1201, -t1199); // left_hip_roll_link: wrench handed to its parent
     t1203 = cos_q_left_hip_yaw * t1202; // left_hip_yaw_link: wrench handed to its parent
     t1204 = R::constant(0.012) * t814; // left_upper_leg: wrench that its motion needs
-    t1205 = R::fused(R::constant(-0.8355000000000001), t203, t1204); // left_upper_leg: wrench that its motion needs
+    t1205 = R::fused(R::constant(-0.8355), t203, t1204); // left_upper_leg: wrench that its motion needs
     t1206 = t1205 + t824; // left_lower_leg: wrench handed to its parent
     t1207 = t63 * t63; // left_hip_roll_link: motion
     t1208 = R::fused(t59, t59, t1207); // left_hip_roll_link: motion
@@ -12471,14 +12471,14 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1219 = R::fused(R::constant(0.0764), t1218, t1186); // left_hip_yaw_link: wrench handed to its parent
     t1220 = t1175 + t1219; // right_hip_yaw_link: wrench handed to its parent
     t1221 = R::constant(0.012) * t1158; // right_upper_leg: wrench that its motion needs
-    t1222 = R::fused(R::constant(0.8355000000000001), t978, t1221); // right_upper_leg: wrench that its motion needs
+    t1222 = R::fused(R::constant(0.8355), t978, t1221); // right_upper_leg: wrench that its motion needs
     t1223 = cos_q_right_knee_pitch * t1073; // right_lower_leg: wrench handed to its parent
     t1224 = R::fused(sin_q_right_knee_pitch, t1078, t1223); // right_lower_leg: wrench handed to its parent
     t1225 = t1222 + t1224; // right_lower_leg: wrench handed to its parent
     t1226 = sin_q_right_hip_pitch * t1225; // right_upper_leg: wrench handed to its parent
     t1227 = t977 + t938; // right_upper_leg: motion
     t1228 = R::constant(0.012) * t1227; // right_upper_leg: wrench that its motion needs
-    t1229 = R::fused(R::constant(-0.8355000000000001), t981, t1228); // right_upper_leg: wrench that its motion needs
+    t1229 = R::fused(R::constant(-0.8355), t981, t1228); // right_upper_leg: wrench that its motion needs
     t1230 = t1229 - t1079; // right_lower_leg: wrench handed to its parent
     t1231 = R::fused(-cos_q_right_hip_pitch, t1230, t1226); // right_upper_leg: wrench handed to its parent
     t1232 = t922 + t1083; // right_hip_roll_link: motion
@@ -12488,7 +12488,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1236 = R::fused(R::constant(0.008), t1235, t1233); // right_hip_roll_link: wrench handed to its parent
     t1237 = cos_q_right_hip_yaw * t1236; // right_hip_yaw_link: wrench handed to its parent
     t1238 = R::constant(0.012) * t1160; // right_upper_leg: wrench that its motion needs
-    t1239 = R::fused(R::constant(-0.8355000000000001), t1088, t1238); // right_upper_leg: wrench that its motion needs
+    t1239 = R::fused(R::constant(-0.8355), t1088, t1238); // right_upper_leg: wrench that its motion needs
     t1240 = t1239 + t1170; // right_lower_leg: wrench handed to its parent
     t1241 = t909 * t909; // right_hip_roll_link: motion
     t1242 = R::fused(t906, t906, t1241); // right_hip_roll_link: motion
@@ -12506,8 +12506,8 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1254 = t1253 + tau_base_angular_z; // other
     t1255 = t1180 + t25; // torso: motion
     t1256 = R::constant(0.20808) * t1255;
-    t1257 = R::fused(R::constant(0.010199999999999987), t17, t1256);
-    t1258 = R::fused(R::constant(2.4914999999999994), t1178, t1257);
+    t1257 = R::fused(R::constant(0.0102), t17, t1256);
+    t1258 = R::fused(R::constant(2.4915), t1178, t1257);
     t1259 = R::fused(R::constant(19.0), t21, t1258);
     t1260 = t1259 + t1218; // left_hip_yaw_link: wrench handed to its parent
     t1261 = t1260 + t1252; // right_hip_yaw_link: wrench handed to its parent
@@ -12625,8 +12625,8 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1349 = R::fused(-t584, t1307, t1348);
     t1350 = R::fused(-t588, t1328, t1349);
     t1351 = R::fused(-t594, t1350, t1329);
-    t1352 = R::constant(0.30543717086700006) * t924; // right_hip_roll_link: wrench that its motion needs
-    t1353 = R::fused(R::constant(0.30527050420000007), t1247, t1352); // right_hip_roll_link
+    t1352 = R::constant(0.305437170867) * t924; // right_hip_roll_link: wrench that its motion needs
+    t1353 = R::fused(R::constant(0.3052705042), t1247, t1352); // right_hip_roll_link: wrench that its motion needs
     t1354 = R::fused(R::constant(-0.01), t943, t1353); // right_hip_roll_link: wrench that its motion needs
     t1355 = sin_q_right_hip_pitch * t1155; // right_upper_leg: wrench handed to its parent
     t1356 = R::fused(-cos_q_right_hip_pitch, t1171, t1355); // right_upper_leg: wrench handed to its parent
@@ -12838,12 +12838,12 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1537 = R::fused(t1530, t1536, t1528);
     // left_foot: mass matrix
     t1538 = cos_q_left_ankle_pitch * t262;
-    t1539 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t1539 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1540 = R::fused(-sin_q_left_ankle_pitch, t1539, t1538);
     t1541 = cos_q_left_knee_pitch * t1540;
     t1542 = sin_q_left_ankle_pitch * t262;
     t1543 = R::fused(cos_q_left_ankle_pitch, t1539, t1542);
-    t1544 = R::fused(cos_q_left_ankle_roll, R::constant(0.004504500000000001), t1543);
+    t1544 = R::fused(cos_q_left_ankle_roll, R::constant(0.0045045), t1543);
     t1545 = R::fused(-sin_q_left_knee_pitch, t1544, t1541);
     t1546 = sin_q_left_hip_pitch * t1545;
     t1547 = sin_q_left_knee_pitch * t1540;
@@ -12862,8 +12862,8 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1560 = t879 * t1521; // other
     t1561 = R::fused(-t476, t1530, t1560); // other
     t1562 = t298 - t310; // left_upper_leg: sums of what it carries
-    t1563 = R::constant(0.30543717086700006) + t1562; // left_upper_leg: sums of what it carries
-    t1564 = R::constant(0.3057838375330001) - t1563; // left_hip_roll_link: sums of what it carries
+    t1563 = R::constant(0.305437170867) + t1562; // left_upper_leg: sums of what it carries
+    t1564 = R::constant(0.305783837533) - t1563; // left_hip_roll_link: sums of what it carries
     t1565 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t1566 = t320 + t345; // left_hip_roll_link: sums of what it carries
     t1567 = t1566 - t1564; // left_hip_yaw_link: sums of what it carries
@@ -12876,8 +12876,8 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1573 = R::fused(R::constant(2.0), t1572, t1568);
     t1574 = t1564 + t1573;
     t1575 = t1574 + t362;
-    t1576 = R::constant(1.5199718730660001) - t1575;
-    t1577 = R::constant(0.3057838375330001) - t630; // right_hip_roll_link: sums of what it carries
+    t1576 = R::constant(1.519971873066) - t1575;
+    t1577 = R::constant(0.305783837533) - t630; // right_hip_roll_link: sums of what it carries
     t1578 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t1579 = t431 + t456; // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
@@ -12913,7 +12913,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1606 = R::fused(-t837, t1530, t1605);
     t1607 = R::fused(-t1598, t16, t1606);
     t1608 = t1566 - t1573; // left_hip_yaw_link: sums of what it carries
-    t1609 = R::constant(1.4238812570660002) - t1608; // left_hip_yaw_link: sums of what it carries
+    t1609 = R::constant(1.423881257066) - t1608; // left_hip_yaw_link: sums of what it carries
     t1610 = t1579 - t1584; // right_hip_yaw_link: sums of what it carries
     t1611 = t1609 - t1610; // right_hip_yaw_link: sums of what it carries
     t1612 = R::fused(t1611, t231, t1607);
@@ -12936,7 +12936,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1629 = R::fused(t1281, t16, t1628);
     t1630 = R::fused(-t1284, t231, t1629);
     t1631 = R::fused(-t514, t234, t1630);
-    t1632 = t1631 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1632 = t1631 * R::constant(814.1112620933816); // factors of the mass matrix
     t1633 = R::fused(-t1631, t1632, t1625); // factors of the mass matrix
     t1634 = t528 * t1500;
     t1635 = R::fused(-t1292, t1521, t1634);
@@ -13050,7 +13050,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1733 = t1271 * t1715;
     t1734 = R::fused(-cos_q_left_hip_yaw, t1281, t1733);
     t1735 = R::fused(-sin_q_left_hip_yaw, t1284, t1734);
-    t1736 = t1735 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1736 = t1735 * R::constant(814.1112620933816); // factors of the mass matrix
     t1737 = R::fused(-t1631, t1736, t1732); // factors of the mass matrix
     t1738 = t1294 * t1715;
     t1739 = R::fused(cos_q_left_hip_yaw, t1300, t1738);
@@ -13205,7 +13205,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1866 = t1864 + t1865;
     t1867 = sin_q_left_hip_roll * t514;
     t1868 = t1866 - t1867;
-    t1869 = t1868 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1869 = t1868 * R::constant(814.1112620933816); // factors of the mass matrix
     t1870 = R::fused(-t1631, t1869, t1860); // factors of the mass matrix
     t1871 = t528 * t1839;
     t1872 = R::fused(t1294, t1829, t1871);
@@ -13425,7 +13425,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2051 = t1863 - t2050;
     t2052 = t1865 - t2051;
     t2053 = t1867 - t2052;
-    t2054 = t2053 * R::constant(814.1112620933815); // factors of the mass matrix
+    t2054 = t2053 * R::constant(814.1112620933816); // factors of the mass matrix
     t2055 = R::fused(-t1631, t2054, t2047); // factors of the mass matrix
     t2056 = t528 * t1992;
     t2057 = R::fused(t1292, t2000, t2056);
@@ -13644,7 +13644,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2251 = t1863 - t2250;
     t2252 = t1865 - t2251;
     t2253 = t1867 - t2252;
-    t2254 = t2253 * R::constant(814.1112620933815); // factors of the mass matrix
+    t2254 = t2253 * R::constant(814.1112620933816); // factors of the mass matrix
     t2255 = R::fused(-t1631, t2254, t2247); // factors of the mass matrix
     t2256 = t528 * t2187;
     t2257 = R::fused(t1292, t2195, t2256);
@@ -13906,8 +13906,8 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2469 = t1262 * t1500;
     // torso: wrench that its motion needs
     t2470 = R::constant(0.20808) * t17;
-    t2471 = R::fused(R::constant(0.010199999999999987), t26, t2470);
-    t2472 = R::fused(R::constant(-2.4914999999999994), t39, t2471);
+    t2471 = R::fused(R::constant(0.0102), t26, t2470);
+    t2472 = R::fused(R::constant(-2.4915), t39, t2471);
     t2473 = R::fused(R::constant(-19.0), t35, t2472);
     t2474 = sin_q_left_hip_yaw * t1202; // left_hip_yaw_link: wrench handed to its parent
     t2475 = R::fused(cos_q_left_hip_yaw, t1217, t2474); // left_hip_yaw_link: wrench handed to its parent
@@ -13923,9 +13923,9 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2485 = t902 + t2484; // right_hip_yaw_link: motion
     t2486 = R::fused(R::constant(0.008), t2485, -t2483); // right_hip_roll_link: wrench handed to its parent
     t2487 = R::constant(0.20808) * t1178;
-    t2488 = R::fused(R::constant(-0.010199999999999987), t39, t2487);
+    t2488 = R::fused(R::constant(-0.0102), t39, t2487);
     t2489 = t24 + t1180; // torso: motion
-    t2490 = R::fused(R::constant(2.4914999999999994), t2489, t2488);
+    t2490 = R::fused(R::constant(2.4915), t2489, t2488);
     t2491 = R::fused(R::constant(-19.0), t48, t2490);
     t2492 = sin_q_left_hip_roll * t1209; // left_hip_roll_link: wrench handed to its parent
     t2493 = R::fused(cos_q_left_hip_roll, t1215, t2492); // left_hip_roll_link: wrench handed to its parent
@@ -13936,26 +13936,26 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2498 = t2486 + t2497; // right_hip_yaw_link: wrench handed to its parent
     t2499 = t2498 + tau_base_linear_z; // other
     t2500 = R::fused(-t2499, t1530, t2481); // other
-    t2501 = t39 * R::constant(1.2642209770660002);
+    t2501 = t39 * R::constant(1.264220977066);
     t2502 = R::fused(R::constant(0.00220808), t1178, t2501);
-    t2503 = R::fused(R::constant(-0.04045939999999999), t17, t2502);
+    t2503 = R::fused(R::constant(-0.0404594), t17, t2502);
     t2504 = t1180 - t25;
-    t2505 = R::fused(R::constant(0.0014734999999999995), t2504, t2503);
-    t2506 = R::constant(0.010199999999999987) * t48;
-    t2507 = R::fused(R::constant(-2.4914999999999994), t35, t2506);
+    t2505 = R::fused(R::constant(0.0014735), t2504, t2503);
+    t2506 = R::constant(0.0102) * t48;
+    t2507 = R::fused(R::constant(-2.4915), t35, t2506);
     t2508 = t2505 - t2507;
-    t2509 = R::constant(0.3057838375330001) * t120; // left_hip_yaw_link: wrench that its motion needs
+    t2509 = R::constant(0.305783837533) * t120; // left_hip_yaw_link: wrench that its motion needs
     t2510 = t56 * t58; // left_hip_yaw_link: motion
-    t2511 = R::fused(R::constant(-0.3059638375330001), t2510, t2509); // left_hip_yaw_link: wrench that its motion needs
-    t2512 = R::constant(0.30543717086700006) * t120; // left_hip_roll_link: wrench that its motion needs
-    t2513 = R::fused(R::constant(0.30527050420000007), t1213, t2512); // left_hip_roll_link
+    t2511 = R::fused(R::constant(-0.305963837533), t2510, t2509); // left_hip_yaw_link: wrench that its motion needs
+    t2512 = R::constant(0.305437170867) * t120; // left_hip_roll_link: wrench that its motion needs
+    t2513 = R::fused(R::constant(0.3052705042), t1213, t2512); // left_hip_roll_link: wrench that its motion needs
     t2514 = R::fused(R::constant(-0.01), t50, t2513); // left_hip_roll_link: wrench that its motion needs
     t2515 = sin_q_left_hip_pitch * t809; // left_upper_leg: wrench handed to its parent
     t2516 = R::fused(-cos_q_left_hip_pitch, t825, t2515); // left_upper_leg: wrench handed to its parent
     t2517 = t2514 + t2516; // left_upper_leg: wrench handed to its parent
     t2518 = t2511 - t2517; // left_hip_roll_link: wrench handed to its parent
     t2519 = cos_q_left_hip_yaw * t2518; // left_hip_yaw_link: wrench handed to its parent
-    t2520 = t2494 * R::constant(0.6117476750660003); // left_hip_yaw_link: wrench that its motion needs
+    t2520 = t2494 * R::constant(0.611747675066); // left_hip_yaw_link: wrench that its motion needs
     t2521 = R::fused(R::constant(-0.008), t49, t2520); // left_hip_yaw_link: wrench that its motion needs
     t2522 = cos_q_left_hip_roll * t751; // left_hip_roll_link: wrench handed to its parent
     t2523 = R::fused(-sin_q_left_hip_roll, t827, t2522); // left_hip_roll_link: wrench handed to its parent
@@ -13963,12 +13963,12 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2525 = R::fused(sin_q_left_hip_yaw, t2524, t2519); // left_hip_yaw_link: wrench handed to its parent
     t2526 = t2508 - t2525; // left_hip_yaw_link: wrench handed to its parent
     t2527 = R::fused(R::constant(0.0764), t2496, t2526); // left_hip_yaw_link: wrench handed to its parent
-    t2528 = R::constant(0.3057838375330001) * t924; // right_hip_yaw_link: wrench that its motion needs
+    t2528 = R::constant(0.305783837533) * t924; // right_hip_yaw_link: wrench that its motion needs
     t2529 = t894 * t905; // right_hip_yaw_link: motion
-    t2530 = R::fused(R::constant(-0.3059638375330001), t2529, t2528); // right_hip_yaw_link
+    t2530 = R::fused(R::constant(-0.305963837533), t2529, t2528); // right_hip_yaw_link: wrench that its motion needs
     t2531 = t2530 - t1357; // right_hip_roll_link: wrench handed to its parent
     t2532 = cos_q_right_hip_yaw * t2531; // right_hip_yaw_link: wrench handed to its parent
-    t2533 = t2484 * R::constant(0.6117476750660003); // right_hip_yaw_link: wrench that its motion needs
+    t2533 = t2484 * R::constant(0.611747675066); // right_hip_yaw_link: wrench that its motion needs
     t2534 = R::fused(R::constant(0.008), t942, t2533); // right_hip_yaw_link: wrench that its motion needs
     t2535 = cos_q_right_hip_roll * t1081; // right_hip_roll_link: wrench handed to its parent
     t2536 = R::fused(-sin_q_right_hip_roll, t1173, t2535); // right_hip_roll_link: wrench handed to its parent
@@ -13978,12 +13978,12 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2540 = R::fused(R::constant(-0.0764), t2486, t2539); // right_hip_yaw_link: wrench handed to its parent
     t2541 = t2540 + tau_base_angular_x; // other
     t2542 = R::fused(-t2541, t16, t2500); // other
-    t2543 = t1178 * R::constant(1.3603115930660001);
-    t2544 = R::fused(R::constant(0.0014734999999999995), t17, t2543);
+    t2543 = t1178 * R::constant(1.360311593066);
+    t2544 = R::fused(R::constant(0.0014735), t17, t2543);
     t2545 = R::fused(R::constant(0.00220808), t39, t2544);
     t2546 = t24 - t25;
-    t2547 = R::fused(R::constant(-0.04045939999999999), t2546, t2545);
-    t2548 = R::constant(2.4914999999999994) * t21;
+    t2547 = R::fused(R::constant(-0.0404594), t2546, t2545);
+    t2548 = R::constant(2.4915) * t21;
     t2549 = R::fused(R::constant(0.20808), t48, t2548);
     t2550 = t2547 + t2549;
     t2551 = sin_q_left_hip_yaw * t2518; // left_hip_yaw_link: wrench handed to its parent
@@ -14178,37 +14178,37 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2711 = t1423 * t2704;
     t2712 = R::fused(t1481, t1420, t2711);
     t2713 = R::fused(-t2712, t234, t2710);
-    t2714 = R::fused(-t1631, R::constant(44.77611941513598), t2713); // solved by the factors
+    t2714 = R::fused(-t1631, R::constant(44.77611941513599), t2713); // solved by the factors
     t2715 = sin_q_right_ankle_roll * R::constant(0.03);
-    t2716 = R::fused(-sin_q_right_ankle_roll, R::constant(0.027402985082063222), t2715); // solved by the factors
+    t2716 = R::fused(-sin_q_right_ankle_roll, R::constant(0.027402985082063226), t2715); // solved by the factors
     t2717 = R::fused(t1641, t2716, t2714); // solved by the factors
     t2718 = sin_q_right_ankle_roll * t2702;
-    t2719 = R::fused(-t497, R::constant(44.77611941513598), t2718); // solved by the factors
+    t2719 = R::fused(-t497, R::constant(44.77611941513599), t2718); // solved by the factors
     t2720 = R::fused(-t566, t2716, t2719); // solved by the factors
     t2721 = R::fused(t1651, t2720, t2717); // solved by the factors
     t2722 = sin_q_right_ankle_roll * t2703;
     // solved by the factors
-    t2723 = R::fused(-t498, R::constant(44.77611941513598), t2722);
+    t2723 = R::fused(-t498, R::constant(44.77611941513599), t2722);
     t2724 = R::fused(-t584, t2716, t2723);
     t2725 = R::fused(-t588, t2720, t2724);
     t2726 = R::fused(-t1662, t2725, t2721);
     t2727 = t2703 * t1413; // other
     t2728 = R::fused(-t1409, t1440, t2727); // other
-    t2729 = R::fused(-t610, R::constant(44.77611941513598), t2728);
+    t2729 = R::fused(-t610, R::constant(44.77611941513599), t2728);
     t2730 = R::fused(-t616, t2716, t2729);
     t2731 = R::fused(-t622, t2720, t2730);
     t2732 = R::fused(-t627, t2725, t2731);
     t2733 = R::fused(t1674, t2732, t2726);
     t2734 = t2703 * t1423; // other
     t2735 = R::fused(t1409, t1481, t2734); // other
-    t2736 = R::fused(-t513, R::constant(44.77611941513598), t2735);
+    t2736 = R::fused(-t513, R::constant(44.77611941513599), t2735);
     t2737 = R::fused(-t644, t2716, t2736);
     t2738 = R::fused(-t648, t2720, t2737);
     t2739 = R::fused(-t653, t2725, t2738);
     t2740 = R::fused(-t659, t2732, t2739);
     t2741 = R::fused(t1686, t2740, t2733);
     t2742 = R::fused(R::constant(-0.0764), t1488, t2712); // other
-    t2743 = R::fused(t515, R::constant(44.77611941513598), t2742);
+    t2743 = R::fused(t515, R::constant(44.77611941513599), t2742);
     t2744 = R::fused(-t546, t2716, t2743);
     t2745 = R::fused(-t571, t2720, t2744);
     t2746 = R::fused(t594, t2725, t2745);
@@ -14218,7 +14218,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2750 = t1402 * t1715; // other
     t2751 = R::fused(-cos_q_left_hip_yaw, t2706, t2750); // other
     t2752 = R::fused(-sin_q_left_hip_yaw, t2709, t2751); // other
-    t2753 = R::fused(-t1735, R::constant(44.77611941513598), t2752);
+    t2753 = R::fused(-t1735, R::constant(44.77611941513599), t2752);
     t2754 = R::fused(t1742, t2716, t2753);
     t2755 = R::fused(t1749, t2720, t2754);
     t2756 = R::fused(t1757, t2725, t2755);
@@ -14236,7 +14236,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2767 = sin_q_left_hip_roll * t2712;
     t2768 = t2766 - t2767;
     // solved by the factors
-    t2769 = R::fused(-t1868, R::constant(44.77611941513598), t2768);
+    t2769 = R::fused(-t1868, R::constant(44.77611941513599), t2768);
     t2770 = R::fused(t1880, t2716, t2769);
     t2771 = R::fused(t1892, t2720, t2770);
     t2772 = R::fused(-t1905, t2725, t2771);
@@ -14253,7 +14253,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2782 = t2765 - t2781;
     t2783 = t2767 - t2782;
     // solved by the factors
-    t2784 = R::fused(-t2053, R::constant(44.77611941513598), t2783);
+    t2784 = R::fused(-t2053, R::constant(44.77611941513599), t2783);
     t2785 = R::fused(-t2063, t2716, t2784);
     t2786 = R::fused(-t2073, t2720, t2785);
     t2787 = R::fused(-t2084, t2725, t2786);
@@ -14271,7 +14271,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2798 = t2765 - t2797;
     t2799 = t2767 - t2798;
     // solved by the factors
-    t2800 = R::fused(-t2253, R::constant(44.77611941513598), t2799);
+    t2800 = R::fused(-t2253, R::constant(44.77611941513599), t2799);
     t2801 = R::fused(-t2263, t2716, t2800);
     t2802 = R::fused(-t2273, t2720, t2801);
     t2803 = R::fused(-t2284, t2725, t2802);
@@ -14349,7 +14349,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2856 = R::fused(-t2855, t1328, t2854);
     t2857 = t545 * t2716;
     t2858 = R::fused(-t2857, t1307, t2856);
-    t2859 = R::fused(R::constant(44.77611941513598), t1287, t2858);
+    t2859 = R::fused(R::constant(44.77611941513599), t1287, t2858);
     t2860 = t2836 - t2859;
     t2861 = R::fused(-t2685, t2822, t2860);
     t2862 = t2810 * t2837;
@@ -14363,7 +14363,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2870 = R::fused(t2725, t2853, t2869);
     t2871 = R::fused(t2720, t2855, t2870);
     t2872 = R::fused(t2716, t2857, t2871);
-    t2873 = t2872 + R::constant(2.462686567832479);
+    t2873 = t2872 + R::constant(2.4626865678324794);
     t2874 = R::fused(-t2821, t2822, t2873);
     t2875 = R::constant(1.0) / t2874;
     t2876 = t2861 * t2875;
@@ -14681,7 +14681,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t3160 = R::fused(t3065, t2853, t3159);
     t3161 = R::fused(t3062, t2855, t3160);
     t3162 = R::fused(t542, t2857, t3161);
-    t3163 = R::constant(44.77611941513598) - t3162;
+    t3163 = R::constant(44.77611941513599) - t3162;
     t3164 = R::fused(t2821, t3150, t3163);
     t3165 = t3164 * t2875;
     t3166 = R::fused(t2998, t3165, t3151);
@@ -14712,7 +14712,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t3191 = R::fused(-t3190, t1328, t3189);
     t3192 = t542 * t545;
     t3193 = R::fused(-t3192, t1307, t3191);
-    t3194 = R::constant(814.1112620933815) * t1287;
+    t3194 = R::constant(814.1112620933816) * t1287;
     t3195 = t3193 - t3194;
     t3196 = t3171 + t3195;
     t3197 = R::fused(t2685, t3150, t3196);
@@ -14729,7 +14729,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t3208 = R::fused(t3065, t3188, t3207);
     t3209 = R::fused(t3062, t3190, t3208);
     t3210 = R::fused(t542, t3192, t3209);
-    t3211 = R::constant(814.1112620933815) + t3210;
+    t3211 = R::constant(814.1112620933816) + t3210;
     t3212 = R::fused(-t3149, t3150, t3211);
     t3213 = R::fused(-t3164, t3165, t3212);
     t3214 = R::fused(-t3166, t3167, t3213);
@@ -15317,8 +15317,8 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t3743 = R::fused(t616, t3697, t3742);
     t3744 = R::fused(-t584, t3712, t3743);
     t3745 = R::fused(-t566, t3728, t3744);
-    t3746 = R::fused(R::constant(44.77611941513598), t3574, t3194); // other
-    t3747 = R::fused(R::constant(814.1112620933815), t3567, t3746); // other
+    t3746 = R::fused(R::constant(44.77611941513599), t3574, t3194); // other
+    t3747 = R::fused(R::constant(814.1112620933816), t3567, t3746); // other
     t3748 = R::fused(-t1632, t3592, t3747);
     t3749 = R::fused(t2254, t3601, t3748);
     t3750 = R::fused(t2054, t3611, t3749);

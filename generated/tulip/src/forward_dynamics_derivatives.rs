@@ -523,10 +523,10 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t353 = R::constant(0.0165) * cos_q_left_ankle_roll;
     t354 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
     t355 = sin_q_left_ankle_roll * cos_q_left_ankle_roll;
-    t356 = R::constant(0.00009166666999999972) * t354;
-    t357 = R::constant(0.00009166666999999972) * t355;
+    t356 = R::constant(0.00009166667) * t354;
+    t357 = R::constant(0.00009166667) * t355;
     t358 = R::constant(0.0006600000015) - t356;
-    t359 = R::constant(0.0005683333315000003) + t356;
+    t359 = R::constant(0.0005683333315) + t356;
     t360 = R::constant(0.000612) * sin_q_left_ankle_roll;
     t361 = R::constant(0.000612) * cos_q_left_ankle_roll;
     t362 = t344 * t352;
@@ -537,7 +537,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t367 = R::fused(t310, t352, -t366);
     t368 = t358 - t359;
     t369 = t307 * t368;
-    t370 = R::fused(R::constant(0.0012283333330000003), t295, t369);
+    t370 = R::fused(R::constant(0.001228333333), t295, t369);
     t371 = t287 - t300;
     t372 = R::fused(-t350, t360, t370);
     t373 = R::fused(-t347, t361, t372);
@@ -569,7 +569,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t399 = sin_q_left_ankle_roll * R::constant(0.001224);
     t400 = cos_q_left_ankle_roll * R::constant(0.001224);
     t401 = R::constant(2.0) * t358;
-    t402 = t355 * R::constant(0.00018333333999999944);
+    t402 = t355 * R::constant(0.00018333334);
     t403 = R::constant(2.0) * t359;
     t404 = t289 * t399;
     t405 = t286 * t400;
@@ -592,7 +592,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t422 = cos_q_left_ankle_roll * R::constant(0.001221);
     t423 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t357);
     t424 = t359 + t422;
-    t425 = R::constant(0.0012283333330000003) + t422;
+    t425 = R::constant(0.001228333333) + t422;
     t426 = R::constant(0.037) * t398;
     t427 = R::fused(R::constant(0.037), t396, t410);
     t428 = R::fused(R::constant(-0.037), t397, t415);
@@ -612,10 +612,10 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t441 = R::constant(0.0165) * cos_q_right_ankle_roll;
     t442 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
     t443 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
-    t444 = R::constant(0.00009166666999999972) * t442;
-    t445 = R::constant(0.00009166666999999972) * t443;
+    t444 = R::constant(0.00009166667) * t442;
+    t445 = R::constant(0.00009166667) * t443;
     t446 = R::constant(0.0006600000015) - t444;
-    t447 = R::constant(0.0005683333315000003) + t444;
+    t447 = R::constant(0.0005683333315) + t444;
     t448 = R::constant(0.000612) * sin_q_right_ankle_roll;
     t449 = R::constant(0.000612) * cos_q_right_ankle_roll;
     t450 = t326 * t440;
@@ -626,7 +626,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t455 = R::fused(t265, t440, -t454);
     t456 = t446 - t447;
     t457 = t262 * t456;
-    t458 = R::fused(R::constant(0.0012283333330000003), t250, t457);
+    t458 = R::fused(R::constant(0.001228333333), t250, t457);
     t459 = t242 - t255;
     t460 = R::fused(-t332, t448, t458);
     t461 = R::fused(-t329, t449, t460);
@@ -658,7 +658,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t487 = sin_q_right_ankle_roll * R::constant(0.001224);
     t488 = cos_q_right_ankle_roll * R::constant(0.001224);
     t489 = R::constant(2.0) * t446;
-    t490 = R::constant(0.00018333333999999944) * t443;
+    t490 = R::constant(0.00018333334) * t443;
     t491 = R::constant(2.0) * t447;
     t492 = t244 * t487;
     t493 = t241 * t488;
@@ -681,7 +681,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t510 = cos_q_right_ankle_roll * R::constant(0.001221);
     t511 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t445);
     t512 = t447 + t510;
-    t513 = R::constant(0.0012283333330000003) + t510;
+    t513 = R::constant(0.001228333333) + t510;
     t514 = R::constant(0.037) * t486;
     t515 = R::fused(R::constant(0.037), t484, t498);
     let (
@@ -714,42 +714,42 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t526 = R::fused(R::constant(0.037), t453, t478);
     t527 = R::fused(R::constant(-0.037), t451, t479);
     // left_ankle: sums of what it carries
-    t528 = R::constant(0.015400000000000002) * t301;
+    t528 = R::constant(0.0154) * t301;
     t529 = R::fused(R::constant(-0.023125), t304, t528);
-    t530 = R::constant(0.015400000000000002) * t305;
+    t530 = R::constant(0.0154) * t305;
     t531 = R::fused(R::constant(-0.023125), t308, t530);
     t532 = R::constant(0.023125) * t311;
-    t533 = R::fused(R::constant(0.015400000000000002), t309, t532);
-    t534 = t308 * R::constant(0.0008355375000000001);
-    t535 = R::fused(R::constant(-0.0005698000000000001), t305, t534);
+    t533 = R::fused(R::constant(0.0154), t309, t532);
+    t534 = t308 * R::constant(0.0008355375);
+    t535 = R::fused(R::constant(-0.0005698), t305, t534);
     t536 = t303 * R::constant(0.0022669124985);
     t537 = R::fused(t124, R::constant(0.0039379874985), -t536);
     t538 = t300 - t306;
-    t539 = R::constant(0.0005698000000000001) * t538;
+    t539 = R::constant(0.0005698) * t538;
     t540 = t537 - t539;
     t541 = t305 * R::constant(0.0031024499985);
-    t542 = R::fused(R::constant(-0.0005698000000000001), t308, t541);
+    t542 = R::fused(R::constant(-0.0005698), t308, t541);
     t543 = R::constant(0.023125) * t299;
-    t544 = R::fused(R::constant(-0.015400000000000002), t297, t543);
+    t544 = R::fused(R::constant(-0.0154), t297, t543);
     t545 = R::fused(R::constant(0.023125), t280, t535);
     t546 = t540 - t544;
-    t547 = R::fused(R::constant(-0.015400000000000002), t280, t542);
-    t548 = t289 * R::constant(0.030800000000000004);
+    t547 = R::fused(R::constant(-0.0154), t280, t542);
+    t548 = t289 * R::constant(0.0308);
     t549 = R::fused(-t291, R::constant(0.04625), t548);
-    t550 = t286 * R::constant(0.0011396000000000002);
+    t550 = t286 * R::constant(0.0011396);
     t551 = t289 * R::constant(0.006204899997);
-    t552 = R::fused(-t291, R::constant(0.0011396000000000002), t551);
-    t553 = t289 * R::constant(0.0011396000000000002);
-    t554 = R::fused(-t291, R::constant(0.0016710750000000002), t553);
+    t552 = R::fused(-t291, R::constant(0.0011396), t551);
+    t553 = t289 * R::constant(0.0011396);
+    t554 = R::fused(-t291, R::constant(0.001671075), t553);
     t555 = R::constant(0.023125) + t353;
-    t556 = R::constant(0.0005698000000000001) + t361;
-    t557 = R::constant(0.0008355375000000001) + t425;
+    t556 = R::constant(0.0005698) + t361;
+    t557 = R::constant(0.0008355375) + t425;
     t558 = R::constant(0.0039379874985) + t424;
     t559 = R::constant(0.0031024499985) + t358;
     t560 = R::fused(t286, R::constant(0.04625), t396);
     t561 = t397 - t549;
-    t562 = R::fused(-t286, R::constant(0.030800000000000004), t398);
-    t563 = R::fused(t286, R::constant(0.0016710750000000002), t434);
+    t562 = R::fused(-t286, R::constant(0.0308), t398);
+    t563 = R::fused(t286, R::constant(0.001671075), t434);
     t564 = t411 - t552;
     t565 = t435 + t554;
     t566 = R::fused(-t286, R::constant(0.006204899997), t416);
@@ -770,9 +770,9 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t581 = sin_t3 * t578;
     t582 = R::fused(-cos_t3, t576, t581);
     t583 = cos_t3 * t555;
-    t584 = R::fused(R::constant(0.015400000000000002), sin_t3, t583);
+    t584 = R::fused(R::constant(0.0154), sin_t3, t583);
     t585 = sin_t3 * t555;
-    t586 = R::fused(R::constant(-0.015400000000000002), cos_t3, t585);
+    t586 = R::fused(R::constant(-0.0154), cos_t3, t585);
     t587 = t557 - t559;
     t588 = sin_t3 * sin_t3;
     t589 = sin_t3 * cos_t3;
@@ -859,42 +859,42 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t670 = t577 - t668;
     t671 = R::fused(t272, t570, t580);
     // right_ankle: sums of what it carries
-    t672 = R::constant(0.015400000000000002) * t256;
+    t672 = R::constant(0.0154) * t256;
     t673 = R::fused(R::constant(-0.023125), t259, t672);
-    t674 = R::constant(0.015400000000000002) * t260;
+    t674 = R::constant(0.0154) * t260;
     t675 = R::fused(R::constant(-0.023125), t263, t674);
     t676 = R::constant(0.023125) * t266;
-    t677 = R::fused(R::constant(0.015400000000000002), t264, t676);
-    t678 = t263 * R::constant(0.0008355375000000001);
-    t679 = R::fused(R::constant(-0.0005698000000000001), t260, t678);
+    t677 = R::fused(R::constant(0.0154), t264, t676);
+    t678 = t263 * R::constant(0.0008355375);
+    t679 = R::fused(R::constant(-0.0005698), t260, t678);
     t680 = t258 * R::constant(0.0022669124985);
     t681 = R::fused(t98, R::constant(0.0039379874985), -t680);
     t682 = t255 - t261;
-    t683 = R::constant(0.0005698000000000001) * t682;
+    t683 = R::constant(0.0005698) * t682;
     t684 = t681 - t683;
     t685 = t260 * R::constant(0.0031024499985);
-    t686 = R::fused(R::constant(-0.0005698000000000001), t263, t685);
+    t686 = R::fused(R::constant(-0.0005698), t263, t685);
     t687 = R::constant(0.023125) * t254;
-    t688 = R::fused(R::constant(-0.015400000000000002), t252, t687);
+    t688 = R::fused(R::constant(-0.0154), t252, t687);
     t689 = R::fused(R::constant(0.023125), t235, t679);
     t690 = t684 - t688;
-    t691 = R::fused(R::constant(-0.015400000000000002), t235, t686);
-    t692 = t244 * R::constant(0.030800000000000004);
+    t691 = R::fused(R::constant(-0.0154), t235, t686);
+    t692 = t244 * R::constant(0.0308);
     t693 = R::fused(-t246, R::constant(0.04625), t692);
-    t694 = t241 * R::constant(0.0011396000000000002);
+    t694 = t241 * R::constant(0.0011396);
     t695 = t244 * R::constant(0.006204899997);
-    t696 = R::fused(-t246, R::constant(0.0011396000000000002), t695);
-    t697 = t244 * R::constant(0.0011396000000000002);
-    t698 = R::fused(-t246, R::constant(0.0016710750000000002), t697);
+    t696 = R::fused(-t246, R::constant(0.0011396), t695);
+    t697 = t244 * R::constant(0.0011396);
+    t698 = R::fused(-t246, R::constant(0.001671075), t697);
     t699 = R::constant(0.023125) + t441;
-    t700 = R::constant(0.0005698000000000001) + t449;
-    t701 = R::constant(0.0008355375000000001) + t513;
+    t700 = R::constant(0.0005698) + t449;
+    t701 = R::constant(0.0008355375) + t513;
     t702 = R::constant(0.0039379874985) + t512;
     t703 = R::constant(0.0031024499985) + t446;
     t704 = R::fused(t241, R::constant(0.04625), t484);
     t705 = t485 - t693;
-    t706 = R::fused(-t241, R::constant(0.030800000000000004), t486);
-    t707 = R::fused(t241, R::constant(0.0016710750000000002), t522);
+    t706 = R::fused(-t241, R::constant(0.0308), t486);
+    t707 = R::fused(t241, R::constant(0.001671075), t522);
     t708 = t499 - t696;
     t709 = t523 + t698;
     t710 = R::fused(-t241, R::constant(0.006204899997), t504);
@@ -915,9 +915,9 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t725 = sin_t2 * t722;
     t726 = R::fused(-cos_t2, t720, t725);
     t727 = cos_t2 * t699;
-    t728 = R::fused(R::constant(0.015400000000000002), sin_t2, t727);
+    t728 = R::fused(R::constant(0.0154), sin_t2, t727);
     t729 = sin_t2 * t699;
-    t730 = R::fused(R::constant(-0.015400000000000002), cos_t2, t729);
+    t730 = R::fused(R::constant(-0.0154), cos_t2, t729);
     t731 = t701 - t703;
     t732 = sin_t2 * sin_t2;
     t733 = sin_t2 * cos_t2;
@@ -1021,18 +1021,18 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t814 = t721 - t812;
     t815 = R::fused(t227, t714, t724);
     // left_lower_leg: sums of what it carries
-    t816 = R::constant(0.31110000000000004) * cos_t1;
+    t816 = R::constant(0.3111) * cos_t1;
     t817 = R::fused(R::constant(0.008), sin_t1, t816);
-    t818 = R::constant(0.31110000000000004) * sin_t1;
+    t818 = R::constant(0.3111) * sin_t1;
     t819 = R::fused(R::constant(-0.008), cos_t1, t818);
     t820 = sin_t1 * sin_t1;
     t821 = sin_t1 * cos_t1;
-    t822 = R::constant(0.07230871666700002) * t820;
+    t822 = R::constant(0.072308716667) * t820;
     t823 = R::fused(-t821, R::constant(0.00172), t822);
     t824 = t820 * R::constant(0.00172);
-    t825 = R::fused(R::constant(0.07230871666700002), t821, t824);
-    t826 = R::constant(0.07278104999850002) - t823;
-    t827 = R::constant(0.00047233333149999945) + t823;
+    t825 = R::fused(R::constant(0.072308716667), t821, t824);
+    t826 = R::constant(0.0727810499985) - t823;
+    t827 = R::constant(0.0004723333315) + t823;
     t828 = R::constant(0.00086) - t825;
     t829 = R::constant(0.00024) * cos_t1;
     t830 = R::fused(R::constant(0.000016), sin_t1, t829);
@@ -1052,7 +1052,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t844 = t842 - t843;
     t845 = t826 - t827;
     t846 = t134 * t845;
-    t847 = R::fused(R::constant(0.07325338333000002), t124, -t846);
+    t847 = R::fused(R::constant(0.07325338333), t124, -t846);
     t848 = t118 - t131;
     t849 = R::fused(-t216, t830, t847);
     t850 = R::fused(-t220, t832, t849);
@@ -1098,7 +1098,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t890 = t635 + t828;
     t891 = t636 - t830;
     t892 = t637 + t826;
-    t893 = R::constant(0.07325338333000002) + t638;
+    t893 = R::constant(0.07325338333) + t638;
     t894 = t639 + t827;
     t895 = R::fused(-t212, t865, t605);
     t896 = t561 + t867;
@@ -1167,18 +1167,18 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t959 = t911 - t957;
     t960 = R::fused(t198, t908, t912);
     // right_lower_leg: sums of what it carries
-    t961 = R::constant(0.31110000000000004) * cos_t0;
+    t961 = R::constant(0.3111) * cos_t0;
     t962 = R::fused(R::constant(0.008), sin_t0, t961);
-    t963 = R::constant(0.31110000000000004) * sin_t0;
+    t963 = R::constant(0.3111) * sin_t0;
     t964 = R::fused(R::constant(-0.008), cos_t0, t963);
     t965 = sin_t0 * sin_t0;
     t966 = sin_t0 * cos_t0;
-    t967 = R::constant(0.07230871666700002) * t965;
+    t967 = R::constant(0.072308716667) * t965;
     t968 = R::fused(R::constant(-0.00172), t966, t967);
     t969 = R::constant(0.00172) * t965;
-    t970 = R::fused(R::constant(0.07230871666700002), t966, t969);
-    t971 = R::constant(0.07278104999850002) - t968;
-    t972 = R::constant(0.00047233333149999945) + t968;
+    t970 = R::fused(R::constant(0.072308716667), t966, t969);
+    t971 = R::constant(0.0727810499985) - t968;
+    t972 = R::constant(0.0004723333315) + t968;
     t973 = R::constant(0.00086) - t970;
     t974 = R::constant(0.00024) * cos_t0;
     t975 = R::fused(R::constant(0.000016), sin_t0, t974);
@@ -1198,7 +1198,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t989 = t987 + t988;
     t990 = t971 - t972;
     t991 = t108 * t990;
-    t992 = R::fused(R::constant(0.07325338333000002), t98, -t991);
+    t992 = R::fused(R::constant(0.07325338333), t98, -t991);
     t993 = t92 - t105;
     t994 = R::fused(t187, t975, t992);
     t995 = R::fused(t191, t977, t994);
@@ -1262,7 +1262,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1035 = t779 + t973;
     t1036 = t780 + t975;
     t1037 = t781 + t971;
-    t1038 = R::constant(0.07325338333000002) + t782;
+    t1038 = R::constant(0.07325338333) + t782;
     t1039 = t783 + t972;
     t1040 = R::fused(-t183, t1010, t749);
     t1041 = t705 + t1012;
@@ -1331,22 +1331,22 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1104 = t1056 - t1102;
     t1105 = R::fused(t169, t1053, t1057);
     // left_upper_leg: sums of what it carries
-    t1106 = R::constant(0.8355000000000001) * cos_q_left_hip_pitch;
+    t1106 = R::constant(0.8355) * cos_q_left_hip_pitch;
     t1107 = R::fused(R::constant(0.012), sin_q_left_hip_pitch, t1106);
-    t1108 = R::constant(0.8355000000000001) * sin_q_left_hip_pitch;
+    t1108 = R::constant(0.8355) * sin_q_left_hip_pitch;
     t1109 = R::fused(R::constant(-0.012), cos_q_left_hip_pitch, t1108);
     t1110 = sin_q_left_hip_pitch * sin_q_left_hip_pitch;
     t1111 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
-    t1112 = R::constant(0.22879800003000006) * t1110;
+    t1112 = R::constant(0.22879800003) * t1110;
     t1113 = R::fused(-t1111, R::constant(0.004), t1112);
     t1114 = t1110 * R::constant(0.004);
-    t1115 = R::fused(R::constant(0.22879800003000006), t1111, t1114);
-    t1116 = R::constant(0.23022000001500004) - t1113;
-    t1117 = R::constant(0.0014219999849999915) + t1113;
+    t1115 = R::fused(R::constant(0.22879800003), t1111, t1114);
+    t1116 = R::constant(0.230220000015) - t1113;
+    t1117 = R::constant(0.001421999985) + t1113;
     t1118 = R::constant(0.002) - t1115;
-    t1119 = R::constant(0.0019299999999999999) * cos_q_left_hip_pitch;
+    t1119 = R::constant(0.00193) * cos_q_left_hip_pitch;
     t1120 = R::fused(R::constant(0.000048), sin_q_left_hip_pitch, t1119);
-    t1121 = R::constant(0.0019299999999999999) * sin_q_left_hip_pitch;
+    t1121 = R::constant(0.00193) * sin_q_left_hip_pitch;
     t1122 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t1121);
     t1123 = t160 * t1109;
     t1124 = R::fused(t135, t1107, t1123);
@@ -1362,7 +1362,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1134 = t1132 - t1133;
     t1135 = t1116 - t1117;
     t1136 = t134 * t1135;
-    t1137 = R::fused(t124, R::constant(0.23164200000000001), -t1136);
+    t1137 = R::fused(R::constant(0.231642), t124, -t1136);
     t1138 = R::fused(-t162, t1120, t1137);
     t1139 = R::fused(-t166, t1122, t1138);
     t1140 = t848 * t1118;
@@ -1407,7 +1407,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1179 = t924 + t1118;
     t1180 = t925 - t1120;
     t1181 = t926 + t1116;
-    t1182 = R::constant(0.23164200000000001) + t927;
+    t1182 = R::constant(0.231642) + t927;
     t1183 = t928 + t1117;
     t1184 = R::fused(-t158, t1154, t895);
     t1185 = t896 + t1156;
@@ -1428,22 +1428,22 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1200 = t959 + t1151;
     t1201 = t960 + t1152;
     // right_upper_leg: sums of what it carries
-    t1202 = R::constant(0.8355000000000001) * cos_q_right_hip_pitch;
+    t1202 = R::constant(0.8355) * cos_q_right_hip_pitch;
     t1203 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t1202);
-    t1204 = R::constant(0.8355000000000001) * sin_q_right_hip_pitch;
+    t1204 = R::constant(0.8355) * sin_q_right_hip_pitch;
     t1205 = R::fused(R::constant(-0.012), cos_q_right_hip_pitch, t1204);
     t1206 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
     t1207 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
-    t1208 = R::constant(0.22879800003000006) * t1206;
+    t1208 = R::constant(0.22879800003) * t1206;
     t1209 = R::fused(R::constant(-0.004), t1207, t1208);
     t1210 = R::constant(0.004) * t1206;
-    t1211 = R::fused(R::constant(0.22879800003000006), t1207, t1210);
-    t1212 = R::constant(0.23022000001500004) - t1209;
-    t1213 = R::constant(0.0014219999849999915) + t1209;
+    t1211 = R::fused(R::constant(0.22879800003), t1207, t1210);
+    t1212 = R::constant(0.230220000015) - t1209;
+    t1213 = R::constant(0.001421999985) + t1209;
     t1214 = R::constant(0.002) - t1211;
-    t1215 = R::constant(0.0019299999999999999) * cos_q_right_hip_pitch;
+    t1215 = R::constant(0.00193) * cos_q_right_hip_pitch;
     t1216 = R::fused(R::constant(0.000048), sin_q_right_hip_pitch, t1215);
-    t1217 = R::constant(0.0019299999999999999) * sin_q_right_hip_pitch;
+    t1217 = R::constant(0.00193) * sin_q_right_hip_pitch;
     t1218 = R::fused(R::constant(-0.000048), cos_q_right_hip_pitch, t1217);
     t1219 = t146 * t1205;
     t1220 = R::fused(t109, t1203, t1219);
@@ -1459,7 +1459,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1230 = t1228 + t1229;
     t1231 = t1212 - t1213;
     t1232 = t108 * t1231;
-    t1233 = R::fused(t98, R::constant(0.23164200000000001), -t1232);
+    t1233 = R::fused(R::constant(0.231642), t98, -t1232);
     t1234 = R::fused(t148, t1216, t1233);
     t1235 = R::fused(t152, t1218, t1234);
     t1236 = t993 * t1214;
@@ -1504,7 +1504,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1275 = t1069 + t1214;
     t1276 = t1070 + t1216;
     t1277 = t1071 + t1212;
-    t1278 = R::constant(0.23164200000000001) + t1072;
+    t1278 = R::constant(0.231642) + t1072;
     t1279 = t1073 + t1213;
     t1280 = R::fused(-t144, t1250, t1040);
     t1281 = t1041 + t1252;
@@ -1544,21 +1544,21 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1297 = t1105 + t1248;
     // left_hip_roll_link: sums of what it carries
     t1298 = R::constant(0.01) * t136;
-    t1299 = t137 * R::constant(0.0014339166865000308);
-    t1300 = R::fused(t75, R::constant(0.0016005833535000236), -t1299);
-    t1301 = t133 * R::constant(0.0015172500200000272);
+    t1299 = t137 * R::constant(0.0014339166865);
+    t1300 = R::fused(t75, R::constant(0.0016005833535), -t1299);
+    t1301 = t133 * R::constant(0.00151725002);
     t1302 = R::fused(R::constant(0.01), t130, t1300);
     t1303 = R::fused(R::constant(-0.01), t79, t1301);
     t1304 = R::constant(0.01) + t352;
-    t1305 = R::constant(0.0016005833535000236) + t1181;
-    t1306 = R::constant(0.00008333333349999639) + t1182;
-    t1307 = R::constant(0.0015172500200000272) + t1183;
+    t1305 = R::constant(0.0016005833535) + t1181;
+    t1306 = R::constant(0.0000833333335) + t1182;
+    t1307 = R::constant(0.00151725002) + t1183;
     t1308 = R::fused(t122, R::constant(0.02), t1184);
     t1309 = R::fused(-t117, R::constant(0.02), t1186);
-    t1310 = R::fused(-t122, R::constant(0.0030345000400000544), t1187);
-    t1311 = R::fused(t120, R::constant(0.00016666666699999277), t1188);
-    t1312 = R::fused(t117, R::constant(0.00016666666699999277), t1190);
-    t1313 = R::fused(t117, R::constant(0.0030345000400000544), t1192);
+    t1310 = R::fused(-t122, R::constant(0.00303450004), t1187);
+    t1311 = R::fused(t120, R::constant(0.000166666667), t1188);
+    t1312 = R::fused(t117, R::constant(0.000166666667), t1190);
+    t1313 = R::fused(t117, R::constant(0.00303450004), t1192);
     t1314 = R::fused(R::constant(0.01), t133, t1196);
     t1315 = t1197 + t1298;
     t1316 = R::fused(R::constant(-0.01), t139, t1198);
@@ -1567,7 +1567,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1319 = sin_q_left_hip_roll * t1315;
     t1320 = R::fused(cos_q_left_hip_roll, t1316, t1319);
     t1321 = t1199 + t1302;
-    t1322 = R::fused(t135, R::constant(0.00008333333349999639), t1200);
+    t1322 = R::fused(t135, R::constant(0.0000833333335), t1200);
     t1323 = t1201 + t1303;
     t1324 = cos_q_left_hip_roll * t1322;
     t1325 = R::fused(sin_q_left_hip_roll, t1323, t1324);
@@ -1616,21 +1616,21 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1368 = t1195 - t1354;
     // right_hip_roll_link: sums of what it carries
     t1369 = R::constant(0.01) * t110;
-    t1370 = t111 * R::constant(0.0014339166865000308);
-    t1371 = R::fused(t50, R::constant(0.0016005833535000236), -t1370);
-    t1372 = t107 * R::constant(0.0015172500200000272);
+    t1370 = t111 * R::constant(0.0014339166865);
+    t1371 = R::fused(t50, R::constant(0.0016005833535), -t1370);
+    t1372 = t107 * R::constant(0.00151725002);
     t1373 = R::fused(R::constant(-0.01), t104, t1371);
     t1374 = R::fused(R::constant(0.01), t54, t1372);
     t1375 = R::constant(0.01) - t440;
-    t1376 = R::constant(0.0016005833535000236) + t1277;
-    t1377 = R::constant(0.00008333333349999639) + t1278;
-    t1378 = R::constant(0.0015172500200000272) + t1279;
+    t1376 = R::constant(0.0016005833535) + t1277;
+    t1377 = R::constant(0.0000833333335) + t1278;
+    t1378 = R::constant(0.00151725002) + t1279;
     t1379 = R::fused(-t96, R::constant(0.02), t1280);
     t1380 = R::fused(t91, R::constant(0.02), t1282);
-    t1381 = R::fused(-t96, R::constant(0.0030345000400000544), t1283);
-    t1382 = R::fused(t94, R::constant(0.00016666666699999277), t1284);
-    t1383 = R::fused(t91, R::constant(0.00016666666699999277), t1286);
-    t1384 = R::fused(t91, R::constant(0.0030345000400000544), t1288);
+    t1381 = R::fused(-t96, R::constant(0.00303450004), t1283);
+    t1382 = R::fused(t94, R::constant(0.000166666667), t1284);
+    t1383 = R::fused(t91, R::constant(0.000166666667), t1286);
+    t1384 = R::fused(t91, R::constant(0.00303450004), t1288);
     t1385 = R::fused(R::constant(-0.01), t107, t1292);
     t1386 = t1293 - t1369;
     t1387 = R::fused(R::constant(0.01), t113, t1294);
@@ -1639,7 +1639,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1390 = sin_q_right_hip_roll * t1386;
     t1391 = R::fused(cos_q_right_hip_roll, t1387, t1390);
     t1392 = t1295 + t1373;
-    t1393 = R::fused(t109, R::constant(0.00008333333349999639), t1296);
+    t1393 = R::fused(t109, R::constant(0.0000833333335), t1296);
     t1394 = t1297 + t1374;
     t1395 = cos_q_right_hip_roll * t1393;
     t1396 = R::fused(sin_q_right_hip_roll, t1394, t1395);
@@ -1688,20 +1688,20 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1439 = t1291 - t1425;
     // left_hip_yaw_link: sums of what it carries
     t1440 = R::constant(0.008) * t82;
-    t1441 = t86 * R::constant(0.0005199999995000315);
-    t1442 = t83 * R::constant(0.00042999999950002477);
+    t1441 = t86 * R::constant(0.0005199999995);
+    t1442 = t83 * R::constant(0.0004299999995);
     t1443 = R::fused(R::constant(-0.008), t65, t1441);
     t1444 = R::fused(R::constant(-0.008), t81, t1442);
     t1445 = R::constant(0.008) + t1176;
-    t1446 = R::constant(0.00009000000000000674) + t1305;
-    t1447 = R::constant(0.0005199999995000315) + t1345;
-    t1448 = R::constant(0.0006099999995000382) + t1346;
+    t1446 = R::constant(0.00009) + t1305;
+    t1447 = R::constant(0.0005199999995) + t1345;
+    t1448 = R::constant(0.0006099999995) + t1346;
     t1449 = R::fused(t68, R::constant(0.016), t1348);
     t1450 = R::fused(t73, R::constant(0.016), t1350);
-    t1451 = R::fused(-t68, R::constant(0.00018000000000001348), t1364);
-    t1452 = R::fused(-t68, R::constant(0.001039999999000063), t1360);
-    t1453 = R::fused(-t73, R::constant(0.001039999999000063), t1362);
-    t1454 = R::fused(t71, R::constant(0.00018000000000001348), t1358);
+    t1451 = R::fused(-t68, R::constant(0.00018), t1364);
+    t1452 = R::fused(-t68, R::constant(0.001039999999), t1360);
+    t1453 = R::fused(-t73, R::constant(0.001039999999), t1362);
+    t1454 = R::fused(t71, R::constant(0.00018), t1358);
     t1455 = t1314 - t1440;
     t1456 = R::fused(R::constant(-0.008), t83, t1318);
     t1457 = R::fused(R::constant(0.008), t86, t1320);
@@ -1709,7 +1709,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1459 = R::fused(-sin_q_left_hip_yaw, t1456, t1458);
     t1460 = sin_q_left_hip_yaw * t1455;
     t1461 = R::fused(cos_q_left_hip_yaw, t1456, t1460);
-    t1462 = R::fused(t87, R::constant(0.00009000000000000674), t1321);
+    t1462 = R::fused(t87, R::constant(0.00009), t1321);
     t1463 = t1325 + t1443;
     t1464 = t1327 + t1444;
     t1465 = cos_q_left_hip_yaw * t1462;
@@ -1784,8 +1784,8 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1534 = R::fused(R::constant(-0.0764), t1459, t1464);
     // right_hip_yaw_link: sums of what it carries
     t1535 = R::constant(0.008) * t57;
-    t1536 = t61 * R::constant(0.0005199999995000315);
-    t1537 = t58 * R::constant(0.00042999999950002477);
+    t1536 = t61 * R::constant(0.0005199999995);
+    t1537 = t58 * R::constant(0.0004299999995);
     t1538 = R::fused(R::constant(-0.008), t40, t1536);
     t1539 = R::fused(R::constant(-0.008), t56, t1537);
     let (
@@ -1807,15 +1807,15 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
         t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795,
     );
     t1540 = R::constant(0.008) + t1272;
-    t1541 = R::constant(0.00009000000000000674) + t1376;
-    t1542 = R::constant(0.0005199999995000315) + t1416;
-    t1543 = R::constant(0.0006099999995000382) + t1417;
+    t1541 = R::constant(0.00009) + t1376;
+    t1542 = R::constant(0.0005199999995) + t1416;
+    t1543 = R::constant(0.0006099999995) + t1417;
     t1544 = R::fused(t43, R::constant(0.016), t1419);
     t1545 = R::fused(t48, R::constant(0.016), t1421);
-    t1546 = R::fused(-t43, R::constant(0.00018000000000001348), t1435);
-    t1547 = R::fused(-t43, R::constant(0.001039999999000063), t1431);
-    t1548 = R::fused(-t48, R::constant(0.001039999999000063), t1433);
-    t1549 = R::fused(t46, R::constant(0.00018000000000001348), t1429);
+    t1546 = R::fused(-t43, R::constant(0.00018), t1435);
+    t1547 = R::fused(-t43, R::constant(0.001039999999), t1431);
+    t1548 = R::fused(-t48, R::constant(0.001039999999), t1433);
+    t1549 = R::fused(t46, R::constant(0.00018), t1429);
     t1550 = t1385 - t1535;
     t1551 = R::fused(R::constant(-0.008), t58, t1389);
     t1552 = R::fused(R::constant(0.008), t61, t1391);
@@ -1823,7 +1823,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1554 = R::fused(-sin_q_right_hip_yaw, t1551, t1553);
     t1555 = sin_q_right_hip_yaw * t1550;
     t1556 = R::fused(cos_q_right_hip_yaw, t1551, t1555);
-    t1557 = R::fused(t62, R::constant(0.00009000000000000674), t1392);
+    t1557 = R::fused(t62, R::constant(0.00009), t1392);
     t1558 = t1396 + t1538;
     t1559 = t1398 + t1539;
     t1560 = cos_q_right_hip_yaw * t1557;
@@ -1923,72 +1923,72 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1654 = t1534 + t1627;
     // torso: sums of what it carries
     t1655 = R::constant(0.20808) * t28;
-    t1656 = R::fused(R::constant(0.010199999999999987), t29, t1655);
-    t1657 = R::fused(R::constant(2.4914999999999994), t30, t1656);
+    t1656 = R::fused(R::constant(0.0102), t29, t1655);
+    t1657 = R::fused(R::constant(2.4915), t30, t1656);
     t1658 = R::constant(0.20808) * t29;
-    t1659 = R::fused(R::constant(0.010199999999999987), t32, t1658);
-    t1660 = R::fused(R::constant(-2.4914999999999994), t33, t1659);
+    t1659 = R::fused(R::constant(0.0102), t32, t1658);
+    t1660 = R::fused(R::constant(-2.4915), t33, t1659);
     t1661 = R::constant(0.20808) * t30;
-    t1662 = R::fused(R::constant(-0.010199999999999987), t33, t1661);
-    t1663 = R::fused(R::constant(2.4914999999999994), t34, t1662);
+    t1662 = R::fused(R::constant(-0.0102), t33, t1661);
+    t1663 = R::fused(R::constant(2.4915), t34, t1662);
     t1664 = R::fused(R::constant(19.0), t23, t1657);
     t1665 = R::fused(R::constant(-19.0), t24, t1660);
     t1666 = R::fused(R::constant(-19.0), t25, t1663);
     t1667 = t33 * R::constant(0.652473302);
     t1668 = t26 - t27;
     t1669 = R::fused(R::constant(0.00220808), t30, t1667);
-    t1670 = R::fused(R::constant(-0.04045939999999999), t29, t1669);
-    t1671 = R::fused(R::constant(0.0014734999999999995), t1668, t1670);
-    t1672 = t30 * R::constant(0.7485639179999999);
+    t1670 = R::fused(R::constant(-0.0404594), t29, t1669);
+    t1671 = R::fused(R::constant(0.0014735), t1668, t1670);
+    t1672 = t30 * R::constant(0.748563918);
     t1673 = t27 - t31;
-    t1674 = R::fused(R::constant(0.0014734999999999995), t29, t1672);
+    t1674 = R::fused(R::constant(0.0014735), t29, t1672);
     t1675 = R::fused(R::constant(0.00220808), t33, t1674);
-    t1676 = R::fused(R::constant(0.04045939999999999), t1673, t1675);
-    t1677 = t29 * R::constant(0.0960906159999999);
+    t1676 = R::fused(R::constant(0.0404594), t1673, t1675);
+    t1677 = t29 * R::constant(0.096090616);
     t1678 = t26 - t31;
-    t1679 = R::fused(R::constant(0.04045939999999999), t33, t1677);
-    t1680 = R::fused(R::constant(0.0014734999999999995), t30, t1679);
+    t1679 = R::fused(R::constant(0.0404594), t33, t1677);
+    t1680 = R::fused(R::constant(0.0014735), t30, t1679);
     t1681 = R::fused(R::constant(0.00220808), t1678, t1680);
-    t1682 = R::constant(0.010199999999999987) * t25;
-    t1683 = R::fused(R::constant(-2.4914999999999994), t24, t1682);
-    t1684 = R::constant(2.4914999999999994) * t23;
+    t1682 = R::constant(0.0102) * t25;
+    t1683 = R::fused(R::constant(-2.4915), t24, t1682);
+    t1684 = R::constant(2.4915) * t23;
     t1685 = R::fused(R::constant(0.20808), t25, t1684);
     t1686 = R::constant(0.20808) * t24;
-    t1687 = R::fused(R::constant(0.010199999999999987), t23, t1686);
+    t1687 = R::fused(R::constant(0.0102), t23, t1686);
     t1688 = t1671 - t1683;
     t1689 = t1676 + t1685;
     t1690 = t1681 + t1687;
-    t1691 = v_base_angular_y * R::constant(4.982999999999999);
-    t1692 = R::fused(-v_base_angular_z, R::constant(0.020399999999999974), t1691);
+    t1691 = v_base_angular_y * R::constant(4.983);
+    t1692 = R::fused(-v_base_angular_z, R::constant(0.0204), t1691);
     t1693 = v_base_angular_z * R::constant(0.41616);
-    t1694 = R::fused(v_base_angular_x, R::constant(4.982999999999999), t1693);
-    t1695 = v_base_angular_x * R::constant(0.020399999999999974);
+    t1694 = R::fused(v_base_angular_x, R::constant(4.983), t1693);
+    t1695 = v_base_angular_x * R::constant(0.0204);
     t1696 = R::fused(v_base_angular_y, R::constant(0.41616), t1695);
     t1697 = v_base_angular_z * R::constant(0.00441616);
-    t1698 = v_base_angular_y * R::constant(0.08091879999999999);
+    t1698 = v_base_angular_y * R::constant(0.0809188);
     t1699 = t1697 - t1698;
-    t1700 = v_base_angular_z * R::constant(0.25575089599999945);
-    t1701 = R::fused(-v_base_angular_y, R::constant(0.002946999999999999), t1700);
-    t1702 = v_base_angular_z * R::constant(0.002946999999999999);
-    t1703 = R::fused(-v_base_angular_y, R::constant(1.5606974999999994), t1702);
-    t1704 = v_base_angular_z * R::constant(0.06356966399999964);
-    t1705 = R::fused(v_base_angular_x, R::constant(0.08091879999999999), t1704);
-    t1706 = v_base_angular_x * R::constant(0.002946999999999999);
+    t1700 = v_base_angular_z * R::constant(0.255750896);
+    t1701 = R::fused(-v_base_angular_y, R::constant(0.002947), t1700);
+    t1702 = v_base_angular_z * R::constant(0.002947);
+    t1703 = R::fused(-v_base_angular_y, R::constant(1.5606975), t1702);
+    t1704 = v_base_angular_z * R::constant(0.063569664);
+    t1705 = R::fused(v_base_angular_x, R::constant(0.0809188), t1704);
+    t1706 = v_base_angular_x * R::constant(0.002947);
     t1707 = t1697 + t1706;
-    t1708 = v_base_angular_z * R::constant(0.08091879999999999);
-    t1709 = R::fused(v_base_angular_x, R::constant(1.5606974999999994), t1708);
-    t1710 = v_base_angular_y * R::constant(0.06356966399999964);
+    t1708 = v_base_angular_z * R::constant(0.0809188);
+    t1709 = R::fused(v_base_angular_x, R::constant(1.5606975), t1708);
+    t1710 = v_base_angular_y * R::constant(0.063569664);
     t1711 = R::fused(v_base_angular_x, R::constant(0.00441616), t1710);
     t1712 = v_base_angular_y * R::constant(0.00441616);
-    t1713 = R::fused(v_base_angular_x, R::constant(0.25575089599999945), t1712);
+    t1713 = R::fused(v_base_angular_x, R::constant(0.255750896), t1712);
     t1714 = t1698 + t1706;
     t1715 = R::constant(0.20808) + t1628;
-    t1716 = R::constant(0.010199999999999987) - t1629;
-    t1717 = R::constant(2.4914999999999994) + t1630;
+    t1716 = R::constant(0.0102) - t1629;
+    t1717 = R::constant(2.4915) + t1630;
     t1718 = R::constant(0.00220808) - t1631;
-    t1719 = R::constant(0.04045939999999999) - t1632;
-    t1720 = R::constant(0.0014734999999999995) + t1633;
-    t1721 = R::constant(0.9082241979999999) + t1634;
+    t1719 = R::constant(0.0404594) - t1632;
+    t1720 = R::constant(0.0014735) + t1633;
+    t1721 = R::constant(0.908224198) + t1634;
     t1722 = R::constant(0.812133582) + t1635;
     t1723 = R::constant(0.15966028) + t1636;
     t1724 = t1637 - t1692;
@@ -2164,7 +2164,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1868 = R::fused(R::constant(-0.0764), t1855, t1865);
     t1869 = R::fused(R::constant(0.0764), t1861, t1859);
     // right_foot: mass matrix
-    t1870 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t1870 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1871 = cos_t2 * t440;
     t1872 = sin_t2 * t440;
     t1873 = cos_t2 * t449;
@@ -2200,7 +2200,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1903 = R::fused(R::constant(-0.0764), t1890, t1900);
     t1904 = R::fused(R::constant(-0.0764), t1896, t1894);
     // left_foot: mass matrix
-    t1905 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t1905 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1906 = cos_t3 * t352;
     t1907 = sin_t3 * t352;
     t1908 = cos_t3 * t361;
@@ -2236,7 +2236,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1938 = R::fused(R::constant(0.0764), t1925, t1935);
     t1939 = R::fused(R::constant(0.0764), t1931, t1929);
     // factors of the mass matrix
-    t1940 = sin_q_left_ankle_roll * R::constant(0.49823609240114947);
+    t1940 = sin_q_left_ankle_roll * R::constant(0.4982360924011495);
     t1941 = R::fused(-t360, t1940, t558);
     t1942 = R::fused(-t1915, t1940, t1850);
     t1943 = R::fused(-t1920, t1940, t1853);
@@ -2248,7 +2248,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1949 = R::fused(t1925, t1940, t1855);
     t1950 = R::fused(-t1933, t1940, t1863);
     t1951 = R::fused(-t1931, t1940, t1861);
-    t1952 = t1915 * R::constant(814.1112620933815);
+    t1952 = t1915 * R::constant(814.1112620933816);
     t1953 = R::fused(-t1915, t1952, t893);
     t1954 = R::fused(-t1920, t1952, t1811);
     t1955 = R::fused(-t1919, t1952, t889);
@@ -2259,7 +2259,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1960 = R::fused(t1925, t1952, t1813);
     t1961 = R::fused(-t1933, t1952, t1821);
     t1962 = R::fused(-t1931, t1952, t1819);
-    t1963 = t1920 * R::constant(814.1112620933815);
+    t1963 = t1920 * R::constant(814.1112620933816);
     t1964 = R::fused(-t1920, t1963, t1182);
     t1965 = R::fused(-t1919, t1963, t1178);
     t1966 = R::fused(-t1929, t1963, t1781);
@@ -2269,7 +2269,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1970 = R::fused(t1925, t1963, t1777);
     t1971 = R::fused(-t1933, t1963, t1785);
     t1972 = R::fused(-t1931, t1963, t1783);
-    t1973 = t1919 * R::constant(814.1112620933815);
+    t1973 = t1919 * R::constant(814.1112620933816);
     t1974 = R::fused(-t1919, t1973, t1305);
     t1975 = R::fused(-t1929, t1973, t1344);
     t1976 = R::fused(-t1939, t1973, t1759);
@@ -2278,7 +2278,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1979 = R::fused(-t1925, t1973, t1329);
     t1980 = R::fused(t1933, t1973, t1753);
     t1981 = R::fused(-t1931, t1973, t1752);
-    t1982 = t1929 * R::constant(814.1112620933815);
+    t1982 = t1929 * R::constant(814.1112620933816);
     t1983 = R::fused(-t1929, t1982, t1448);
     t1984 = R::fused(-t1939, t1982, t1743);
     t1985 = R::fused(-t1937, t1982, t1485);
@@ -2286,34 +2286,34 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1987 = t1925 * t1982;
     t1988 = R::fused(-t1933, t1982, t1470);
     t1989 = R::fused(t1931, t1982, t1472);
-    t1990 = t1939 * R::constant(814.1112620933815);
+    t1990 = t1939 * R::constant(814.1112620933816);
     t1991 = R::fused(-t1939, t1990, t1723);
     t1992 = R::fused(-t1937, t1990, t1720);
     t1993 = R::fused(t1938, t1990, t1719);
     t1994 = t1925 * t1990;
     t1995 = R::fused(-t1933, t1990, t1715);
     t1996 = R::fused(-t1931, t1990, t1716);
-    t1997 = t1937 * R::constant(814.1112620933815);
+    t1997 = t1937 * R::constant(814.1112620933816);
     t1998 = R::fused(-t1937, t1997, t1722);
     t1999 = R::fused(-t1938, t1997, t1718);
     t2000 = R::fused(-t1925, t1997, t1715);
     t2001 = t1933 * t1997;
     t2002 = R::fused(-t1931, t1997, t1717);
-    t2003 = t1938 * R::constant(814.1112620933815);
+    t2003 = t1938 * R::constant(814.1112620933816);
     t2004 = R::fused(-t1938, t2003, t1721);
     t2005 = R::fused(-t1925, t2003, t1716);
     t2006 = R::fused(t1933, t2003, t1717);
     t2007 = t1931 * t2003;
-    t2008 = t1925 * R::constant(814.1112620933815);
+    t2008 = t1925 * R::constant(814.1112620933816);
     t2009 = R::fused(-t1925, t2008, R::constant(19.0));
     t2010 = t1933 * t2008;
     t2011 = t1931 * t2008;
-    t2012 = t1933 * R::constant(814.1112620933815);
+    t2012 = t1933 * R::constant(814.1112620933816);
     t2013 = R::fused(-t1933, t2012, R::constant(19.0));
     t2014 = t1931 * t2012;
-    t2015 = t1931 * R::constant(814.1112620933815);
+    t2015 = t1931 * R::constant(814.1112620933816);
     t2016 = R::fused(-t1931, t2015, R::constant(19.0));
-    t2017 = sin_q_right_ankle_roll * R::constant(0.49823609240114947);
+    t2017 = sin_q_right_ankle_roll * R::constant(0.4982360924011495);
     t2018 = R::fused(-t448, t2017, t702);
     t2019 = R::fused(-t1880, t2017, t1829);
     t2020 = R::fused(-t1885, t2017, t1832);
@@ -2325,7 +2325,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t2026 = R::fused(t1890, t2017, t1834);
     t2027 = R::fused(-t1898, t2017, t1842);
     t2028 = R::fused(-t1896, t2017, t1840);
-    t2029 = t1880 * R::constant(814.1112620933815);
+    t2029 = t1880 * R::constant(814.1112620933816);
     t2030 = R::fused(-t1880, t2029, t1038);
     t2031 = R::fused(-t1885, t2029, t1793);
     t2032 = R::fused(-t1884, t2029, t1034);
@@ -2336,7 +2336,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t2037 = R::fused(t1890, t2029, t1795);
     t2038 = R::fused(-t1898, t2029, t1803);
     t2039 = R::fused(-t1896, t2029, t1801);
-    t2040 = t1885 * R::constant(814.1112620933815);
+    t2040 = t1885 * R::constant(814.1112620933816);
     t2041 = R::fused(-t1885, t2040, t1278);
     t2042 = R::fused(-t1884, t2040, t1274);
     t2043 = R::fused(-t1894, t2040, t1765);
@@ -2346,7 +2346,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t2047 = R::fused(t1890, t2040, t1761);
     t2048 = R::fused(-t1898, t2040, t1769);
     t2049 = R::fused(-t1896, t2040, t1767);
-    t2050 = t1884 * R::constant(814.1112620933815);
+    t2050 = t1884 * R::constant(814.1112620933816);
     t2051 = R::fused(-t1884, t2050, t1376);
     let (
         t2052, t2053, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067,
@@ -2373,7 +2373,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t2056 = R::fused(t1890, t2050, t1400);
     t2057 = R::fused(-t1898, t2050, t1745);
     t2058 = R::fused(t1896, t2050, t1744);
-    t2059 = t1894 * R::constant(814.1112620933815);
+    t2059 = t1894 * R::constant(814.1112620933816);
     t2060 = R::fused(-t1894, t2059, t1543);
     t2061 = R::fused(-t1904, t2059, t1742);
     t2062 = R::fused(-t1902, t2059, t1580);
@@ -2381,32 +2381,32 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t2064 = t1890 * t2059;
     t2065 = R::fused(-t1898, t2059, t1565);
     t2066 = R::fused(t1896, t2059, t1567);
-    t2067 = t1904 * R::constant(814.1112620933815);
+    t2067 = t1904 * R::constant(814.1112620933816);
     t2068 = R::fused(-t1904, t2067, t1991);
     t2069 = R::fused(-t1902, t2067, t1992);
     t2070 = R::fused(t1903, t2067, t1993);
     t2071 = R::fused(t1890, t2067, t1994);
     t2072 = R::fused(-t1898, t2067, t1995);
     t2073 = R::fused(-t1896, t2067, t1996);
-    t2074 = t1902 * R::constant(814.1112620933815);
+    t2074 = t1902 * R::constant(814.1112620933816);
     t2075 = R::fused(-t1902, t2074, t1998);
     t2076 = R::fused(-t1903, t2074, t1999);
     t2077 = R::fused(-t1890, t2074, t2000);
     t2078 = R::fused(t1898, t2074, t2001);
     t2079 = R::fused(-t1896, t2074, t2002);
-    t2080 = t1903 * R::constant(814.1112620933815);
+    t2080 = t1903 * R::constant(814.1112620933816);
     t2081 = R::fused(-t1903, t2080, t2004);
     t2082 = R::fused(-t1890, t2080, t2005);
     t2083 = R::fused(t1898, t2080, t2006);
     t2084 = R::fused(t1896, t2080, t2007);
-    t2085 = t1890 * R::constant(814.1112620933815);
+    t2085 = t1890 * R::constant(814.1112620933816);
     t2086 = R::fused(-t1890, t2085, t2009);
     t2087 = R::fused(t1898, t2085, t2010);
     t2088 = R::fused(t1896, t2085, t2011);
-    t2089 = t1898 * R::constant(814.1112620933815);
+    t2089 = t1898 * R::constant(814.1112620933816);
     t2090 = R::fused(-t1898, t2089, t2013);
     t2091 = R::fused(t1896, t2089, t2014);
-    t2092 = t1896 * R::constant(814.1112620933815);
+    t2092 = t1896 * R::constant(814.1112620933816);
     t2093 = R::fused(-t1896, t2092, t2016);
     t2094 = R::constant(1.0) / t1941;
     t2095 = t1942 * t2094;
@@ -5267,8 +5267,8 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3178 = t2226 * t3070;
     t3179 = t2160 * t3059;
     t3180 = t2094 * t3048;
-    t3181 = R::constant(814.1112620933815) * t3041;
-    t3182 = R::constant(814.1112620933815) * t3047;
+    t3181 = R::constant(814.1112620933816) * t3041;
+    t3182 = R::constant(814.1112620933816) * t3047;
     // solved by the factors
     t3183 = R::fused(t2607, t3165, t3166);
     t3184 = R::fused(t2604, t3165, t3167);
@@ -5625,7 +5625,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3503 = R::fused(t353, t3497, t3502);
     t3504 = R::fused(-t353, t3499, t364);
     t3505 = R::fused(-t352, t3501, t366);
-    t3506 = R::fused(R::constant(-0.0012283333330000003), t3495, t369);
+    t3506 = R::fused(R::constant(-0.001228333333), t3495, t369);
     t3507 = R::fused(t360, t3500, t3506);
     t3508 = R::fused(-t361, t3498, t3507);
     t3509 = t374 + t3508;
@@ -5649,7 +5649,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3526 = R::fused(t441, t3485, t3525);
     t3527 = R::fused(-t441, t3487, t452);
     t3528 = R::fused(-t440, t3489, t454);
-    t3529 = R::fused(R::constant(-0.0012283333330000003), t3483, t457);
+    t3529 = R::fused(R::constant(-0.001228333333), t3483, t457);
     t3530 = R::fused(t448, t3488, t3529);
     t3531 = R::fused(-t449, t3486, t3530);
     t3532 = t462 + t3531;
@@ -5670,20 +5670,20 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3547 = R::fused(R::constant(-0.037), t3526, t3544);
     // left_ankle: sums of what it carries
     t3548 = R::fused(R::constant(-0.023125), t3474, t528);
-    t3549 = R::constant(0.015400000000000002) * t3475;
+    t3549 = R::constant(0.0154) * t3475;
     t3550 = R::fused(R::constant(0.023125), t3476, t3549);
-    t3551 = R::fused(R::constant(-0.015400000000000002), t3477, t532);
-    t3552 = R::constant(0.0008355375000000001) * t3476;
-    t3553 = R::fused(R::constant(0.0005698000000000001), t3475, t3552);
+    t3551 = R::fused(R::constant(-0.0154), t3477, t532);
+    t3552 = R::constant(0.0008355375) * t3476;
+    t3553 = R::fused(R::constant(0.0005698), t3475, t3552);
     t3554 = R::fused(R::constant(0.0039379874985), t3463, t536);
     t3555 = t539 + t3554;
     t3556 = R::constant(0.0031024499985) * t3475;
-    t3557 = R::fused(R::constant(0.0005698000000000001), t3476, t3556);
+    t3557 = R::fused(R::constant(0.0005698), t3476, t3556);
     t3558 = R::constant(0.023125) * t3473;
-    t3559 = R::fused(R::constant(-0.015400000000000002), t3471, t3558);
+    t3559 = R::fused(R::constant(-0.0154), t3471, t3558);
     t3560 = R::fused(R::constant(-0.023125), t3459, t3553);
     t3561 = t3555 + t3559;
-    t3562 = R::fused(R::constant(-0.015400000000000002), t3459, t3557);
+    t3562 = R::fused(R::constant(-0.0154), t3459, t3557);
     t3563 = t3503 - t3548;
     t3564 = t3504 - t3550;
     t3565 = t3505 + t3551;
@@ -5705,20 +5705,20 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3581 = R::fused(t272, t3564, t3574);
     // right_ankle: sums of what it carries
     t3582 = R::fused(R::constant(-0.023125), t3450, t672);
-    t3583 = R::constant(0.015400000000000002) * t3451;
+    t3583 = R::constant(0.0154) * t3451;
     t3584 = R::fused(R::constant(0.023125), t3452, t3583);
-    t3585 = R::fused(R::constant(-0.015400000000000002), t3453, t676);
-    t3586 = R::constant(0.0008355375000000001) * t3452;
-    t3587 = R::fused(R::constant(0.0005698000000000001), t3451, t3586);
+    t3585 = R::fused(R::constant(-0.0154), t3453, t676);
+    t3586 = R::constant(0.0008355375) * t3452;
+    t3587 = R::fused(R::constant(0.0005698), t3451, t3586);
     t3588 = R::fused(R::constant(0.0039379874985), t3439, t680);
     t3589 = t683 + t3588;
     t3590 = R::constant(0.0031024499985) * t3451;
-    t3591 = R::fused(R::constant(0.0005698000000000001), t3452, t3590);
+    t3591 = R::fused(R::constant(0.0005698), t3452, t3590);
     t3592 = R::constant(0.023125) * t3449;
-    t3593 = R::fused(R::constant(-0.015400000000000002), t3447, t3592);
+    t3593 = R::fused(R::constant(-0.0154), t3447, t3592);
     t3594 = R::fused(R::constant(-0.023125), t3435, t3587);
     t3595 = t3589 + t3593;
-    t3596 = R::fused(R::constant(-0.015400000000000002), t3435, t3591);
+    t3596 = R::fused(R::constant(-0.0154), t3435, t3591);
     t3597 = t3526 - t3582;
     t3598 = t3527 - t3584;
     t3599 = t3528 + t3585;
@@ -5765,7 +5765,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3621 = R::fused(-t832, t3428, t3620);
     t3622 = R::fused(-t828, t3426, t3621);
     t3623 = t843 - t3622;
-    t3624 = R::fused(R::constant(0.07325338333000002), t3423, t846);
+    t3624 = R::fused(R::constant(0.07325338333), t3423, t846);
     t3625 = R::fused(t830, t3424, t3624);
     t3626 = R::fused(-t832, t3429, t3625);
     t3627 = t851 - t3626;
@@ -5798,7 +5798,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3653 = R::fused(t977, t3412, t3652);
     t3654 = R::fused(-t973, t3410, t3653);
     t3655 = t988 + t3654;
-    t3656 = R::fused(R::constant(0.07325338333000002), t3407, t991);
+    t3656 = R::fused(R::constant(0.07325338333), t3407, t991);
     t3657 = R::fused(-t975, t3408, t3656);
     t3658 = R::fused(t977, t3413, t3657);
     t3659 = t996 - t3658;
@@ -5831,7 +5831,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3685 = R::fused(-t1122, t3396, t3684);
     t3686 = R::fused(-t1118, t3394, t3685);
     t3687 = t1133 - t3686;
-    t3688 = R::fused(R::constant(0.23164200000000001), t3391, t1136);
+    t3688 = R::fused(R::constant(0.231642), t3391, t1136);
     t3689 = R::fused(t1120, t3392, t3688);
     t3690 = R::fused(-t1122, t3397, t3689);
     t3691 = t1140 - t3690;
@@ -5859,7 +5859,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3712 = R::fused(t1218, t3387, t3711);
     t3713 = R::fused(-t1214, t3385, t3712);
     t3714 = t1229 + t3713;
-    t3715 = R::fused(R::constant(0.23164200000000001), t3382, t1232);
+    t3715 = R::fused(R::constant(0.231642), t3382, t1232);
     t3716 = R::fused(-t1216, t3383, t3715);
     t3717 = R::fused(t1218, t3388, t3716);
     t3718 = t1236 - t3717;
@@ -5879,8 +5879,8 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3732 = t3678 - t3726;
     t3733 = t3679 - t3727;
     // left_hip_roll_link: sums of what it carries
-    t3734 = R::fused(R::constant(0.0016005833535000236), t3366, t1299);
-    t3735 = R::constant(0.0015172500200000272) * t3377;
+    t3734 = R::fused(R::constant(0.0016005833535), t3366, t1299);
+    t3735 = R::constant(0.00151725002) * t3377;
     t3736 = R::fused(R::constant(-0.01), t3376, t3734);
     t3737 = R::fused(R::constant(-0.01), t3342, t3735);
     t3738 = R::fused(R::constant(-0.01), t3377, t3701);
@@ -5891,15 +5891,15 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3743 = sin_q_left_hip_roll * t3739;
     t3744 = R::fused(-cos_q_left_hip_roll, t3740, t3743);
     t3745 = t3704 - t3736;
-    t3746 = R::fused(R::constant(0.00008333333349999639), t3378, t3705);
+    t3746 = R::fused(R::constant(0.0000833333335), t3378, t3705);
     t3747 = t3706 + t3737;
     t3748 = cos_q_left_hip_roll * t3746;
     t3749 = R::fused(-sin_q_left_hip_roll, t3747, t3748);
     t3750 = sin_q_left_hip_roll * t3746;
     t3751 = R::fused(cos_q_left_hip_roll, t3747, t3750);
     // right_hip_roll_link: sums of what it carries
-    t3752 = R::fused(R::constant(0.0016005833535000236), t3350, t1370);
-    t3753 = R::constant(0.0015172500200000272) * t3361;
+    t3752 = R::fused(R::constant(0.0016005833535), t3350, t1370);
+    t3753 = R::constant(0.00151725002) * t3361;
     t3754 = R::fused(R::constant(0.01), t3360, t3752);
     t3755 = R::fused(R::constant(0.01), t3323, t3753);
     t3756 = R::fused(R::constant(0.01), t3361, t3728);
@@ -5910,14 +5910,14 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3761 = sin_q_right_hip_roll * t3757;
     t3762 = R::fused(cos_q_right_hip_roll, t3758, t3761);
     t3763 = t3731 - t3754;
-    t3764 = R::fused(R::constant(0.00008333333349999639), t3362, t3732);
+    t3764 = R::fused(R::constant(0.0000833333335), t3362, t3732);
     t3765 = t3733 + t3755;
     t3766 = cos_q_right_hip_roll * t3764;
     t3767 = R::fused(-sin_q_right_hip_roll, t3765, t3766);
     t3768 = sin_q_right_hip_roll * t3764;
     t3769 = R::fused(cos_q_right_hip_roll, t3765, t3768);
     // left_hip_yaw_link: sums of what it carries
-    t3770 = R::constant(0.0005199999995000315) * t3346;
+    t3770 = R::constant(0.0005199999995) * t3346;
     t3771 = R::fused(R::constant(-0.008), t3331, t3770);
     t3772 = t1440 + t3738;
     t3773 = R::fused(R::constant(-0.008), t3345, t3742);
@@ -5925,14 +5925,14 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3775 = R::fused(sin_q_left_hip_yaw, t3773, t3774);
     t3776 = sin_q_left_hip_yaw * t3772;
     t3777 = R::fused(-cos_q_left_hip_yaw, t3773, t3776);
-    t3778 = R::fused(R::constant(-0.00009000000000000674), t3347, t3745);
+    t3778 = R::fused(R::constant(-0.00009), t3347, t3745);
     t3779 = t3749 - t3771;
     t3780 = cos_q_left_hip_yaw * t3778;
     t3781 = R::fused(-sin_q_left_hip_yaw, t3779, t3780);
     t3782 = sin_q_left_hip_yaw * t3778;
     t3783 = R::fused(cos_q_left_hip_yaw, t3779, t3782);
     // right_hip_yaw_link: sums of what it carries
-    t3784 = R::constant(0.0005199999995000315) * t3327;
+    t3784 = R::constant(0.0005199999995) * t3327;
     t3785 = R::fused(R::constant(-0.008), t3312, t3784);
     t3786 = t1535 + t3756;
     t3787 = R::fused(R::constant(0.008), t3326, t3760);
@@ -5940,7 +5940,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3789 = R::fused(-sin_q_right_hip_yaw, t3787, t3788);
     t3790 = sin_q_right_hip_yaw * t3786;
     t3791 = R::fused(cos_q_right_hip_yaw, t3787, t3790);
-    t3792 = R::fused(R::constant(-0.00009000000000000674), t3328, t3763);
+    t3792 = R::fused(R::constant(-0.00009), t3328, t3763);
     t3793 = t3767 - t3785;
     t3794 = cos_q_right_hip_yaw * t3792;
     t3795 = R::fused(-sin_q_right_hip_yaw, t3793, t3794);
@@ -6886,7 +6886,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t4652 = t3527 + t4650;
     t4653 = t440 * t3479;
     t4654 = R::fused(t441, t3480, t4653);
-    t4655 = R::constant(0.0012283333330000003) * t256;
+    t4655 = R::constant(0.001228333333) * t256;
     t4656 = R::fused(t448, t3486, t4655);
     t4657 = R::fused(t449, t3488, t4656);
     t4658 = t256 * t448;
@@ -7041,7 +7041,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t4806 = t3504 + t4804;
     t4807 = t352 * t3491;
     t4808 = R::fused(t353, t3492, t4807);
-    t4809 = R::constant(0.0012283333330000003) * t301;
+    t4809 = R::constant(0.001228333333) * t301;
     t4810 = R::fused(t360, t3498, t4809);
     t4811 = R::fused(t361, t3500, t4810);
     t4812 = t301 * t360;
@@ -7354,7 +7354,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t5099 = R::fused(-t3024, t5024, t5098);
     t5100 = R::fused(-t3028, t5025, t5099);
     t5101 = R::fused(-t2017, t5026, t5100);
-    t5102 = R::fused(R::constant(814.1112620933815), t4790, t5101);
+    t5102 = R::fused(R::constant(814.1112620933816), t4790, t5101);
     t5103 = t2629 * t5016;
     t5104 = R::fused(t2723, t5017, t5103);
     t5105 = R::fused(t2802, t5018, t5104);
@@ -7563,7 +7563,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t5288 = R::fused(t3024, t5213, t5287);
     t5289 = R::fused(t3028, t5214, t5288);
     t5290 = R::fused(t2017, t5215, t5289);
-    t5291 = R::fused(R::constant(814.1112620933815), t4777, -t5290);
+    t5291 = R::fused(R::constant(814.1112620933816), t4777, -t5290);
     t5292 = t2629 * t5205;
     t5293 = R::fused(-t2723, t5206, t5292);
     t5294 = R::fused(t2802, t5207, t5293);
@@ -7772,7 +7772,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t5477 = R::fused(-t3024, t5402, t5476);
     t5478 = R::fused(-t3028, t5403, t5477);
     t5479 = R::fused(-t2017, t5404, t5478);
-    t5480 = R::fused(R::constant(814.1112620933815), t4764, t5479);
+    t5480 = R::fused(R::constant(814.1112620933816), t4764, t5479);
     t5481 = t2629 * t5394;
     t5482 = R::fused(-t2723, t5395, t5481);
     t5483 = R::fused(t2802, t5396, t5482);
@@ -7981,7 +7981,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
         t5893, t5894, t5895, t5896, t5897, t5898, t5899, t5900, t5901, t5902, t5903, t5904, t5905, t5906, t5907, t5908,
         t5909, t5910, t5911, t5912, t5913, t5914, t5915, t5916, t5917, t5918, t5919, t5920, t5921, t5922, t5923, t5924,
     );
-    t5669 = R::fused(R::constant(814.1112620933815), t4746, t5668);
+    t5669 = R::fused(R::constant(814.1112620933816), t4746, t5668);
     t5670 = t2629 * t5583;
     t5671 = R::fused(-t2723, t5584, t5670);
     t5672 = R::fused(t2802, t5585, t5671);
@@ -8172,7 +8172,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t5855 = R::fused(-t3024, t5780, t5854);
     t5856 = R::fused(-t3028, t5781, t5855);
     t5857 = R::fused(-t2017, t5782, t5856);
-    t5858 = R::fused(R::constant(814.1112620933815), t4728, t5857);
+    t5858 = R::fused(R::constant(814.1112620933816), t4728, t5857);
     t5859 = t2629 * t5772;
     t5860 = R::fused(-t2723, t5773, t5859);
     t5861 = R::fused(t2802, t5774, t5860);
@@ -8381,7 +8381,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t6044 = R::fused(-t3024, t5969, t6043);
     t6045 = R::fused(-t3028, t5970, t6044);
     t6046 = R::fused(-t2017, t5971, t6045);
-    t6047 = R::fused(R::constant(814.1112620933815), t4671, t6046);
+    t6047 = R::fused(R::constant(814.1112620933816), t4671, t6046);
     t6048 = t2629 * t5961;
     t6049 = R::fused(-t2723, t5962, t6048);
     t6050 = R::fused(t2802, t5963, t6049);
@@ -9620,7 +9620,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t6269 = R::fused(t3027, t6158, t6268);
     t6270 = R::fused(t3029, t6159, t6269);
     t6271 = R::fused(t1940, t6160, t6270);
-    t6272 = R::fused(R::constant(814.1112620933815), t4944, -t6271);
+    t6272 = R::fused(R::constant(814.1112620933816), t4944, -t6271);
     // solved by the factors
     t6273 = R::fused(-t1940, t4931, t4623);
     t6274 = R::fused(-t1952, t4931, t4377);
@@ -9811,7 +9811,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t6458 = R::fused(-t3027, t6347, t6457);
     t6459 = R::fused(-t3029, t6348, t6458);
     t6460 = R::fused(-t1940, t6349, t6459);
-    t6461 = R::fused(R::constant(814.1112620933815), t4931, t6460);
+    t6461 = R::fused(R::constant(814.1112620933816), t4931, t6460);
     // solved by the factors
     t6462 = R::fused(-t1940, t4918, t4610);
     t6463 = R::fused(-t1952, t4918, t4364);
@@ -10020,7 +10020,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t6647 = R::fused(-t3027, t6536, t6646);
     t6648 = R::fused(-t3029, t6537, t6647);
     t6649 = R::fused(-t1940, t6538, t6648);
-    t6650 = R::fused(R::constant(814.1112620933815), t4918, t6649);
+    t6650 = R::fused(R::constant(814.1112620933816), t4918, t6649);
     // solved by the factors
     t6651 = R::fused(-t1940, t4900, t4596);
     t6652 = R::fused(-t1952, t4900, t4326);
@@ -10229,7 +10229,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t6836 = R::fused(-t3027, t6725, t6835);
     t6837 = R::fused(-t3029, t6726, t6836);
     t6838 = R::fused(-t1940, t6727, t6837);
-    t6839 = R::fused(R::constant(814.1112620933815), t4900, t6838);
+    t6839 = R::fused(R::constant(814.1112620933816), t4900, t6838);
     // solved by the factors
     t6840 = R::fused(-t1940, t4882, t4553);
     t6841 = R::fused(-t1952, t4882, t4560);
@@ -10438,7 +10438,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t7025 = R::fused(-t3027, t6914, t7024);
     t7026 = R::fused(-t3029, t6915, t7025);
     t7027 = R::fused(-t1940, t6916, t7026);
-    t7028 = R::fused(R::constant(814.1112620933815), t4882, t7027);
+    t7028 = R::fused(R::constant(814.1112620933816), t4882, t7027);
     // solved by the factors
     t7029 = R::fused(-t1940, t4825, t4831);
     t7030 = R::fused(-t1952, t4825, t4843);
@@ -10629,7 +10629,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t7214 = R::fused(-t3027, t7103, t7213);
     t7215 = R::fused(-t3029, t7104, t7214);
     t7216 = R::fused(-t1940, t7105, t7215);
-    t7217 = R::fused(R::constant(814.1112620933815), t4825, t7216);
+    t7217 = R::fused(R::constant(814.1112620933816), t4825, t7216);
     t7218 = v_base_angular_y * R::constant(2.0); // right_hip_yaw_link: change of its motion
     t7219 = v_base_angular_x * R::constant(2.0); // right_hip_yaw_link: change of its motion
     t7220 = R::constant(2.0) * t43; // right_hip_roll_link: change of its motion
@@ -11682,7 +11682,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t8180 = R::fused(-t3024, t8102, t8179);
     t8181 = R::fused(-t3028, t8104, t8180);
     t8182 = R::fused(-t2017, t8106, t8181);
-    t8183 = R::fused(R::constant(814.1112620933815), t7880, -t8182);
+    t8183 = R::fused(R::constant(814.1112620933816), t7880, -t8182);
     t8184 = t2629 * t8092;
     t8185 = R::fused(-t2723, t8093, t8184);
     t8186 = R::fused(-t2802, t8094, t8185);
@@ -11739,7 +11739,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t8237 = R::fused(-t3027, t8103, t8236);
     t8238 = R::fused(-t3029, t8105, t8237);
     t8239 = R::fused(-t1940, t8107, t8238);
-    t8240 = R::fused(R::constant(814.1112620933815), t7962, -t8239);
+    t8240 = R::fused(R::constant(814.1112620933816), t7962, -t8239);
     // solved by the factors
     t8241 = R::fused(t1940, t7968, t7804);
     t8242 = R::fused(t1952, t7968, t7670);
@@ -11968,7 +11968,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t8446 = R::fused(t3024, t8368, t8445);
     t8447 = R::fused(t3028, t8370, t8446);
     t8448 = R::fused(t2017, t8372, t8447);
-    t8449 = R::fused(R::constant(814.1112620933815), t7886, t8448);
+    t8449 = R::fused(R::constant(814.1112620933816), t7886, t8448);
     t8450 = t2629 * t8358;
     t8451 = R::fused(t2723, t8359, t8450);
     t8452 = R::fused(-t2802, t8360, t8451);
@@ -12025,7 +12025,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t8503 = R::fused(t3027, t8369, t8502);
     t8504 = R::fused(t3029, t8371, t8503);
     t8505 = R::fused(t1940, t8373, t8504);
-    t8506 = R::fused(R::constant(814.1112620933815), t7968, t8505);
+    t8506 = R::fused(R::constant(814.1112620933816), t7968, t8505);
     // solved by the factors
     t8507 = R::fused(-t1940, t7974, t7810);
     t8508 = R::fused(-t1952, t7974, t7676);
@@ -12254,7 +12254,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t8712 = R::fused(t3024, t8634, t8711);
     t8713 = R::fused(t3028, t8636, t8712);
     t8714 = R::fused(t2017, t8638, t8713);
-    t8715 = R::fused(R::constant(814.1112620933815), t7892, -t8714);
+    t8715 = R::fused(R::constant(814.1112620933816), t7892, -t8714);
     t8716 = t2629 * t8624;
     t8717 = R::fused(t2723, t8625, t8716);
     t8718 = R::fused(t2802, t8626, t8717);
@@ -12311,7 +12311,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t8769 = R::fused(t3027, t8635, t8768);
     t8770 = R::fused(t3029, t8637, t8769);
     t8771 = R::fused(t1940, t8639, t8770);
-    t8772 = R::fused(R::constant(814.1112620933815), t7974, -t8771);
+    t8772 = R::fused(R::constant(814.1112620933816), t7974, -t8771);
     // solved by the factors
     t8773 = R::fused(-t2017, t7874, t7725);
     let (
@@ -12484,7 +12484,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t8922 = R::fused(t3024, t8847, t8921);
     t8923 = R::fused(t3028, t8848, t8922);
     t8924 = R::fused(t2017, t8849, t8923);
-    t8925 = R::fused(R::constant(814.1112620933815), t7874, -t8924);
+    t8925 = R::fused(R::constant(814.1112620933816), t7874, -t8924);
     t8926 = t2629 * t8839;
     t8927 = R::fused(t2723, t8840, t8926);
     t8928 = R::fused(-t2802, t8841, t8927);
@@ -12693,7 +12693,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t9111 = R::fused(t3024, t9036, t9110);
     t9112 = R::fused(t3028, t9037, t9111);
     t9113 = R::fused(t2017, t9038, t9112);
-    t9114 = R::fused(R::constant(814.1112620933815), t7871, t9113);
+    t9114 = R::fused(R::constant(814.1112620933816), t7871, t9113);
     t9115 = t2629 * t9028;
     t9116 = R::fused(-t2723, t9029, t9115);
     t9117 = R::fused(t2802, t9030, t9116);
@@ -12889,7 +12889,7 @@ fn forward_dynamics_derivatives_part_3<R: Real>(
     t9300 = R::fused(-t3024, t9225, t9299);
     t9301 = R::fused(-t3028, t9226, t9300);
     t9302 = R::fused(-t2017, t9227, t9301);
-    t9303 = R::fused(R::constant(814.1112620933815), t7868, t9302);
+    t9303 = R::fused(R::constant(814.1112620933816), t7868, t9302);
     t9304 = t2629 * t9217;
     t9305 = R::fused(-t2723, t9218, t9304);
     t9306 = R::fused(t2802, t9219, t9305);
@@ -14019,7 +14019,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t9489 = R::fused(-t3024, t9414, t9488);
     t9490 = R::fused(-t3028, t9415, t9489);
     t9491 = R::fused(-t2017, t9416, t9490);
-    t9492 = R::fused(R::constant(814.1112620933815), t7865, t9491);
+    t9492 = R::fused(R::constant(814.1112620933816), t7865, t9491);
     t9493 = t2629 * t9406;
     t9494 = R::fused(-t2723, t9407, t9493);
     t9495 = R::fused(t2802, t9408, t9494);
@@ -14228,7 +14228,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t9678 = R::fused(-t3024, t9603, t9677);
     t9679 = R::fused(-t3028, t9604, t9678);
     t9680 = R::fused(-t2017, t9605, t9679);
-    t9681 = R::fused(R::constant(814.1112620933815), t7862, t9680);
+    t9681 = R::fused(R::constant(814.1112620933816), t7862, t9680);
     t9682 = t2629 * t9595;
     t9683 = R::fused(-t2723, t9596, t9682);
     t9684 = R::fused(t2802, t9597, t9683);
@@ -14438,7 +14438,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t9867 = R::fused(t3024, t9792, t9866);
     t9868 = R::fused(t3028, t9793, t9867);
     t9869 = R::fused(t2017, t9794, t9868);
-    t9870 = R::fused(R::constant(814.1112620933815), t7819, t9869);
+    t9870 = R::fused(R::constant(814.1112620933816), t7819, t9869);
     t9871 = t2629 * t9784;
     t9872 = R::fused(-t2723, t9785, t9871);
     t9873 = R::fused(-t2802, t9786, t9872);
@@ -14686,7 +14686,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t10092 = R::fused(t3027, t9981, t10091);
     t10093 = R::fused(t3029, t9982, t10092);
     t10094 = R::fused(t1940, t9983, t10093);
-    t10095 = R::fused(R::constant(814.1112620933815), t7956, -t10094);
+    t10095 = R::fused(R::constant(814.1112620933816), t7956, -t10094);
     // solved by the factors
     t10096 = R::fused(t1940, t7953, t7789);
     t10097 = R::fused(t1952, t7953, t7655);
@@ -14877,7 +14877,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t10281 = R::fused(-t3027, t10170, t10280);
     t10282 = R::fused(-t3029, t10171, t10281);
     t10283 = R::fused(-t1940, t10172, t10282);
-    t10284 = R::fused(R::constant(814.1112620933815), t7953, -t10283);
+    t10284 = R::fused(R::constant(814.1112620933816), t7953, -t10283);
     // solved by the factors
     t10285 = R::fused(-t1940, t7950, t7786);
     t10286 = R::fused(-t1952, t7950, t7652);
@@ -15089,7 +15089,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t10470 = R::fused(-t3027, t10359, t10469);
     t10471 = R::fused(-t3029, t10360, t10470);
     t10472 = R::fused(-t1940, t10361, t10471);
-    t10473 = R::fused(R::constant(814.1112620933815), t7950, t10472);
+    t10473 = R::fused(R::constant(814.1112620933816), t7950, t10472);
     // solved by the factors
     t10474 = R::fused(-t1940, t7947, t7785);
     t10475 = R::fused(-t1952, t7947, t7627);
@@ -15301,7 +15301,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t10659 = R::fused(-t3027, t10548, t10658);
     t10660 = R::fused(-t3029, t10549, t10659);
     t10661 = R::fused(-t1940, t10550, t10660);
-    t10662 = R::fused(R::constant(814.1112620933815), t7947, t10661);
+    t10662 = R::fused(R::constant(814.1112620933816), t7947, t10661);
     // solved by the factors
     t10663 = R::fused(-t1940, t7944, t7755);
     t10664 = R::fused(-t1952, t7944, t7760);
@@ -15492,7 +15492,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t10848 = R::fused(-t3027, t10737, t10847);
     t10849 = R::fused(-t3029, t10738, t10848);
     t10850 = R::fused(-t1940, t10739, t10849);
-    t10851 = R::fused(R::constant(814.1112620933815), t7944, t10850);
+    t10851 = R::fused(R::constant(814.1112620933816), t7944, t10850);
     // solved by the factors
     t10852 = R::fused(t1940, t7901, t7905);
     t10853 = R::fused(t1952, t7901, t7917);
@@ -15704,7 +15704,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t11037 = R::fused(t3027, t10926, t11036);
     t11038 = R::fused(t3029, t10927, t11037);
     t11039 = R::fused(t1940, t10928, t11038);
-    t11040 = R::fused(R::constant(814.1112620933815), t7901, t11039);
+    t11040 = R::fused(R::constant(814.1112620933816), t7901, t11039);
     t11041 = t2607 * t2609;
     t11042 = R::fused(t2607, t11041, t2606);
     t11043 = t2609 * t2610;
@@ -16153,7 +16153,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t11444 = R::fused(t3024, t11369, t11443);
     t11445 = R::fused(t3028, t11370, t11444);
     t11446 = R::fused(t2017, t11371, t11445);
-    t11447 = R::constant(814.1112620933815) + t11446;
+    t11447 = R::constant(814.1112620933816) + t11446;
     t11448 = t2609 * t2629;
     t11449 = t2606 * t2723;
     t11450 = t2600 * t2802;
@@ -16758,7 +16758,7 @@ fn forward_dynamics_derivatives_part_4<R: Real>(v: &[R; NV], w: &mut [R; 844], o
     t12007 = R::fused(t3027, t11896, t12006);
     t12008 = R::fused(t3029, t11897, t12007);
     t12009 = R::fused(t1940, t11898, t12008);
-    t12010 = R::constant(814.1112620933815) + t12009;
+    t12010 = R::constant(814.1112620933816) + t12009;
     t12011 = -t22; // torso: motion
     t12012 = -t20; // torso: motion
     t12013 = -t21; // torso: motion

@@ -481,9 +481,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t306 = t304 + t305; // torso: motion
     t307 = R::constant(0.20808) * t306; // torso: sums of what it carries
     t308 = v_base_angular_x * v_base_angular_y; // torso: motion
-    t309 = R::fused(R::constant(0.010199999999999987), t308, t307); // torso: sums of what it carries
+    t309 = R::fused(R::constant(0.0102), t308, t307); // torso: sums of what it carries
     t310 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t311 = R::fused(R::constant(2.4914999999999994), t310, t309); // torso: sums of what it carries
+    t311 = R::fused(R::constant(2.4915), t310, t309); // torso: sums of what it carries
     t312 = v_base_linear_z * v_base_angular_y; // torso: motion
     t313 = R::fused(-v_base_linear_y, v_base_angular_z, t312); // torso: motion
     t314 = R::fused(t66, R::constant(9.81), t313); // torso: motion
@@ -500,7 +500,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t324 = v_left_hip_pitch - t323; // left_upper_leg: motion
     t325 = t324 * t324; // left_upper_leg: motion
     t326 = t321 + t325; // left_upper_leg: motion
-    t327 = R::constant(0.8355000000000001) * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t327 = R::constant(0.8355) * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t328 = R::fused(R::constant(-0.012), cos_q_left_hip_pitch, t327); // left_upper_leg: sums of what it carries
     t329 = t326 * t328; // left_upper_leg: sums of what it carries
     // left_hip_yaw_link: motion
@@ -518,17 +518,17 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t340 = v_left_hip_roll + t339;
     t341 = t340 * t320;
     t342 = t337 - t341;
-    t343 = R::constant(0.8355000000000001) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t343 = R::constant(0.8355) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t344 = R::fused(R::constant(0.012), sin_q_left_hip_pitch, t343); // left_upper_leg: sums of what it carries
     t345 = R::fused(t342, t344, t329); // left_upper_leg: sums of what it carries
     t346 = v_left_knee_pitch + t324; // left_lower_leg: motion
     t347 = t346 * t346; // left_lower_leg: motion
     t348 = t321 + t347; // left_lower_leg: motion
     // left_lower_leg: sums of what it carries
-    t349 = R::constant(0.31110000000000004) * sin_t1;
+    t349 = R::constant(0.3111) * sin_t1;
     t350 = R::fused(R::constant(-0.008), cos_t1, t349);
     t351 = t348 * t350;
-    t352 = R::constant(0.31110000000000004) * cos_t1;
+    t352 = R::constant(0.3111) * cos_t1;
     t353 = R::fused(R::constant(0.008), sin_t1, t352);
     t354 = R::fused(t342, t353, t351);
     t355 = sin_q_left_hip_roll * t334; // left_hip_roll_link: motion
@@ -562,14 +562,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t383 = t367 * t367; // left_ankle: motion
     t384 = t377 * t377; // left_ankle: motion
     t385 = t383 + t384; // left_ankle: motion
-    t386 = R::constant(0.015400000000000002) * t385; // left_ankle: sums of what it carries
+    t386 = R::constant(0.0154) * t385; // left_ankle: sums of what it carries
     t387 = t377 * t370; // left_ankle: motion
     t388 = t337 + t387; // left_ankle: motion
     t389 = R::fused(R::constant(-0.023125), t388, t386); // left_ankle: sums of what it carries
     t390 = t382 + t389; // left_ankle: sums of what it carries
     t391 = cos_t3 * t390; // left_ankle: sums of what it carries
     t392 = t337 - t387; // left_ankle: motion
-    t393 = R::constant(0.015400000000000002) * t392; // left_ankle: sums of what it carries
+    t393 = R::constant(0.0154) * t392; // left_ankle: sums of what it carries
     t394 = t370 * t370; // left_ankle: motion
     t395 = t383 + t394; // left_ankle: motion
     t396 = R::fused(R::constant(0.023125), t395, t393); // left_ankle: sums of what it carries
@@ -596,11 +596,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t415 = t412 - t414;
     t416 = tau_left_ankle_roll + t415; // other
     // left_foot: sums of what it carries
-    t417 = R::constant(0.0012283333330000003) * t398;
+    t417 = R::constant(0.001228333333) * t398;
     t418 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
-    t419 = R::constant(0.00009166666999999972) * t418;
+    t419 = R::constant(0.00009166667) * t418;
     t420 = R::constant(0.0006600000015) - t419;
-    t421 = R::constant(0.0005683333315000003) + t419;
+    t421 = R::constant(0.0005683333315) + t419;
     t422 = t420 - t421;
     t423 = R::fused(-t399, t422, t417);
     t424 = t378 + t379; // left_foot: motion
@@ -610,7 +610,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t428 = R::constant(0.000612) * cos_q_left_ankle_roll;
     t429 = R::fused(-t427, t428, t426);
     t430 = sin_q_left_ankle_roll * cos_q_left_ankle_roll;
-    t431 = R::constant(0.00009166666999999972) * t430;
+    t431 = R::constant(0.00009166667) * t430;
     t432 = t383 - t384;
     t433 = R::fused(t431, t432, t429);
     t434 = R::constant(0.0764) * t308; // right_hip_yaw_link: motion
@@ -682,14 +682,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t497 = R::fused(-t496, t381, t478); // left_foot: sums of what it carries
     t498 = t433 - t497; // left_foot: sums of what it carries
     t499 = t416 + t498; // other
-    t500 = t499 * R::constant(814.1112620933815); // other
+    t500 = t499 * R::constant(814.1112620933816); // other
     t501 = R::fused(-t374, t500, t404); // left_foot: articulated inertia
     t502 = t396 - t501; // left_ankle: articulated inertia
     t503 = R::fused(-sin_t3, t502, t391); // left_ankle: articulated inertia
     t504 = R::constant(0.023125) + t381; // left_ankle: sums of what it carries
     t505 = cos_t3 * t504; // left_ankle: sums of what it carries
-    t506 = sin_q_left_ankle_roll * R::constant(13.432835824540795); // left_foot: articulated inertia
-    t507 = R::fused(-t425, t506, R::constant(0.015400000000000002)); // left_ankle: articulated inertia
+    t506 = sin_q_left_ankle_roll * R::constant(13.432835824540797); // left_foot: articulated inertia
+    t507 = R::fused(-t425, t506, R::constant(0.0154)); // left_ankle: articulated inertia
     t508 = R::fused(sin_t3, t507, t505); // left_ankle: articulated inertia
     // left_foot: external forces
     t509 = R::constant(0.055) * t135;
@@ -739,11 +739,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t535 = t337 * R::constant(0.0039379874985);
     t536 = R::fused(-t387, R::constant(0.0022669124985), t535);
     t537 = t384 - t394;
-    t538 = R::fused(R::constant(-0.0005698000000000001), t537, t536);
+    t538 = R::fused(R::constant(-0.0005698), t537, t536);
     t539 = sin_t3 * t466; // left_ankle: motion
     t540 = R::fused(-cos_t3, t475, t539); // left_ankle: motion
     t541 = R::constant(0.023125) * t540;
-    t542 = R::fused(R::constant(-0.015400000000000002), t476, t541);
+    t542 = R::fused(R::constant(-0.0154), t476, t541);
     t543 = t538 - t542;
     // left_foot: sums of what it carries
     t544 = t380 * t421;
@@ -758,7 +758,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t553 = t543 - t552; // left_ankle: articulated inertia
     t554 = t534 + t553; // left_ankle: articulated inertia
     t555 = cos_q_left_ankle_roll * R::constant(0.0006105);
-    t556 = sin_q_left_ankle_roll * R::constant(0.49823609240114947); // factors of the mass matrix
+    t556 = sin_q_left_ankle_roll * R::constant(0.4982360924011495); // factors of the mass matrix
     t557 = R::fused(-t425, t556, t421); // left_foot: articulated inertia
     t558 = t555 + t557; // left_foot: articulated inertia
     t559 = t555 + t558; // left_foot: articulated inertia
@@ -784,13 +784,13 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t578 = R::fused(R::constant(0.273), t151, t533); // left_ankle: wrench handed to its parent
     t579 = tau_left_knee_pitch + t578; // other
     // left_lower_leg: sums of what it carries
-    t580 = R::constant(0.07325338333000002) * t337;
+    t580 = R::constant(0.07325338333) * t337;
     t581 = sin_t1 * sin_t1;
-    t582 = R::constant(0.07230871666700002) * t581;
+    t582 = R::constant(0.072308716667) * t581;
     t583 = sin_t1 * cos_t1;
     t584 = R::fused(-t583, R::constant(0.00172), t582);
-    t585 = R::constant(0.07278104999850002) - t584;
-    t586 = R::constant(0.00047233333149999945) + t584;
+    t585 = R::constant(0.0727810499985) - t584;
+    t586 = R::constant(0.0004723333315) + t584;
     t587 = t585 - t586;
     t588 = R::fused(-t341, t587, t580);
     t589 = t358 - t488; // left_lower_leg: motion
@@ -802,7 +802,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t595 = R::fused(R::constant(-0.000016), cos_t1, t594);
     t596 = R::fused(-t593, t595, t592);
     t597 = t581 * R::constant(0.00172);
-    t598 = R::fused(R::constant(0.07230871666700002), t583, t597);
+    t598 = R::fused(R::constant(0.072308716667), t583, t597);
     t599 = R::constant(0.00086) - t598;
     t600 = t456 - t321;
     t601 = R::fused(t599, t600, t596);
@@ -827,7 +827,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t619 = R::fused(-t461, t618, t615);
     t620 = R::fused(-t461, t619, t614);
     // left_lower_leg: articulated inertia
-    t621 = R::constant(0.07325338333000002) - t620;
+    t621 = R::constant(0.07325338333) - t620;
     t622 = R::constant(1.0) / t621;
     t623 = t613 * t622;
     t624 = R::fused(-t577, t623, t564);
@@ -842,25 +842,25 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t633 = R::fused(R::constant(0.315), t155, t578); // left_lower_leg: wrench handed to its parent
     t634 = tau_left_hip_pitch + t633; // other
     // left_upper_leg: sums of what it carries
-    t635 = t337 * R::constant(0.23164200000000001);
+    t635 = R::constant(0.231642) * t337;
     t636 = sin_q_left_hip_pitch * sin_q_left_hip_pitch;
-    t637 = R::constant(0.22879800003000006) * t636;
+    t637 = R::constant(0.22879800003) * t636;
     t638 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
     t639 = R::fused(-t638, R::constant(0.004), t637);
-    t640 = R::constant(0.23022000001500004) - t639;
-    t641 = R::constant(0.0014219999849999915) + t639;
+    t640 = R::constant(0.230220000015) - t639;
+    t641 = R::constant(0.001421999985) + t639;
     t642 = t640 - t641;
     t643 = R::fused(-t341, t642, t635);
     t644 = t357 - t481; // left_upper_leg: motion
-    t645 = R::constant(0.0019299999999999999) * cos_q_left_hip_pitch;
+    t645 = R::constant(0.00193) * cos_q_left_hip_pitch;
     t646 = R::fused(R::constant(0.000048), sin_q_left_hip_pitch, t645);
     t647 = R::fused(-t644, t646, t643);
     t648 = t363 + t484; // left_upper_leg: motion
-    t649 = R::constant(0.0019299999999999999) * sin_q_left_hip_pitch;
+    t649 = R::constant(0.00193) * sin_q_left_hip_pitch;
     t650 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t649);
     t651 = R::fused(-t648, t650, t647);
     t652 = t636 * R::constant(0.004);
-    t653 = R::fused(R::constant(0.22879800003000006), t638, t652);
+    t653 = R::fused(R::constant(0.22879800003), t638, t652);
     t654 = R::constant(0.002) - t653;
     t655 = R::fused(t600, t654, t651);
     t656 = t469 * t344;
@@ -884,7 +884,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t673 = R::fused(-t454, t672, t670);
     t674 = R::fused(-t454, t673, t669);
     // left_upper_leg: articulated inertia
-    t675 = R::constant(0.23164200000000001) - t674;
+    t675 = R::constant(0.231642) - t674;
     t676 = R::constant(1.0) / t675;
     t677 = t668 * t676;
     t678 = R::fused(-t632, t677, t625);
@@ -892,7 +892,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t680 = R::fused(R::constant(0.01), t679, -t678); // left_hip_roll_link: articulated inertia
     t681 = t428 * t506; // left_foot: articulated inertia
     t682 = t565 * t681; // left_ankle: articulated inertia
-    t683 = cos_q_left_ankle_roll * R::constant(13.432835824540795); // left_foot: articulated inertia
+    t683 = cos_q_left_ankle_roll * R::constant(13.432835824540797); // left_foot: articulated inertia
     t684 = t374 * t683; // left_foot: articulated inertia
     t685 = R::constant(0.037) * t684; // left_foot: articulated inertia
     t686 = t374 + t685; // left_ankle: articulated inertia
@@ -955,9 +955,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t741 = R::fused(R::constant(-0.315), t159, t740); // left_lower_leg: wrench handed to its parent
     t742 = R::fused(cos_q_left_hip_pitch, t741, t738); // left_upper_leg: wrench handed to its parent
     t743 = tau_left_hip_roll + t742; // other
-    t744 = t362 * R::constant(0.0016005833535000236); // left_hip_roll_link: sums of what it carries
+    t744 = t362 * R::constant(0.0016005833535); // left_hip_roll_link: sums of what it carries
     t745 = t323 * t320; // left_hip_roll_link: motion
-    t746 = R::fused(-t745, R::constant(0.0014339166865000308), t744); // left_hip_roll_link: sums of what it carries
+    t746 = R::fused(-t745, R::constant(0.0014339166865), t744); // left_hip_roll_link: sums of what it carries
     t747 = R::fused(R::constant(0.01), t452, t746); // left_hip_roll_link: sums of what it carries
     // left_upper_leg: sums of what it carries
     t748 = t485 * t640;
@@ -975,8 +975,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t759 = R::fused(-t487, t353, t758);
     t760 = R::fused(-t367, t370, t366); // left_ankle: motion
     t761 = t760 * R::constant(0.0031024499985); // left_ankle: sums of what it carries
-    t762 = R::fused(R::constant(-0.0005698000000000001), t495, t761); // left_ankle: sums of what it carries
-    t763 = R::fused(R::constant(-0.015400000000000002), t494, t762); // left_ankle: sums of what it carries
+    t762 = R::fused(R::constant(-0.0005698), t495, t761); // left_ankle: sums of what it carries
+    t763 = R::fused(R::constant(-0.0154), t494, t762); // left_ankle: sums of what it carries
     // left_foot: sums of what it carries
     t764 = t373 * t420;
     t765 = R::fused(-t495, t428, t764);
@@ -1004,8 +1004,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t1021, t1022, t1023, t1024, t1025, t1026, t1027,
     );
     t772 = sin_t3 * t771; // left_ankle: articulated inertia
-    t773 = t495 * R::constant(0.0008355375000000001); // left_ankle: sums of what it carries
-    t774 = R::fused(R::constant(-0.0005698000000000001), t760, t773); // left_ankle: sums of what it carries
+    t773 = t495 * R::constant(0.0008355375); // left_ankle: sums of what it carries
+    t774 = R::fused(R::constant(-0.0005698), t760, t773); // left_ankle: sums of what it carries
     t775 = R::fused(R::constant(0.023125), t494, t774); // left_ankle: sums of what it carries
     t776 = t498 - t499; // left_foot: articulated inertia
     t777 = t384 + t402; // left_foot: motion
@@ -1016,7 +1016,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t782 = t775 + t781; // left_ankle: articulated inertia
     t783 = R::fused(-cos_t3, t782, t772); // left_ankle: articulated inertia
     t784 = R::fused(t693, t562, t783); // left_ankle: articulated inertia
-    t785 = R::constant(0.015400000000000002) * t760; // left_ankle: sums of what it carries
+    t785 = R::constant(0.0154) * t760; // left_ankle: sums of what it carries
     t786 = R::fused(R::constant(-0.023125), t495, t785); // left_ankle: sums of what it carries
     t787 = t786 - t780; // left_ankle: articulated inertia
     t788 = R::fused(t691, t562, t787); // left_ankle: articulated inertia
@@ -1033,21 +1033,21 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t799 = t747 + t798; // left_hip_roll_link: articulated inertia
     t800 = t743 - t799; // left_hip_roll_link: articulated inertia
     t801 = t381 * t683; // left_foot: articulated inertia
-    t802 = R::fused(-t801, R::constant(0.0013689999999999998), R::constant(0.0008355375000000001)); // left_ankle
-    t803 = cos_q_left_ankle_roll * R::constant(0.49823609240114947); // left_foot: articulated inertia
+    t802 = R::fused(-t801, R::constant(0.001369), R::constant(0.0008355375)); // left_ankle: articulated inertia
+    t803 = cos_q_left_ankle_roll * R::constant(0.4982360924011495); // left_foot: articulated inertia
     t804 = R::fused(-t428, t803, t420); // left_foot: articulated inertia
     t805 = R::constant(0.0031024499985) + t804; // left_ankle: articulated inertia
     t806 = t802 - t805; // left_ankle: articulated inertia
     t807 = t565 * t806; // left_ankle: articulated inertia
     t808 = t428 * t683; // left_foot: articulated inertia
     // left_ankle: articulated inertia
-    t809 = R::fused(R::constant(-0.037), t808, R::constant(0.0005698000000000001));
+    t809 = R::fused(R::constant(-0.037), t808, R::constant(0.0005698));
     t810 = R::constant(2.0) * t809;
     t811 = R::fused(-t571, t810, t807);
     t812 = t802 - t811;
     t813 = t693 * t561;
     t814 = R::fused(-t693, t813, t812);
-    t815 = R::constant(0.015400000000000002) - t808;
+    t815 = R::constant(0.0154) - t808;
     t816 = sin_t3 * t815;
     t817 = R::fused(R::constant(-0.037), t801, R::constant(0.023125));
     t818 = R::fused(cos_t3, t817, t816);
@@ -1070,7 +1070,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t834 = t725 * t676; // left_upper_leg: articulated inertia
     t835 = R::fused(-t725, t834, t833); // left_upper_leg: articulated inertia
     // left_hip_roll_link: articulated inertia
-    t836 = R::constant(0.0016005833535000236) + t835;
+    t836 = R::constant(0.0016005833535) + t835;
     t837 = R::constant(1.0) / t836;
     t838 = t800 * t837;
     t839 = R::fused(t727, t838, t680);
@@ -1172,12 +1172,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t930 = R::fused(-sin_q_left_hip_pitch, t741, t929); // left_upper_leg: wrench handed to its parent
     t931 = R::fused(cos_q_left_hip_roll, t930, t928); // left_hip_roll_link: wrench handed to its parent
     t932 = tau_left_hip_yaw + t931; // other
-    t933 = t869 * R::constant(0.00042999999950002477); // left_hip_yaw_link: sums of what it carries
+    t933 = t869 * R::constant(0.0004299999995); // left_hip_yaw_link: sums of what it carries
     t934 = R::fused(R::constant(-0.008), t444, t933); // left_hip_yaw_link: sums of what it carries
     t935 = R::fused(-t675, t677, t667); // left_upper_leg: articulated inertia
-    t936 = R::fused(t342, R::constant(0.00008333333349999639), t935);
+    t936 = R::fused(t342, R::constant(0.0000833333335), t935);
     t937 = sin_q_left_hip_roll * t936;
-    t938 = t679 * R::constant(0.0015172500200000272); // left_hip_roll_link: sums of what it carries
+    t938 = t679 * R::constant(0.00151725002); // left_hip_roll_link: sums of what it carries
     t939 = R::fused(R::constant(-0.01), t469, t938); // left_hip_roll_link: sums of what it carries
     // left_upper_leg: sums of what it carries
     t940 = t482 * t641;
@@ -1223,14 +1223,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t977 = t889 * t676; // left_upper_leg: articulated inertia
     t978 = R::fused(-t889, t977, t976); // left_upper_leg: articulated inertia
     // left_hip_roll_link: articulated inertia
-    t979 = R::constant(0.0015172500200000272) + t978;
-    t980 = R::constant(0.00008333333349999639) - t979;
+    t979 = R::constant(0.00151725002) + t978;
+    t980 = R::constant(0.0000833333335) - t979;
     t981 = t918 * t980;
     t982 = t979 + t981;
     t983 = t912 * t837;
     t984 = R::fused(-t912, t983, t982);
     // left_hip_yaw_link: articulated inertia
-    t985 = R::constant(0.0006099999995000382) + t984;
+    t985 = R::constant(0.0006099999995) + t984;
     t986 = R::constant(1.0) / t985;
     t987 = t965 * t986;
     t988 = R::fused(-t927, t987, t871);
@@ -1246,7 +1246,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t997 = v_right_hip_pitch - t996; // right_upper_leg: motion
     t998 = t997 * t997; // right_upper_leg: motion
     t999 = t994 + t998; // right_upper_leg: motion
-    t1000 = R::constant(0.8355000000000001) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t1000 = R::constant(0.8355) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t1001 = R::fused(R::constant(-0.012), cos_q_right_hip_pitch, t1000); // right_upper_leg: sums of what it carries
     t1002 = t999 * t1001; // right_upper_leg: sums of what it carries
     // right_hip_yaw_link: motion
@@ -1264,17 +1264,17 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1013 = v_right_hip_roll + t1012;
     t1014 = t1013 * t993;
     t1015 = t1010 - t1014;
-    t1016 = R::constant(0.8355000000000001) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t1016 = R::constant(0.8355) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t1017 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t1016); // right_upper_leg: sums of what it carries
     t1018 = R::fused(t1015, t1017, t1002); // right_upper_leg: sums of what it carries
     t1019 = v_right_knee_pitch + t997; // right_lower_leg: motion
     t1020 = t1019 * t1019; // right_lower_leg: motion
     t1021 = t994 + t1020; // right_lower_leg: motion
     // right_lower_leg: sums of what it carries
-    t1022 = R::constant(0.31110000000000004) * sin_t0;
+    t1022 = R::constant(0.3111) * sin_t0;
     t1023 = R::fused(R::constant(-0.008), cos_t0, t1022);
     t1024 = t1021 * t1023;
-    t1025 = R::constant(0.31110000000000004) * cos_t0;
+    t1025 = R::constant(0.3111) * cos_t0;
     t1026 = R::fused(R::constant(0.008), sin_t0, t1025);
     t1027 = R::fused(t1015, t1026, t1024);
     let (
@@ -1326,14 +1326,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1056 = t1040 * t1040; // right_ankle: motion
     t1057 = t1050 * t1050; // right_ankle: motion
     t1058 = t1056 + t1057; // right_ankle: motion
-    t1059 = R::constant(0.015400000000000002) * t1058; // right_ankle: sums of what it carries
+    t1059 = R::constant(0.0154) * t1058; // right_ankle: sums of what it carries
     t1060 = t1050 * t1043; // right_ankle: motion
     t1061 = t1010 + t1060; // right_ankle: motion
     t1062 = R::fused(R::constant(-0.023125), t1061, t1059); // right_ankle: sums of what it carries
     t1063 = t1055 + t1062; // right_ankle: sums of what it carries
     t1064 = cos_t2 * t1063; // right_ankle: sums of what it carries
     t1065 = t1010 - t1060; // right_ankle: motion
-    t1066 = R::constant(0.015400000000000002) * t1065; // right_ankle: sums of what it carries
+    t1066 = R::constant(0.0154) * t1065; // right_ankle: sums of what it carries
     t1067 = t1043 * t1043; // right_ankle: motion
     t1068 = t1056 + t1067; // right_ankle: motion
     t1069 = R::fused(R::constant(0.023125), t1068, t1066); // right_ankle: sums of what it carries
@@ -1360,11 +1360,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1088 = t1085 - t1087;
     t1089 = tau_right_ankle_roll + t1088; // other
     // right_foot: sums of what it carries
-    t1090 = R::constant(0.0012283333330000003) * t1071;
+    t1090 = R::constant(0.001228333333) * t1071;
     t1091 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
-    t1092 = R::constant(0.00009166666999999972) * t1091;
+    t1092 = R::constant(0.00009166667) * t1091;
     t1093 = R::constant(0.0006600000015) - t1092;
-    t1094 = R::constant(0.0005683333315000003) + t1092;
+    t1094 = R::constant(0.0005683333315) + t1092;
     t1095 = t1093 - t1094;
     t1096 = R::fused(-t1072, t1095, t1090);
     t1097 = t1051 + t1052; // right_foot: motion
@@ -1374,7 +1374,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1101 = R::constant(0.000612) * cos_q_right_ankle_roll;
     t1102 = R::fused(-t1100, t1101, t1099);
     t1103 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
-    t1104 = R::constant(0.00009166666999999972) * t1103;
+    t1104 = R::constant(0.00009166667) * t1103;
     t1105 = t1056 - t1057;
     t1106 = R::fused(t1104, t1105, t1102);
     // right_hip_yaw_link: motion
@@ -1434,14 +1434,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1158 = R::fused(-t1157, t1054, t1139); // right_foot: sums of what it carries
     t1159 = t1106 - t1158; // right_foot: sums of what it carries
     t1160 = t1089 + t1159; // other
-    t1161 = t1160 * R::constant(814.1112620933815); // other
+    t1161 = t1160 * R::constant(814.1112620933816); // other
     t1162 = R::fused(-t1047, t1161, t1077); // right_foot: articulated inertia
     t1163 = t1069 - t1162; // right_ankle: articulated inertia
     t1164 = R::fused(-sin_t2, t1163, t1064); // right_ankle: articulated inertia
     t1165 = R::constant(0.023125) + t1054; // right_ankle: sums of what it carries
     t1166 = cos_t2 * t1165; // right_ankle: sums of what it carries
-    t1167 = sin_q_right_ankle_roll * R::constant(13.432835824540795); // right_foot: articulated inertia
-    t1168 = R::fused(-t1098, t1167, R::constant(0.015400000000000002)); // right_ankle: articulated inertia
+    t1167 = sin_q_right_ankle_roll * R::constant(13.432835824540797); // right_foot: articulated inertia
+    t1168 = R::fused(-t1098, t1167, R::constant(0.0154)); // right_ankle: articulated inertia
     t1169 = R::fused(sin_t2, t1168, t1166); // right_ankle: articulated inertia
     // right_foot: external forces
     t1170 = t272 * R::constant(0.055);
@@ -1474,11 +1474,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1196 = t1010 * R::constant(0.0039379874985);
     t1197 = R::fused(-t1060, R::constant(0.0022669124985), t1196);
     t1198 = t1057 - t1067;
-    t1199 = R::fused(R::constant(-0.0005698000000000001), t1198, t1197);
+    t1199 = R::fused(R::constant(-0.0005698), t1198, t1197);
     t1200 = sin_t2 * t1127; // right_ankle: motion
     t1201 = R::fused(-cos_t2, t1136, t1200); // right_ankle: motion
     t1202 = R::constant(0.023125) * t1201;
-    t1203 = R::fused(R::constant(-0.015400000000000002), t1137, t1202);
+    t1203 = R::fused(R::constant(-0.0154), t1137, t1202);
     t1204 = t1199 - t1203;
     // right_foot: sums of what it carries
     t1205 = t1053 * t1094;
@@ -1493,7 +1493,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1214 = t1204 - t1213; // right_ankle: articulated inertia
     t1215 = t1195 + t1214; // right_ankle: articulated inertia
     t1216 = cos_q_right_ankle_roll * R::constant(0.0006105);
-    t1217 = sin_q_right_ankle_roll * R::constant(0.49823609240114947); // factors of the mass matrix
+    t1217 = sin_q_right_ankle_roll * R::constant(0.4982360924011495); // factors of the mass matrix
     t1218 = R::fused(-t1098, t1217, t1094); // right_foot: articulated inertia
     t1219 = t1216 + t1218; // right_foot: articulated inertia
     t1220 = t1216 + t1219; // right_foot: articulated inertia
@@ -1519,13 +1519,13 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1239 = R::fused(R::constant(0.273), t288, t1194); // right_ankle: wrench handed to its parent
     t1240 = tau_right_knee_pitch + t1239; // other
     // right_lower_leg: sums of what it carries
-    t1241 = R::constant(0.07325338333000002) * t1010;
+    t1241 = R::constant(0.07325338333) * t1010;
     t1242 = sin_t0 * sin_t0;
-    t1243 = R::constant(0.07230871666700002) * t1242;
+    t1243 = R::constant(0.072308716667) * t1242;
     t1244 = sin_t0 * cos_t0;
     t1245 = R::fused(R::constant(-0.00172), t1244, t1243);
-    t1246 = R::constant(0.07278104999850002) - t1245;
-    t1247 = R::constant(0.00047233333149999945) + t1245;
+    t1246 = R::constant(0.0727810499985) - t1245;
+    t1247 = R::constant(0.0004723333315) + t1245;
     t1248 = t1246 - t1247;
     t1249 = R::fused(-t1014, t1248, t1241);
     t1250 = t1031 - t1149; // right_lower_leg: motion
@@ -1537,7 +1537,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1256 = R::fused(R::constant(-0.000016), cos_t0, t1255);
     t1257 = R::fused(t1254, t1256, t1253);
     t1258 = R::constant(0.00172) * t1242;
-    t1259 = R::fused(R::constant(0.07230871666700002), t1244, t1258);
+    t1259 = R::fused(R::constant(0.072308716667), t1244, t1258);
     t1260 = R::constant(0.00086) - t1259;
     t1261 = t1117 - t994;
     t1262 = R::fused(t1260, t1261, t1257);
@@ -1562,7 +1562,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1280 = R::fused(-t1122, t1279, t1276);
     t1281 = R::fused(-t1122, t1280, t1275);
     // right_lower_leg: articulated inertia
-    t1282 = R::constant(0.07325338333000002) - t1281;
+    t1282 = R::constant(0.07325338333) - t1281;
     t1283 = R::constant(1.0) / t1282;
     let (
         t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299,
@@ -1595,25 +1595,25 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1294 = R::fused(R::constant(0.315), t292, t1239); // right_lower_leg: wrench handed to its parent
     t1295 = tau_right_hip_pitch + t1294; // other
     // right_upper_leg: sums of what it carries
-    t1296 = t1010 * R::constant(0.23164200000000001);
+    t1296 = R::constant(0.231642) * t1010;
     t1297 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
-    t1298 = R::constant(0.22879800003000006) * t1297;
+    t1298 = R::constant(0.22879800003) * t1297;
     t1299 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
     t1300 = R::fused(R::constant(-0.004), t1299, t1298);
-    t1301 = R::constant(0.23022000001500004) - t1300;
-    t1302 = R::constant(0.0014219999849999915) + t1300;
+    t1301 = R::constant(0.230220000015) - t1300;
+    t1302 = R::constant(0.001421999985) + t1300;
     t1303 = t1301 - t1302;
     t1304 = R::fused(-t1014, t1303, t1296);
     t1305 = t1030 - t1142; // right_upper_leg: motion
-    t1306 = R::constant(0.0019299999999999999) * cos_q_right_hip_pitch;
+    t1306 = R::constant(0.00193) * cos_q_right_hip_pitch;
     t1307 = R::fused(R::constant(0.000048), sin_q_right_hip_pitch, t1306);
     t1308 = R::fused(t1305, t1307, t1304);
     t1309 = t1036 + t1145; // right_upper_leg: motion
-    t1310 = R::constant(0.0019299999999999999) * sin_q_right_hip_pitch;
+    t1310 = R::constant(0.00193) * sin_q_right_hip_pitch;
     t1311 = R::fused(R::constant(-0.000048), cos_q_right_hip_pitch, t1310);
     t1312 = R::fused(t1309, t1311, t1308);
     t1313 = R::constant(0.004) * t1297;
-    t1314 = R::fused(R::constant(0.22879800003000006), t1299, t1313);
+    t1314 = R::fused(R::constant(0.22879800003), t1299, t1313);
     t1315 = R::constant(0.002) - t1314;
     t1316 = R::fused(t1261, t1315, t1312);
     t1317 = t1130 * t1017;
@@ -1637,7 +1637,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1334 = R::fused(-t1115, t1333, t1331);
     t1335 = R::fused(-t1115, t1334, t1330);
     // right_upper_leg: articulated inertia
-    t1336 = R::constant(0.23164200000000001) - t1335;
+    t1336 = R::constant(0.231642) - t1335;
     t1337 = R::constant(1.0) / t1336;
     t1338 = t1329 * t1337;
     t1339 = R::fused(-t1293, t1338, t1286);
@@ -1645,7 +1645,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1341 = R::fused(R::constant(0.01), t1340, t1339); // right_hip_roll_link: articulated inertia
     t1342 = t1101 * t1167; // right_foot: articulated inertia
     t1343 = t1226 * t1342; // right_ankle: articulated inertia
-    t1344 = cos_q_right_ankle_roll * R::constant(13.432835824540795); // right_foot: articulated inertia
+    t1344 = cos_q_right_ankle_roll * R::constant(13.432835824540797); // right_foot: articulated inertia
     t1345 = t1047 * t1344; // right_foot: articulated inertia
     t1346 = R::constant(0.037) * t1345; // right_foot: articulated inertia
     t1347 = t1047 + t1346; // right_ankle: articulated inertia
@@ -1708,9 +1708,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1402 = R::fused(R::constant(-0.315), t296, t1401); // right_lower_leg: wrench handed to its parent
     t1403 = R::fused(cos_q_right_hip_pitch, t1402, t1399); // right_upper_leg: wrench handed to its parent
     t1404 = tau_right_hip_roll + t1403; // other
-    t1405 = t1035 * R::constant(0.0016005833535000236); // right_hip_roll_link: sums of what it carries
+    t1405 = t1035 * R::constant(0.0016005833535); // right_hip_roll_link: sums of what it carries
     t1406 = t996 * t993; // right_hip_roll_link: motion
-    t1407 = R::fused(-t1406, R::constant(0.0014339166865000308), t1405); // right_hip_roll_link: sums of what it carries
+    t1407 = R::fused(-t1406, R::constant(0.0014339166865), t1405); // right_hip_roll_link: sums of what it carries
     t1408 = R::fused(R::constant(-0.01), t1113, t1407); // right_hip_roll_link: sums of what it carries
     // right_upper_leg: sums of what it carries
     t1409 = t1146 * t1301;
@@ -1728,8 +1728,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1420 = R::fused(-t1148, t1026, t1419);
     t1421 = R::fused(-t1040, t1043, t1039); // right_ankle: motion
     t1422 = t1421 * R::constant(0.0031024499985); // right_ankle: sums of what it carries
-    t1423 = R::fused(R::constant(-0.0005698000000000001), t1156, t1422); // right_ankle: sums of what it carries
-    t1424 = R::fused(R::constant(-0.015400000000000002), t1155, t1423); // right_ankle: sums of what it carries
+    t1423 = R::fused(R::constant(-0.0005698), t1156, t1422); // right_ankle: sums of what it carries
+    t1424 = R::fused(R::constant(-0.0154), t1155, t1423); // right_ankle: sums of what it carries
     // right_foot: sums of what it carries
     t1425 = t1046 * t1093;
     t1426 = R::fused(-t1156, t1101, t1425);
@@ -1740,8 +1740,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1431 = R::fused(t1101, t1161, t1430); // right_foot: articulated inertia
     t1432 = t1424 + t1431; // right_ankle: articulated inertia
     t1433 = sin_t2 * t1432; // right_ankle: articulated inertia
-    t1434 = t1156 * R::constant(0.0008355375000000001); // right_ankle: sums of what it carries
-    t1435 = R::fused(R::constant(-0.0005698000000000001), t1421, t1434); // right_ankle: sums of what it carries
+    t1434 = t1156 * R::constant(0.0008355375); // right_ankle: sums of what it carries
+    t1435 = R::fused(R::constant(-0.0005698), t1421, t1434); // right_ankle: sums of what it carries
     t1436 = R::fused(R::constant(0.023125), t1155, t1435); // right_ankle: sums of what it carries
     t1437 = t1159 - t1160; // right_foot: articulated inertia
     t1438 = t1057 + t1075; // right_foot: motion
@@ -1752,7 +1752,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1443 = t1436 + t1442; // right_ankle: articulated inertia
     t1444 = R::fused(-cos_t2, t1443, t1433); // right_ankle: articulated inertia
     t1445 = R::fused(t1354, t1223, t1444); // right_ankle: articulated inertia
-    t1446 = R::constant(0.015400000000000002) * t1421; // right_ankle: sums of what it carries
+    t1446 = R::constant(0.0154) * t1421; // right_ankle: sums of what it carries
     t1447 = R::fused(R::constant(-0.023125), t1156, t1446); // right_ankle: sums of what it carries
     t1448 = t1447 - t1441; // right_ankle: articulated inertia
     t1449 = R::fused(t1352, t1223, t1448); // right_ankle: articulated inertia
@@ -1769,21 +1769,21 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1460 = t1408 + t1459; // right_hip_roll_link: articulated inertia
     t1461 = t1404 - t1460; // right_hip_roll_link: articulated inertia
     t1462 = t1054 * t1344; // right_foot: articulated inertia
-    t1463 = R::fused(R::constant(-0.0013689999999999998), t1462, R::constant(0.0008355375000000001)); // right_ankle
-    t1464 = cos_q_right_ankle_roll * R::constant(0.49823609240114947); // right_foot: articulated inertia
+    t1463 = R::fused(R::constant(-0.001369), t1462, R::constant(0.0008355375)); // right_ankle: articulated inertia
+    t1464 = cos_q_right_ankle_roll * R::constant(0.4982360924011495); // right_foot: articulated inertia
     t1465 = R::fused(-t1101, t1464, t1093); // right_foot: articulated inertia
     t1466 = R::constant(0.0031024499985) + t1465; // right_ankle: articulated inertia
     t1467 = t1463 - t1466; // right_ankle: articulated inertia
     t1468 = t1226 * t1467; // right_ankle: articulated inertia
     t1469 = t1101 * t1344; // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1470 = R::fused(R::constant(-0.037), t1469, R::constant(0.0005698000000000001));
+    t1470 = R::fused(R::constant(-0.037), t1469, R::constant(0.0005698));
     t1471 = R::constant(2.0) * t1470;
     t1472 = R::fused(-t1232, t1471, t1468);
     t1473 = t1463 - t1472;
     t1474 = t1354 * t1222;
     t1475 = R::fused(-t1354, t1474, t1473);
-    t1476 = R::constant(0.015400000000000002) - t1469;
+    t1476 = R::constant(0.0154) - t1469;
     t1477 = sin_t2 * t1476;
     t1478 = R::fused(R::constant(-0.037), t1462, R::constant(0.023125));
     t1479 = R::fused(cos_t2, t1478, t1477);
@@ -1806,7 +1806,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1495 = t1386 * t1337; // right_upper_leg: articulated inertia
     t1496 = R::fused(-t1386, t1495, t1494); // right_upper_leg: articulated inertia
     // right_hip_roll_link: articulated inertia
-    t1497 = R::constant(0.0016005833535000236) + t1496;
+    t1497 = R::constant(0.0016005833535) + t1496;
     t1498 = R::constant(1.0) / t1497;
     t1499 = t1461 * t1498;
     t1500 = R::fused(-t1388, t1499, t1341);
@@ -1926,12 +1926,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1591 = R::fused(-sin_q_right_hip_pitch, t1402, t1590); // right_upper_leg: wrench handed to its parent
     t1592 = R::fused(cos_q_right_hip_roll, t1591, t1589); // right_hip_roll_link: wrench handed to its parent
     t1593 = tau_right_hip_yaw + t1592; // other
-    t1594 = t1530 * R::constant(0.00042999999950002477); // right_hip_yaw_link: sums of what it carries
+    t1594 = t1530 * R::constant(0.0004299999995); // right_hip_yaw_link: sums of what it carries
     t1595 = R::fused(R::constant(-0.008), t1110, t1594); // right_hip_yaw_link: sums of what it carries
     t1596 = R::fused(-t1336, t1338, t1328); // right_upper_leg: articulated inertia
-    t1597 = R::fused(t1015, R::constant(0.00008333333349999639), t1596);
+    t1597 = R::fused(t1015, R::constant(0.0000833333335), t1596);
     t1598 = sin_q_right_hip_roll * t1597;
-    t1599 = t1340 * R::constant(0.0015172500200000272); // right_hip_roll_link: sums of what it carries
+    t1599 = t1340 * R::constant(0.00151725002); // right_hip_roll_link: sums of what it carries
     t1600 = R::fused(R::constant(0.01), t1130, t1599); // right_hip_roll_link: sums of what it carries
     // right_upper_leg: sums of what it carries
     t1601 = t1143 * t1302;
@@ -1977,14 +1977,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1638 = t1550 * t1337; // right_upper_leg: articulated inertia
     t1639 = R::fused(-t1550, t1638, t1637); // right_upper_leg: articulated inertia
     // right_hip_roll_link: articulated inertia
-    t1640 = R::constant(0.0015172500200000272) + t1639;
-    t1641 = R::constant(0.00008333333349999639) - t1640;
+    t1640 = R::constant(0.00151725002) + t1639;
+    t1641 = R::constant(0.0000833333335) - t1640;
     t1642 = t1579 * t1641;
     t1643 = t1640 + t1642;
     t1644 = t1573 * t1498;
     t1645 = R::fused(-t1573, t1644, t1643);
     // right_hip_yaw_link: articulated inertia
-    t1646 = R::constant(0.0006099999995000382) + t1645;
+    t1646 = R::constant(0.0006099999995) + t1645;
     t1647 = R::constant(1.0) / t1646;
     t1648 = t1626 * t1647;
     t1649 = R::fused(t1588, t1648, t1532);
@@ -1996,13 +1996,13 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1655 = R::fused(R::constant(-0.0764), t301, t1654); // right_hip_yaw_link: wrench handed to its parent
     t1656 = tau_base_angular_z + t1655; // other
     // torso: sums of what it carries
-    t1657 = R::constant(0.0960906159999999) * t308;
-    t1658 = R::fused(R::constant(0.04045939999999999), t449, t1657);
-    t1659 = R::fused(R::constant(0.0014734999999999995), t310, t1658);
+    t1657 = R::constant(0.096090616) * t308;
+    t1658 = R::fused(R::constant(0.0404594), t449, t1657);
+    t1659 = R::fused(R::constant(0.0014735), t310, t1658);
     t1660 = t304 - t440;
     t1661 = R::fused(R::constant(0.00220808), t1660, t1659);
     t1662 = R::constant(0.20808) * t439;
-    t1663 = R::fused(R::constant(0.010199999999999987), t314, t1662);
+    t1663 = R::fused(R::constant(0.0102), t314, t1662);
     t1664 = t1661 + t1663;
     t1665 = R::fused(-t985, t987, t964); // left_hip_yaw_link: articulated inertia
     t1666 = R::fused(R::constant(0.0764), t988, t1665); // left_hip_yaw_link: articulated inertia
@@ -2067,9 +2067,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1721 = t1588 * t1647;
     t1722 = R::fused(t1588, t1721, t1720);
     t1723 = R::fused(R::constant(-0.0764), t1722, t1697);
-    t1724 = R::constant(0.010199999999999987) - t1723; // torso: articulated inertia
-    t1725 = t1696 * R::constant(0.0058369599999999995); // left_hip_yaw_link: articulated inertia
-    t1726 = R::fused(R::constant(0.0058369599999999995), t1722, t1725);
+    t1724 = R::constant(0.0102) - t1723; // torso: articulated inertia
+    t1725 = t1696 * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
+    t1726 = R::fused(R::constant(0.00583696), t1722, t1725);
     t1727 = R::constant(0.15966028) - t1726; // torso: articulated inertia
     t1728 = R::constant(1.0) / t1727; // torso: acceleration
     t1729 = t1724 * t1728; // torso: acceleration
@@ -2085,20 +2085,20 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1739 = t1734 + t1738; // right_hip_yaw_link: wrench handed to its parent
     t1740 = tau_base_angular_y + t1739; // other
     // torso: sums of what it carries
-    t1741 = t310 * R::constant(0.7485639179999999);
-    t1742 = R::fused(R::constant(0.0014734999999999995), t308, t1741);
+    t1741 = t310 * R::constant(0.748563918);
+    t1742 = R::fused(R::constant(0.0014735), t308, t1741);
     t1743 = R::fused(R::constant(0.00220808), t449, t1742);
     t1744 = t305 - t440;
-    t1745 = R::fused(R::constant(0.04045939999999999), t1744, t1743);
-    t1746 = R::constant(2.4914999999999994) * t314;
+    t1745 = R::fused(R::constant(0.0404594), t1744, t1743);
+    t1746 = R::constant(2.4915) * t314;
     t1747 = R::fused(R::constant(0.20808), t448, t1746);
     t1748 = t1745 + t1747;
     t1749 = R::fused(t836, t838, t799); // left_hip_roll_link: articulated inertia
     t1750 = R::fused(-t319, t317, t362); // left_hip_yaw_link: motion
-    t1751 = R::fused(t1750, R::constant(0.00009000000000000674), t1749); // left_hip_yaw_link: articulated inertia
+    t1751 = R::fused(t1750, R::constant(0.00009), t1749); // left_hip_yaw_link: articulated inertia
     t1752 = sin_q_left_hip_yaw * t1751; // left_hip_yaw_link: articulated inertia
     t1753 = R::fused(t319, t339, t333); // left_hip_yaw_link: motion
-    t1754 = t1753 * R::constant(0.0005199999995000315); // left_hip_yaw_link: sums of what it carries
+    t1754 = t1753 * R::constant(0.0005199999995); // left_hip_yaw_link: sums of what it carries
     t1755 = R::fused(R::constant(-0.008), t451, t1754); // left_hip_yaw_link: sums of what it carries
     // left_hip_roll_link: articulated inertia
     t1756 = cos_q_left_hip_roll * t936;
@@ -2114,10 +2114,10 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1766 = R::fused(t1765, t987, t1761); // left_hip_yaw_link: articulated inertia
     t1767 = R::fused(t1497, t1499, t1460); // right_hip_roll_link: articulated inertia
     t1768 = R::fused(-t992, t990, t1035); // right_hip_yaw_link: motion
-    t1769 = R::fused(t1768, R::constant(0.00009000000000000674), t1767); // right_hip_yaw_link: articulated inertia
+    t1769 = R::fused(t1768, R::constant(0.00009), t1767); // right_hip_yaw_link: articulated inertia
     t1770 = sin_q_right_hip_yaw * t1769; // right_hip_yaw_link: articulated inertia
     t1771 = R::fused(t992, t1012, t1006); // right_hip_yaw_link: motion
-    t1772 = t1771 * R::constant(0.0005199999995000315); // right_hip_yaw_link: sums of what it carries
+    t1772 = t1771 * R::constant(0.0005199999995); // right_hip_yaw_link: sums of what it carries
     t1773 = R::fused(R::constant(-0.008), t1112, t1772); // right_hip_yaw_link: sums of what it carries
     // right_hip_roll_link: articulated inertia
     t1774 = cos_q_right_hip_roll * t1597;
@@ -2174,26 +2174,26 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1805 = t1799 - t1804;
     t1806 = R::fused(t1783, t1721, t1805);
     t1807 = R::fused(R::constant(0.0764), t1806, t1797);
-    t1808 = R::constant(0.0014734999999999995) + t1807; // torso: articulated inertia
+    t1808 = R::constant(0.0014735) + t1807; // torso: articulated inertia
     t1809 = t1808 * t1728; // torso: acceleration
     t1810 = R::fused(t1671, t1809, t1787); // torso: acceleration
     t1811 = t1796 - t1806;
-    t1812 = R::constant(2.4914999999999994) + t1811; // torso: articulated inertia
+    t1812 = R::constant(2.4915) + t1811; // torso: articulated inertia
     t1813 = R::fused(-t1724, t1809, t1812); // torso: acceleration
-    t1814 = R::constant(0.00008333333349999639) - t981; // left_hip_roll_link: articulated inertia
+    t1814 = R::constant(0.0000833333335) - t981; // left_hip_roll_link: articulated inertia
     t1815 = R::fused(-t1758, t1763, t1814); // left_hip_roll_link: articulated inertia
     // left_hip_yaw_link: articulated inertia
-    t1816 = R::constant(0.0005199999995000315) + t1815;
-    t1817 = R::constant(0.00009000000000000674) - t1816;
+    t1816 = R::constant(0.0005199999995) + t1815;
+    t1817 = R::constant(0.00009) - t1816;
     t1818 = t1674 * t1817;
     t1819 = t1816 + t1818;
     t1820 = t1765 * t986;
     t1821 = R::fused(-t1765, t1820, t1819);
-    t1822 = R::constant(0.00008333333349999639) - t1642; // right_hip_roll_link: articulated inertia
+    t1822 = R::constant(0.0000833333335) - t1642; // right_hip_roll_link: articulated inertia
     t1823 = R::fused(-t1776, t1781, t1822); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1824 = R::constant(0.0005199999995000315) + t1823;
-    t1825 = R::constant(0.00009000000000000674) - t1824;
+    t1824 = R::constant(0.0005199999995) + t1823;
+    t1825 = R::constant(0.00009) - t1824;
     t1826 = t1700 * t1825;
     t1827 = t1824 + t1826;
     t1828 = t1783 * t1647;
@@ -2220,11 +2220,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // torso: sums of what it carries
     t1848 = t449 * R::constant(0.652473302);
     t1849 = R::fused(R::constant(0.00220808), t310, t1848);
-    t1850 = R::fused(R::constant(-0.04045939999999999), t308, t1849);
+    t1850 = R::fused(R::constant(-0.0404594), t308, t1849);
     t1851 = t304 - t305;
-    t1852 = R::fused(R::constant(0.0014734999999999995), t1851, t1850);
-    t1853 = R::constant(0.010199999999999987) * t448;
-    t1854 = R::fused(R::constant(-2.4914999999999994), t439, t1853);
+    t1852 = R::fused(R::constant(0.0014735), t1851, t1850);
+    t1853 = R::constant(0.0102) * t448;
+    t1854 = R::fused(R::constant(-2.4915), t439, t1853);
     t1855 = t1852 - t1854;
     // left_hip_yaw_link: articulated inertia
     t1856 = cos_q_left_hip_yaw * t1751;
@@ -2279,7 +2279,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1900 = R::fused(t1863, t924, t1899);
     t1901 = R::fused(-sin_q_left_hip_yaw, t1900, t1896); // left_hip_yaw_link: articulated inertia
     t1902 = R::fused(t1868, t1695, t1901); // left_hip_yaw_link: articulated inertia
-    t1903 = R::fused(t1902, R::constant(0.0058369599999999995), t1892); // left_hip_yaw_link: articulated inertia
+    t1903 = R::fused(t1902, R::constant(0.00583696), t1892); // left_hip_yaw_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
     t1904 = t1700 * t1803;
     t1905 = R::fused(-t1712, t1799, t1904);
@@ -2297,9 +2297,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link: articulated inertia
     t1916 = R::fused(-sin_q_right_hip_yaw, t1915, t1911);
     t1917 = R::fused(-t1883, t1721, t1916);
-    t1918 = R::fused(R::constant(-0.0058369599999999995), t1917, t1907);
+    t1918 = R::fused(R::constant(-0.00583696), t1917, t1907);
     t1919 = t1903 - t1918;
-    t1920 = R::constant(0.04045939999999999) + t1919; // torso: articulated inertia
+    t1920 = R::constant(0.0404594) + t1919; // torso: articulated inertia
     t1921 = t1920 * t1728; // torso: acceleration
     t1922 = R::fused(-t1671, t1921, t1888); // torso: acceleration
     t1923 = t1686 * t1817; // left_hip_yaw_link: articulated inertia
@@ -2335,7 +2335,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1951 = R::fused(-t1724, t1921, t1950); // torso: acceleration
     t1952 = R::fused(t1813, t1944, t1951); // torso: acceleration
     // left_hip_yaw_link: articulated inertia
-    t1953 = R::constant(0.00009000000000000674) - t1818;
+    t1953 = R::constant(0.00009) - t1818;
     t1954 = R::fused(-t1858, t1924, t1953);
     t1955 = sin_q_left_hip_yaw * t1927;
     t1956 = R::fused(t1858, t1929, t1955);
@@ -2346,7 +2346,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1961 = R::fused(R::constant(0.0764), t1960, t1956);
     t1962 = R::fused(R::constant(-0.0764), t1961, t1957);
     // right_hip_yaw_link: articulated inertia
-    t1963 = R::constant(0.00009000000000000674) - t1826;
+    t1963 = R::constant(0.00009) - t1826;
     t1964 = R::fused(-t1873, t1933, t1963);
     t1965 = sin_q_right_hip_yaw * t1936;
     t1966 = R::fused(t1873, t1938, t1965);
@@ -2357,7 +2357,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1971 = R::fused(R::constant(-0.0764), t1970, t1966);
     t1972 = R::fused(R::constant(0.0764), t1971, t1967);
     t1973 = t1962 + t1972;
-    t1974 = R::constant(0.9082241979999999) + t1973; // torso: articulated inertia
+    t1974 = R::constant(0.908224198) + t1973; // torso: articulated inertia
     // torso: acceleration
     t1975 = R::fused(-t1920, t1921, t1974);
     t1976 = R::fused(-t1943, t1944, t1975);
@@ -2367,9 +2367,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1980 = t1839 + t1845; // right_hip_yaw_link: wrench handed to its parent
     t1981 = tau_base_linear_z - t1980; // other
     t1982 = R::constant(0.20808) * t310; // torso: sums of what it carries
-    t1983 = R::fused(R::constant(-0.010199999999999987), t449, t1982); // torso: sums of what it carries
+    t1983 = R::fused(R::constant(-0.0102), t449, t1982); // torso: sums of what it carries
     t1984 = t304 + t440; // torso: motion
-    t1985 = R::fused(R::constant(2.4914999999999994), t1984, t1983); // torso: sums of what it carries
+    t1985 = R::fused(R::constant(2.4915), t1984, t1983); // torso: sums of what it carries
     t1986 = R::fused(R::constant(-19.0), t448, t1985); // torso: sums of what it carries
     t1987 = t1869 + t1884; // right_hip_yaw_link: articulated inertia
     t1988 = t1986 + t1987; // torso: articulated inertia
@@ -2383,7 +2383,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1996 = t1995 * t1833;
     t1997 = R::fused(-t1810, t1996, t1992);
     t1998 = t1961 + t1971; // right_hip_yaw_link: articulated inertia
-    t1999 = R::constant(0.010199999999999987) - t1998; // torso: articulated inertia
+    t1999 = R::constant(0.0102) - t1998; // torso: articulated inertia
     t2000 = R::fused(-t1990, t1921, t1999);
     t2001 = R::fused(-t1995, t1944, t2000);
     t2002 = t2001 * t1977;
@@ -2408,8 +2408,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t2021 = tau_base_linear_y - t2020; // other
     // torso: sums of what it carries
     t2022 = R::constant(0.20808) * t308;
-    t2023 = R::fused(R::constant(0.010199999999999987), t441, t2022);
-    t2024 = R::fused(R::constant(-2.4914999999999994), t449, t2023);
+    t2023 = R::fused(R::constant(0.0102), t441, t2022);
+    t2024 = R::fused(R::constant(-2.4915), t449, t2023);
     t2025 = R::fused(R::constant(-19.0), t439, t2024);
     // left_hip_yaw_link: articulated inertia
     t2026 = sin_q_left_hip_yaw * t842;
@@ -2482,7 +2482,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t2070 = R::fused(-t1883, t2056, t2069);
     t2071 = R::fused(R::constant(0.0764), t2070, t2067);
     t2072 = t2066 - t2071;
-    t2073 = R::constant(2.4914999999999994) + t2072; // torso: articulated inertia
+    t2073 = R::constant(2.4915) + t2072; // torso: articulated inertia
     // torso: acceleration
     t2074 = R::fused(-t2049, t1921, t2073);
     t2075 = R::fused(-t2059, t1944, t2074);
@@ -2634,14 +2634,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t2215 = R::fused(sin_t2, t2196, t2214);
     t2216 = R::fused(-t1047, t2215, t2213);
     t2217 = t1160 + t2216;
-    t2218 = R::constant(0.0012283333330000003) * t2211;
+    t2218 = R::constant(0.001228333333) * t2211;
     t2219 = t2195 - t2209; // right_ankle: acceleration
     t2220 = R::fused(-t1098, t2219, t2218);
     t2221 = cos_t2 * t2176;
     t2222 = R::fused(sin_t2, t2170, t2221);
     t2223 = R::fused(-t1101, t2222, t2220);
     t2224 = t2217 + t2223;
-    t2225 = R::constant(814.1112620933815) * t2224;
+    t2225 = R::constant(814.1112620933816) * t2224;
     // left_hip_yaw_link: acceleration
     t2226 = t2110 - t2131;
     t2227 = t927 * t2226;
@@ -2734,14 +2734,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t2308 = R::fused(sin_t3, t2289, t2307);
     t2309 = R::fused(-t374, t2308, t2306);
     t2310 = t499 + t2309;
-    t2311 = R::constant(0.0012283333330000003) * t2304;
+    t2311 = R::constant(0.001228333333) * t2304;
     t2312 = t2288 - t2302; // left_ankle: acceleration
     t2313 = R::fused(-t425, t2312, t2311);
     t2314 = cos_t3 * t2269;
     t2315 = R::fused(sin_t3, t2263, t2314);
     t2316 = R::fused(-t428, t2315, t2313);
     t2317 = t2310 + t2316;
-    t2318 = R::constant(814.1112620933815) * t2317;
+    t2318 = R::constant(814.1112620933816) * t2317;
     *out = [[
         t2110, t2112, t2115, t2119, t2124, t2130, t2143, t2161, t2179, t2194, t2209, t2225, t2236, t2254, t2272, t2287,
         t2302, t2318,

@@ -126,30 +126,30 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t55 = t26 * cos_q_left_ankle_roll; // left_foot: motion
     let t56 = R::fused(-t50, sin_q_left_ankle_roll, t55); // left_foot: motion
     // torso: wrench that its motion needs
-    let t57 = t6 * R::constant(186.39000000000001);
-    let t58 = t7 * R::constant(186.39000000000001);
-    let t59 = t9 * R::constant(186.39000000000001);
-    let t60 = t9 * R::constant(0.10006199999999987);
-    let t61 = R::fused(-t7, R::constant(24.441614999999995), t60);
-    let t62 = t6 * R::constant(24.441614999999995);
+    let t57 = t6 * R::constant(186.39);
+    let t58 = t7 * R::constant(186.39);
+    let t59 = t9 * R::constant(186.39);
+    let t60 = t9 * R::constant(0.100062);
+    let t61 = R::fused(-t7, R::constant(24.441615), t60);
+    let t62 = t6 * R::constant(24.441615);
     let t63 = R::fused(t9, R::constant(2.0412648), t62);
     let t64 = t7 * R::constant(2.0412648);
-    let t65 = R::fused(t6, R::constant(0.10006199999999987), t64);
-    let t66 = t9 * R::constant(0.07848000000000001); // right_hip_yaw_link: wrench that its motion needs
-    let t67 = R::constant(0.8355000000000001) * t32; // right_upper_leg: wrench that its motion needs
+    let t65 = R::fused(t6, R::constant(0.100062), t64);
+    let t66 = t9 * R::constant(0.07848); // right_hip_yaw_link: wrench that its motion needs
+    let t67 = R::constant(0.8355) * t32; // right_upper_leg: wrench that its motion needs
     let t68 = R::fused(R::constant(-0.012), t30, t67); // right_upper_leg: wrench that its motion needs
-    let t69 = R::constant(0.8355000000000001) * t36; // left_upper_leg: wrench that its motion needs
+    let t69 = R::constant(0.8355) * t36; // left_upper_leg: wrench that its motion needs
     let t70 = R::fused(R::constant(-0.012), t34, t69); // left_upper_leg: wrench that its motion needs
-    let t71 = R::constant(0.31110000000000004) * t40; // right_lower_leg: wrench that its motion needs
+    let t71 = R::constant(0.3111) * t40; // right_lower_leg: wrench that its motion needs
     let t72 = R::fused(R::constant(-0.008), t38, t71); // right_lower_leg: wrench that its motion needs
-    let t73 = R::constant(0.31110000000000004) * t44; // left_lower_leg: wrench that its motion needs
+    let t73 = R::constant(0.3111) * t44; // left_lower_leg: wrench that its motion needs
     let t74 = R::fused(R::constant(-0.008), t42, t73); // left_lower_leg: wrench that its motion needs
     let t75 = R::constant(0.023125) * t48; // right_ankle: wrench that its motion needs
-    let t76 = R::fused(R::constant(-0.015400000000000002), t46, t75); // right_ankle: wrench that its motion needs
-    let t77 = R::constant(0.015400000000000002) * t22; // right_ankle: wrench that its motion needs
+    let t76 = R::fused(R::constant(-0.0154), t46, t75); // right_ankle: wrench that its motion needs
+    let t77 = R::constant(0.0154) * t22; // right_ankle: wrench that its motion needs
     let t78 = R::constant(0.023125) * t52; // left_ankle: wrench that its motion needs
-    let t79 = R::fused(R::constant(-0.015400000000000002), t50, t78); // left_ankle: wrench that its motion needs
-    let t80 = R::constant(0.015400000000000002) * t26; // left_ankle: wrench that its motion needs
+    let t79 = R::fused(R::constant(-0.0154), t50, t78); // left_ankle: wrench that its motion needs
+    let t80 = R::constant(0.0154) * t26; // left_ankle: wrench that its motion needs
     let t81 = R::constant(0.0165) * t54; // right_foot: wrench that its motion needs
     let t82 = R::constant(0.0165) * t48; // right_foot: wrench that its motion needs
     let t83 = R::constant(0.0165) * t56; // left_foot: wrench that its motion needs
@@ -165,7 +165,7 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t92 = R::fused(-sin_q_left_ankle_pitch, t85, t91);
     let t93 = sin_q_left_ankle_pitch * t87;
     let t94 = R::fused(cos_q_left_ankle_pitch, t85, t93);
-    let t95 = R::fused(R::constant(0.31110000000000004), t26, t94);
+    let t95 = R::fused(R::constant(0.3111), t26, t94);
     let t96 = t74 + t86;
     let t97 = R::fused(R::constant(0.008), t26, t92);
     // right_ankle: wrench handed to its parent
@@ -173,7 +173,7 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t99 = R::fused(-sin_q_right_ankle_pitch, t88, t98);
     let t100 = sin_q_right_ankle_pitch * t90;
     let t101 = R::fused(cos_q_right_ankle_pitch, t88, t100);
-    let t102 = R::fused(R::constant(0.31110000000000004), t22, t101);
+    let t102 = R::fused(R::constant(0.3111), t22, t101);
     let t103 = t72 + t89;
     let t104 = R::fused(R::constant(0.008), t22, t99);
     // left_lower_leg: wrench handed to its parent
@@ -181,7 +181,7 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t106 = R::fused(-sin_q_left_knee_pitch, t95, t105);
     let t107 = sin_q_left_knee_pitch * t97;
     let t108 = R::fused(cos_q_left_knee_pitch, t95, t107);
-    let t109 = R::fused(R::constant(0.8355000000000001), t26, t108);
+    let t109 = R::fused(R::constant(0.8355), t26, t108);
     let t110 = t70 + t96;
     let t111 = R::fused(R::constant(0.012), t26, t106);
     // right_lower_leg: wrench handed to its parent
@@ -189,7 +189,7 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t113 = R::fused(-sin_q_right_knee_pitch, t102, t112);
     let t114 = sin_q_right_knee_pitch * t104;
     let t115 = R::fused(cos_q_right_knee_pitch, t102, t114);
-    let t116 = R::fused(R::constant(0.8355000000000001), t22, t115);
+    let t116 = R::fused(R::constant(0.8355), t22, t115);
     let t117 = t68 + t103;
     let t118 = R::fused(R::constant(0.012), t22, t113);
     // left_upper_leg: wrench handed to its parent

@@ -139,27 +139,27 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t40 = R::fused(t36, t39, t34);
     t41 = R::fused(v_right_ankle_roll, t40, t24);
     t42 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t43 = R::constant(0.00009166666999999972) * t42; // right_foot: sums of what it carries
+    t43 = R::constant(0.00009166667) * t42; // right_foot: sums of what it carries
     t44 = R::constant(0.0029269125) - t43; // right_foot: sums of what it carries
     t45 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t46 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
-    t47 = R::constant(0.0012283333330000003) + t46; // right_foot: sums of what it carries
+    t47 = R::constant(0.001228333333) + t46; // right_foot: sums of what it carries
     t48 = t47 - t44; // right_ankle: sums of what it carries
     t49 = t45 * t48; // right_ankle: sums of what it carries
     t50 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t51 = R::constant(0.0005698000000000001) + t50; // right_foot: sums of what it carries
+    t51 = R::constant(0.0005698) + t50; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t52 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch;
     t53 = t51 * t52;
     t54 = R::fused(R::constant(-2.0), t53, t49);
     t55 = t44 + t54;
-    t56 = R::constant(0.07230871666700002) - t55;
+    t56 = R::constant(0.072308716667) - t55;
     t57 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t58 = t47 - t54;
     t59 = R::constant(0.0165) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t60 = R::constant(0.023125) + t59; // right_foot: sums of what it carries
     t61 = cos_q_right_ankle_pitch * t60;
-    t62 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t61);
+    t62 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t61);
     t63 = R::constant(0.546) * t62;
     t64 = t58 + t63;
     t65 = t64 + t56; // right_lower_leg: sums of what it carries
@@ -168,7 +168,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t68 = R::fused(R::constant(-2.0), t67, t51);
     t69 = R::fused(-t52, t48, t68);
     t70 = sin_q_right_ankle_pitch * t60;
-    t71 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t70);
+    t71 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t70);
     t72 = R::fused(R::constant(-0.273), t71, t69);
     t73 = R::constant(0.00086) + t72;
     // right_lower_leg: sums of what it carries
@@ -176,10 +176,10 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t75 = t73 * t74;
     t76 = R::fused(R::constant(-2.0), t75, t66);
     t77 = t56 - t76;
-    t78 = R::constant(0.22879800003000006) + t77;
+    t78 = R::constant(0.22879800003) + t77;
     t79 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t80 = t64 - t76;
-    t81 = R::constant(0.31110000000000004) + t62; // right_ankle: sums of what it carries
+    t81 = R::constant(0.3111) + t62; // right_ankle: sums of what it carries
     t82 = cos_q_right_knee_pitch * t81;
     t83 = R::constant(0.008) - t71; // right_ankle: sums of what it carries
     t84 = R::fused(sin_q_right_knee_pitch, t83, t82);
@@ -200,23 +200,23 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t98 = R::fused(R::constant(-2.0), t97, t88);
     t99 = t78 - t98;
     t100 = sin_q_right_hip_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t101 = R::constant(0.00009166666999999972) - t43; // right_foot: sums of what it carries
+    t101 = R::constant(0.00009166667) - t43; // right_foot: sums of what it carries
     t102 = t101 - t46; // right_foot: sums of what it carries
     t103 = R::constant(0.0045979875) - t102; // right_foot: sums of what it carries
     t104 = t103 + t63; // right_ankle: sums of what it carries
-    t105 = R::constant(0.07325338333000002) + t104; // right_ankle: sums of what it carries
+    t105 = R::constant(0.07325338333) + t104; // right_ankle: sums of what it carries
     t106 = t105 + t85; // right_lower_leg: sums of what it carries
-    t107 = R::constant(0.23164200000000004) + t106; // right_lower_leg: sums of what it carries
-    t108 = R::constant(0.30527050420000007) - t107;
+    t107 = R::constant(0.231642) + t106; // right_lower_leg: sums of what it carries
+    t108 = R::constant(0.3052705042) - t107;
     t109 = t99 - t108; // right_hip_roll_link: sums of what it carries
     t110 = t100 * t109; // right_hip_roll_link: sums of what it carries
     t111 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t112 = R::constant(0.00009166666999999972) * t111; // right_foot: sums of what it carries
+    t112 = R::constant(0.00009166667) * t111; // right_foot: sums of what it carries
     t113 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t112); // right_foot: sums of what it carries
     t114 = cos_q_right_ankle_pitch * t113; // right_ankle: sums of what it carries
     t115 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t116 = R::fused(-sin_q_right_ankle_pitch, t115, t114); // right_ankle: sums of what it carries
-    t117 = R::fused(-sin_q_right_ankle_roll, R::constant(0.004504500000000001), t116); // right_ankle
+    t117 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0045045), t116); // right_ankle: sums of what it carries
     t118 = R::constant(0.00024) + t117; // right_ankle: sums of what it carries
     t119 = cos_q_right_knee_pitch * t118; // right_lower_leg: sums of what it carries
     t120 = sin_q_right_ankle_pitch * t113; // right_ankle: sums of what it carries
@@ -224,7 +224,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t122 = R::constant(0.000016) - t121; // right_ankle: sums of what it carries
     t123 = R::fused(sin_q_right_knee_pitch, t122, t119); // right_lower_leg: sums of what it carries
     t124 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0051975), t123); // right_lower_leg: sums of what it carries
-    t125 = R::constant(0.0019299999999999999) + t124; // right_lower_leg: sums of what it carries
+    t125 = R::constant(0.00193) + t124; // right_lower_leg: sums of what it carries
     t126 = cos_q_right_hip_pitch * t125;
     t127 = sin_q_right_knee_pitch * t118; // right_lower_leg: sums of what it carries
     t128 = R::fused(-cos_q_right_knee_pitch, t122, t127); // right_lower_leg: sums of what it carries
@@ -235,8 +235,8 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t132 = t130 * t131;
     t133 = R::fused(R::constant(-2.0), t132, t110);
     t134 = t99 - t133;
-    t135 = R::constant(0.3059638375330001) - t134;
-    t136 = R::constant(0.8355000000000001) + t84; // right_lower_leg: sums of what it carries
+    t135 = R::constant(0.305963837533) - t134;
+    t136 = R::constant(0.8355) + t84; // right_lower_leg: sums of what it carries
     t137 = sin_q_right_hip_pitch * t136; // right_upper_leg: sums of what it carries
     t138 = R::constant(0.012) - t93; // right_lower_leg: sums of what it carries
     t139 = R::fused(-cos_q_right_hip_pitch, t138, t137); // right_upper_leg: sums of what it carries
@@ -251,27 +251,27 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t148 = R::fused(cos_q_right_hip_yaw, t147, t141); // right_hip_yaw_link: sums of what it carries
     t149 = R::fused(R::constant(0.0764), t148, t135); // right_hip_yaw_link: mass matrix
     t150 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t151 = R::constant(0.00009166666999999972) * t150; // left_foot: sums of what it carries
+    t151 = R::constant(0.00009166667) * t150; // left_foot: sums of what it carries
     t152 = R::constant(0.0029269125) - t151; // left_foot: sums of what it carries
     t153 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t154 = cos_q_left_ankle_roll * R::constant(0.001221); // left_foot: sums of what it carries
-    t155 = R::constant(0.0012283333330000003) + t154; // left_foot: sums of what it carries
+    t155 = R::constant(0.001228333333) + t154; // left_foot: sums of what it carries
     t156 = t155 - t152; // left_ankle: sums of what it carries
     t157 = t153 * t156; // left_ankle: sums of what it carries
     t158 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t159 = R::constant(0.0005698000000000001) + t158; // left_foot: sums of what it carries
+    t159 = R::constant(0.0005698) + t158; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t160 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch;
     t161 = t159 * t160;
     t162 = R::fused(R::constant(-2.0), t161, t157);
     t163 = t152 + t162;
-    t164 = R::constant(0.07230871666700002) - t163;
+    t164 = R::constant(0.072308716667) - t163;
     t165 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t166 = t155 - t162;
     t167 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t168 = R::constant(0.023125) + t167; // left_foot: sums of what it carries
     t169 = cos_q_left_ankle_pitch * t168;
-    t170 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t169);
+    t170 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t169);
     t171 = t170 * R::constant(0.546);
     t172 = t166 + t171;
     t173 = t172 + t164; // left_lower_leg: sums of what it carries
@@ -280,7 +280,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t176 = R::fused(R::constant(-2.0), t175, t159);
     t177 = R::fused(-t160, t156, t176);
     t178 = sin_q_left_ankle_pitch * t168;
-    t179 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t178);
+    t179 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t178);
     t180 = R::fused(R::constant(-0.273), t179, t177);
     t181 = R::constant(0.00086) + t180;
     // left_lower_leg: sums of what it carries
@@ -288,10 +288,10 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t183 = t181 * t182;
     t184 = R::fused(R::constant(-2.0), t183, t174);
     t185 = t164 - t184;
-    t186 = R::constant(0.22879800003000006) + t185;
+    t186 = R::constant(0.22879800003) + t185;
     t187 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t188 = t172 - t184;
-    t189 = R::constant(0.31110000000000004) + t170; // left_ankle: sums of what it carries
+    t189 = R::constant(0.3111) + t170; // left_ankle: sums of what it carries
     t190 = cos_q_left_knee_pitch * t189;
     t191 = R::constant(0.008) - t179; // left_ankle: sums of what it carries
     t192 = R::fused(sin_q_left_knee_pitch, t191, t190);
@@ -312,23 +312,23 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t206 = R::fused(R::constant(-2.0), t205, t196);
     t207 = t186 - t206;
     t208 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
-    t209 = R::constant(0.00009166666999999972) - t151; // left_foot: sums of what it carries
+    t209 = R::constant(0.00009166667) - t151; // left_foot: sums of what it carries
     t210 = t209 - t154; // left_foot: sums of what it carries
     t211 = R::constant(0.0045979875) - t210; // left_foot: sums of what it carries
     t212 = t211 + t171; // left_ankle: sums of what it carries
-    t213 = R::constant(0.07325338333000002) + t212; // left_ankle: sums of what it carries
+    t213 = R::constant(0.07325338333) + t212; // left_ankle: sums of what it carries
     t214 = t213 + t193; // left_lower_leg: sums of what it carries
-    t215 = R::constant(0.23164200000000004) + t214; // left_lower_leg: sums of what it carries
-    t216 = R::constant(0.30527050420000007) - t215;
+    t215 = R::constant(0.231642) + t214; // left_lower_leg: sums of what it carries
+    t216 = R::constant(0.3052705042) - t215;
     t217 = t207 - t216; // left_hip_roll_link: sums of what it carries
     t218 = t208 * t217; // left_hip_roll_link: sums of what it carries
     t219 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t220 = R::constant(0.00009166666999999972) * t219; // left_foot: sums of what it carries
+    t220 = R::constant(0.00009166667) * t219; // left_foot: sums of what it carries
     t221 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t220); // left_foot: sums of what it carries
     t222 = cos_q_left_ankle_pitch * t221; // left_ankle: sums of what it carries
     t223 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t224 = R::fused(-sin_q_left_ankle_pitch, t223, t222); // left_ankle: sums of what it carries
-    t225 = R::fused(-sin_q_left_ankle_roll, R::constant(0.004504500000000001), t224); // left_ankle
+    t225 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0045045), t224); // left_ankle: sums of what it carries
     t226 = R::constant(0.00024) - t225; // left_ankle: sums of what it carries
     t227 = cos_q_left_knee_pitch * t226; // left_lower_leg: sums of what it carries
     t228 = sin_q_left_ankle_pitch * t221; // left_ankle: sums of what it carries
@@ -336,7 +336,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t230 = R::constant(0.000016) + t229; // left_ankle: sums of what it carries
     t231 = R::fused(sin_q_left_knee_pitch, t230, t227); // left_lower_leg: sums of what it carries
     t232 = R::fused(sin_q_left_ankle_roll, R::constant(0.0051975), t231); // left_lower_leg: sums of what it carries
-    t233 = R::constant(0.0019299999999999999) + t232; // left_lower_leg: sums of what it carries
+    t233 = R::constant(0.00193) + t232; // left_lower_leg: sums of what it carries
     t234 = cos_q_left_hip_pitch * t233;
     t235 = sin_q_left_knee_pitch * t226; // left_lower_leg: sums of what it carries
     t236 = R::fused(-cos_q_left_knee_pitch, t230, t235); // left_lower_leg: sums of what it carries
@@ -347,8 +347,8 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t240 = t238 * t239;
     t241 = R::fused(R::constant(2.0), t240, t218);
     t242 = t207 - t241;
-    t243 = R::constant(0.3059638375330001) - t242;
-    t244 = R::constant(0.8355000000000001) + t192; // left_lower_leg: sums of what it carries
+    t243 = R::constant(0.305963837533) - t242;
+    t244 = R::constant(0.8355) + t192; // left_lower_leg: sums of what it carries
     t245 = sin_q_left_hip_pitch * t244; // left_upper_leg: sums of what it carries
     t246 = R::constant(0.012) - t201; // left_lower_leg: sums of what it carries
     t247 = R::fused(-cos_q_left_hip_pitch, t246, t245); // left_upper_leg: sums of what it carries
@@ -385,7 +385,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t260 = R::constant(0.1528) * t148; // right_hip_yaw_link: sums of what it carries
     t261 = t135 + t260; // right_hip_yaw_link: sums of what it carries
     t262 = t259 + t261; // right_hip_yaw_link: sums of what it carries
-    t263 = R::constant(0.010199999999999987) - t256;
+    t263 = R::constant(0.0102) - t256;
     t264 = t263 - t148; // right_hip_yaw_link: sums of what it carries
     // other
     t265 = R::fused(R::constant(0.0764), t264, t262);
@@ -413,12 +413,12 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t286 = R::fused(R::constant(0.315), t276, t285);
     t287 = sin_q_left_hip_roll * t286;
     t288 = cos_q_left_ankle_pitch * t158;
-    t289 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t289 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t290 = R::fused(-sin_q_left_ankle_pitch, t289, t288);
     t291 = cos_q_left_knee_pitch * t290;
     t292 = sin_q_left_ankle_pitch * t158;
     t293 = R::fused(cos_q_left_ankle_pitch, t289, t292);
-    t294 = R::fused(cos_q_left_ankle_roll, R::constant(0.004504500000000001), t293);
+    t294 = R::fused(cos_q_left_ankle_roll, R::constant(0.0045045), t293);
     t295 = R::fused(-sin_q_left_knee_pitch, t294, t291);
     t296 = cos_q_left_hip_pitch * t295;
     t297 = sin_q_left_knee_pitch * t290;
@@ -428,7 +428,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t301 = R::fused(-cos_q_left_hip_roll, t300, t287);
     t302 = t301 + t284;
     t303 = t284 + t302; // other
-    t304 = t303 * R::constant(814.1112620933815); // factors of the mass matrix
+    t304 = t303 * R::constant(814.1112620933816); // factors of the mass matrix
     t305 = R::fused(t303, t304, t269); // factors of the mass matrix
     // left_ankle: mass matrix
     t306 = cos_q_left_knee_pitch * t179;
@@ -456,7 +456,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t328 = t327 - t317;
     t329 = t317 - t328; // other
     // factors of the mass matrix
-    t330 = sin_q_left_ankle_roll * R::constant(0.49823609240114947);
+    t330 = sin_q_left_ankle_roll * R::constant(0.4982360924011495);
     t331 = R::fused(t303, t330, t329);
     t332 = R::fused(-t223, t330, t211);
     t333 = R::constant(1.0) / t332;
@@ -479,7 +479,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t349 = t348 - t343;
     t350 = t343 - t349; // other
     // factors of the mass matrix
-    t351 = t285 * R::constant(814.1112620933815);
+    t351 = t285 * R::constant(814.1112620933816);
     t352 = R::fused(t303, t351, t350);
     t353 = R::fused(-t285, t330, t318);
     t354 = t353 * t333;
@@ -499,7 +499,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t367 = t366 + t364;
     t368 = t364 + t367; // other
     // factors of the mass matrix
-    t369 = t286 * R::constant(814.1112620933815);
+    t369 = t286 * R::constant(814.1112620933816);
     t370 = R::fused(-t303, t369, t368);
     t371 = R::fused(-t286, t330, t319);
     t372 = t371 * t333;
@@ -529,7 +529,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t396 = t387 - t395; // other
     t397 = sin_q_left_hip_pitch * t295; // left_foot: mass matrix
     t398 = R::fused(cos_q_left_hip_pitch, t299, t397); // left_foot: mass matrix
-    t399 = t398 * R::constant(814.1112620933815);
+    t399 = t398 * R::constant(814.1112620933816);
     t400 = R::fused(-t303, t399, t396);
     t401 = sin_q_left_hip_pitch * t322; // left_ankle: mass matrix
     t402 = R::fused(cos_q_left_hip_pitch, t325, t401); // left_ankle: mass matrix
@@ -548,7 +548,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t415 = t414 * t381;
     t416 = R::fused(t377, t415, t411);
     t417 = t194 - t206; // left_upper_leg: sums of what it carries
-    t418 = R::constant(0.30543717086700006) + t417; // left_upper_leg: sums of what it carries
+    t418 = R::constant(0.305437170867) + t417; // left_upper_leg: sums of what it carries
     t419 = R::fused(-t398, t399, t418);
     t420 = R::fused(-t403, t404, t419);
     t421 = R::fused(-t409, t410, t420);
@@ -559,7 +559,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t426 = R::constant(0.0764) * t256; // left_hip_yaw_link: sums of what it carries
     t427 = t243 - t426; // left_hip_yaw_link: mass matrix
     t428 = t426 - t427; // other
-    t429 = t301 * R::constant(814.1112620933815);
+    t429 = t301 * R::constant(814.1112620933816);
     t430 = R::fused(t303, t429, t428);
     t431 = R::fused(-t301, t330, t327);
     t432 = t431 * t333;
@@ -641,7 +641,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t507 = R::fused(R::constant(-2.0), t506, t238); // left_hip_roll_link: sums of what it carries
     t508 = R::fused(t239, t217, t507); // left_hip_roll_link: sums of what it carries
     t509 = R::fused(-sin_q_left_hip_yaw, t508, t505); // left_hip_yaw_link: sums of what it carries
-    t510 = R::constant(0.04045939999999999) + t509; // left_hip_yaw_link: sums of what it carries
+    t510 = R::constant(0.0404594) + t509; // left_hip_yaw_link: sums of what it carries
     t511 = t510 - t504; // right_hip_yaw_link: sums of what it carries
     let (
         t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529,
@@ -673,12 +673,12 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t521 = sin_q_left_hip_yaw * t394;
     t522 = R::fused(cos_q_left_hip_yaw, t508, t521);
     t523 = R::fused(R::constant(-0.0764), t385, t522);
-    t524 = R::constant(0.0014734999999999995) - t523;
+    t524 = R::constant(0.0014735) - t523;
     t525 = sin_q_right_hip_roll * t143; // right_hip_roll_link: sums of what it carries
     t526 = R::fused(cos_q_right_hip_roll, t146, t525); // right_hip_roll_link: sums of what it carries
     t527 = R::fused(R::constant(0.0764), t526, t520); // right_hip_yaw_link: sums of what it carries
     t528 = t524 + t527; // right_hip_yaw_link: sums of what it carries
-    t529 = R::constant(2.4914999999999994) + t385;
+    t529 = R::constant(2.4915) + t385;
     t530 = t526 - t529; // right_hip_yaw_link: sums of what it carries
     // other
     t531 = R::fused(R::constant(-0.0764), t530, t528);
@@ -987,12 +987,12 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t805 = R::fused(-t562, t804, t798);
     // right_foot: mass matrix
     t806 = cos_q_right_ankle_pitch * t50;
-    t807 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t807 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t808 = R::fused(-sin_q_right_ankle_pitch, t807, t806);
     t809 = cos_q_right_knee_pitch * t808;
     t810 = sin_q_right_ankle_pitch * t50;
     t811 = R::fused(cos_q_right_ankle_pitch, t807, t810);
-    t812 = R::fused(cos_q_right_ankle_roll, R::constant(0.004504500000000001), t811);
+    t812 = R::fused(cos_q_right_ankle_roll, R::constant(0.0045045), t811);
     t813 = R::fused(-sin_q_right_knee_pitch, t812, t809);
     t814 = sin_q_right_hip_pitch * t813;
     t815 = sin_q_right_knee_pitch * t808;
@@ -1010,7 +1010,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t827 = R::fused(R::constant(-0.0764), t800, t826);
     t828 = t530 * t490; // other
     t829 = R::fused(-t264, t562, t828); // other
-    t830 = R::constant(0.3057838375330001) - t418; // left_hip_roll_link: sums of what it carries
+    t830 = R::constant(0.305783837533) - t418; // left_hip_roll_link: sums of what it carries
     t831 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t832 = t216 + t241; // left_hip_roll_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
@@ -1021,10 +1021,10 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t837 = R::fused(R::constant(2.0), t836, t834);
     t838 = t830 + t837;
     t839 = t838 + t257;
-    t840 = R::constant(1.5199718730660001) - t839;
+    t840 = R::constant(1.519971873066) - t839;
     t841 = t86 - t98; // right_upper_leg: sums of what it carries
-    t842 = R::constant(0.30543717086700006) + t841; // right_upper_leg: sums of what it carries
-    t843 = R::constant(0.3057838375330001) - t842; // right_hip_roll_link: sums of what it carries
+    t842 = R::constant(0.305437170867) + t841; // right_upper_leg: sums of what it carries
+    t843 = R::constant(0.305783837533) - t842; // right_hip_roll_link: sums of what it carries
     t844 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t845 = t108 + t133; // right_hip_roll_link: sums of what it carries
     t846 = t845 - t843; // right_hip_yaw_link: sums of what it carries
@@ -1062,7 +1062,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t874 = R::fused(t464, t562, t873);
     t875 = R::fused(t866, t485, t874);
     t876 = t832 - t837; // left_hip_yaw_link: sums of what it carries
-    t877 = R::constant(1.4238812570660002) - t876; // left_hip_yaw_link: sums of what it carries
+    t877 = R::constant(1.423881257066) - t876; // left_hip_yaw_link: sums of what it carries
     t878 = t845 - t852; // right_hip_yaw_link: sums of what it carries
     t879 = t877 - t878; // right_hip_yaw_link: sums of what it carries
     t880 = R::fused(-t879, t36, t875);
@@ -1085,7 +1085,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t897 = R::fused(-t569, t485, t896);
     t898 = R::fused(t572, t36, t897);
     t899 = R::fused(t302, t28, t898);
-    t900 = t899 * R::constant(814.1112620933815); // factors of the mass matrix
+    t900 = t899 * R::constant(814.1112620933816); // factors of the mass matrix
     t901 = R::fused(t899, t900, t893); // factors of the mass matrix
     t902 = t316 * t40;
     t903 = R::fused(t578, t490, t902);
@@ -1198,7 +1198,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1000 = t550 * t551;
     t1001 = R::fused(cos_q_right_hip_yaw, t569, t1000);
     t1002 = R::fused(sin_q_right_hip_yaw, t572, t1001);
-    t1003 = t1002 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1003 = t1002 * R::constant(814.1112620933816); // factors of the mass matrix
     t1004 = R::fused(-t899, t1003, t999); // factors of the mass matrix
     t1005 = t580 * t551;
     t1006 = R::fused(-cos_q_right_hip_yaw, t586, t1005);
@@ -1351,7 +1351,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1131 = t1129 - t1130;
     t1132 = sin_q_right_hip_roll * t302;
     t1133 = t1131 + t1132;
-    t1134 = t1133 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1134 = t1133 * R::constant(814.1112620933816); // factors of the mass matrix
     t1135 = R::fused(t899, t1134, t1125); // factors of the mass matrix
     t1136 = t316 * t1;
     t1137 = R::fused(t580, t553, t1136);
@@ -1565,7 +1565,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1310 = t1128 + t1309;
     t1311 = t1130 - t1310;
     t1312 = t1132 - t1311;
-    t1313 = t1312 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1313 = t1312 * R::constant(814.1112620933816); // factors of the mass matrix
     t1314 = R::fused(-t899, t1313, t1306); // factors of the mass matrix
     t1315 = t316 * t11;
     t1316 = R::fused(-t578, t472, t1315);
@@ -1778,7 +1778,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1504 = t1128 + t1503;
     t1505 = t1130 - t1504;
     t1506 = t1132 - t1505;
-    t1507 = t1506 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1507 = t1506 * R::constant(814.1112620933816); // factors of the mass matrix
     t1508 = R::fused(-t899, t1507, t1500); // factors of the mass matrix
     t1509 = t316 * t23;
     t1510 = R::fused(-t578, t480, t1509);
@@ -2181,37 +2181,37 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1835 = t694 * t1828;
     t1836 = R::fused(t748, t691, t1835);
     t1837 = R::fused(t1836, t28, t1834);
-    t1838 = R::fused(-t899, R::constant(44.77611941513598), t1837); // solved by the factors
+    t1838 = R::fused(-t899, R::constant(44.77611941513599), t1837); // solved by the factors
     t1839 = sin_q_left_ankle_roll * R::constant(0.03);
-    t1840 = R::fused(-sin_q_left_ankle_roll, R::constant(0.027402985082063222), t1839); // solved by the factors
+    t1840 = R::fused(-sin_q_left_ankle_roll, R::constant(0.027402985082063226), t1839); // solved by the factors
     t1841 = R::fused(t909, t1840, t1838); // solved by the factors
     t1842 = sin_q_left_ankle_roll * t1826;
-    t1843 = R::fused(-t285, R::constant(44.77611941513598), t1842); // solved by the factors
+    t1843 = R::fused(-t285, R::constant(44.77611941513599), t1842); // solved by the factors
     t1844 = R::fused(-t354, t1840, t1843); // solved by the factors
     t1845 = R::fused(t919, t1844, t1841); // solved by the factors
     t1846 = sin_q_left_ankle_roll * t1827;
     // solved by the factors
-    t1847 = R::fused(-t286, R::constant(44.77611941513598), t1846);
+    t1847 = R::fused(-t286, R::constant(44.77611941513599), t1846);
     t1848 = R::fused(-t372, t1840, t1847);
     t1849 = R::fused(-t376, t1844, t1848);
     t1850 = R::fused(-t930, t1849, t1845);
     t1851 = t1827 * t684; // other
     t1852 = R::fused(-t680, t711, t1851); // other
-    t1853 = R::fused(-t398, R::constant(44.77611941513598), t1852);
+    t1853 = R::fused(-t398, R::constant(44.77611941513599), t1852);
     t1854 = R::fused(-t404, t1840, t1853);
     t1855 = R::fused(t410, t1844, t1854);
     t1856 = R::fused(t415, t1849, t1855);
     t1857 = R::fused(-t942, t1856, t1850);
     t1858 = t1827 * t694; // other
     t1859 = R::fused(t680, t748, t1858); // other
-    t1860 = R::fused(-t301, R::constant(44.77611941513598), t1859);
+    t1860 = R::fused(-t301, R::constant(44.77611941513599), t1859);
     t1861 = R::fused(-t432, t1840, t1860);
     t1862 = R::fused(-t436, t1844, t1861);
     t1863 = R::fused(-t441, t1849, t1862);
     t1864 = R::fused(t447, t1856, t1863);
     t1865 = R::fused(t954, t1864, t1857);
     t1866 = R::fused(R::constant(0.0764), t751, t1836); // other
-    t1867 = R::fused(-t303, R::constant(44.77611941513598), t1866);
+    t1867 = R::fused(-t303, R::constant(44.77611941513599), t1866);
     t1868 = R::fused(t334, t1840, t1867);
     t1869 = R::fused(t359, t1844, t1868);
     t1870 = R::fused(-t382, t1849, t1869);
@@ -2221,7 +2221,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1874 = t673 * t551; // other
     t1875 = R::fused(cos_q_right_hip_yaw, t1830, t1874); // other
     t1876 = R::fused(sin_q_right_hip_yaw, t1833, t1875); // other
-    t1877 = R::fused(-t1002, R::constant(44.77611941513598), t1876);
+    t1877 = R::fused(-t1002, R::constant(44.77611941513599), t1876);
     t1878 = R::fused(t1009, t1840, t1877);
     t1879 = R::fused(t1016, t1844, t1878);
     t1880 = R::fused(t1024, t1849, t1879);
@@ -2239,7 +2239,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1891 = sin_q_right_hip_roll * t1836;
     t1892 = t1890 + t1891;
     // solved by the factors
-    t1893 = R::fused(-t1133, R::constant(44.77611941513598), t1892);
+    t1893 = R::fused(-t1133, R::constant(44.77611941513599), t1892);
     t1894 = R::fused(t1145, t1840, t1893);
     t1895 = R::fused(t1157, t1844, t1894);
     t1896 = R::fused(-t1170, t1849, t1895);
@@ -2256,7 +2256,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1906 = t1889 - t1905;
     t1907 = t1891 - t1906;
     // solved by the factors
-    t1908 = R::fused(-t1312, R::constant(44.77611941513598), t1907);
+    t1908 = R::fused(-t1312, R::constant(44.77611941513599), t1907);
     t1909 = R::fused(-t1322, t1840, t1908);
     t1910 = R::fused(-t1332, t1844, t1909);
     t1911 = R::fused(-t1343, t1849, t1910);
@@ -2274,7 +2274,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1922 = t1889 - t1921;
     t1923 = t1891 - t1922;
     // solved by the factors
-    t1924 = R::fused(-t1506, R::constant(44.77611941513598), t1923);
+    t1924 = R::fused(-t1506, R::constant(44.77611941513599), t1923);
     t1925 = R::fused(-t1516, t1840, t1924);
     t1926 = R::fused(-t1526, t1844, t1925);
     t1927 = R::fused(-t1537, t1849, t1926);
@@ -2339,7 +2339,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1985 = R::fused(-t1984, t611, t1983);
     t1986 = t333 * t1840;
     t1987 = R::fused(-t1986, t592, t1985);
-    t1988 = R::fused(R::constant(44.77611941513598), t574, t1987);
+    t1988 = R::fused(R::constant(44.77611941513599), t574, t1987);
     t1989 = t1965 + t1988;
     t1990 = R::fused(-t1809, t1946, t1989);
     t1991 = t1934 * t1966;
@@ -2353,7 +2353,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t1999 = R::fused(-t1849, t1982, t1998);
     t2000 = R::fused(-t1844, t1984, t1999);
     t2001 = R::fused(-t1840, t1986, t2000);
-    t2002 = t2001 - R::constant(2.462686567832479);
+    t2002 = t2001 - R::constant(2.4626865678324794);
     t2003 = R::fused(-t1945, t1946, t2002);
     t2004 = R::constant(1.0) / t2003;
     t2005 = t1990 * t2004;
@@ -2672,7 +2672,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t2290 = R::fused(-t2195, t1982, t2289);
     t2291 = R::fused(-t2192, t1984, t2290);
     t2292 = R::fused(-t330, t1986, t2291);
-    t2293 = R::constant(44.77611941513598) + t2292;
+    t2293 = R::constant(44.77611941513599) + t2292;
     t2294 = R::fused(-t1945, t2280, t2293);
     t2295 = t2294 * t2004;
     t2296 = R::fused(-t2127, t2295, t2281);
@@ -2727,7 +2727,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t2327 = R::fused(-t2326, t611, t2325);
     t2328 = t330 * t333;
     t2329 = R::fused(-t2328, t592, t2327);
-    t2330 = R::constant(814.1112620933815) * t574;
+    t2330 = R::constant(814.1112620933816) * t574;
     t2331 = t2329 - t2330;
     t2332 = t2307 - t2331;
     t2333 = R::fused(t1809, t2280, t2332);
@@ -2744,7 +2744,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t2344 = R::fused(-t2195, t2324, t2343);
     t2345 = R::fused(-t2192, t2326, t2344);
     t2346 = R::fused(-t330, t2328, t2345);
-    t2347 = R::constant(814.1112620933815) - t2346;
+    t2347 = R::constant(814.1112620933816) - t2346;
     t2348 = R::fused(t2279, t2280, t2347);
     t2349 = R::fused(t2294, t2295, t2348);
     t2350 = R::fused(t2296, t2297, t2349);
@@ -3363,8 +3363,8 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t2910 = R::fused(t372, t2876, t2909);
     t2911 = R::fused(-t354, t2893, t2910);
     t2912 = v_left_ankle_pitch + t2911; // other
-    t2913 = R::fused(R::constant(44.77611941513598), t2726, t2330); // other
-    t2914 = R::fused(R::constant(-814.1112620933815), t2719, t2913); // other
+    t2913 = R::fused(R::constant(44.77611941513599), t2726, t2330); // other
+    t2914 = R::fused(R::constant(-814.1112620933816), t2719, t2913); // other
     t2915 = R::fused(-t900, t2744, t2914);
     t2916 = R::fused(-t1507, t2753, t2915);
     t2917 = R::fused(-t1313, t2763, t2916);
@@ -3780,27 +3780,27 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t40 = R::fused(-t36, t39, t34);
     t41 = R::fused(-v_left_ankle_roll, t40, t24);
     t42 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t43 = R::constant(0.00009166666999999972) * t42; // left_foot: sums of what it carries
+    t43 = R::constant(0.00009166667) * t42; // left_foot: sums of what it carries
     t44 = R::constant(0.0029269125) - t43; // left_foot: sums of what it carries
     t45 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t46 = cos_q_left_ankle_roll * R::constant(0.001221); // left_foot: sums of what it carries
-    t47 = R::constant(0.0012283333330000003) + t46; // left_foot: sums of what it carries
+    t47 = R::constant(0.001228333333) + t46; // left_foot: sums of what it carries
     t48 = t47 - t44; // left_ankle: sums of what it carries
     t49 = t45 * t48; // left_ankle: sums of what it carries
     t50 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t51 = R::constant(0.0005698000000000001) + t50; // left_foot: sums of what it carries
+    t51 = R::constant(0.0005698) + t50; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t52 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch;
     t53 = t51 * t52;
     t54 = R::fused(R::constant(-2.0), t53, t49);
     t55 = t44 + t54;
-    t56 = R::constant(0.07230871666700002) - t55;
+    t56 = R::constant(0.072308716667) - t55;
     t57 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t58 = t47 - t54;
     t59 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t60 = R::constant(0.023125) + t59; // left_foot: sums of what it carries
     t61 = cos_q_left_ankle_pitch * t60;
-    t62 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t61);
+    t62 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t61);
     t63 = t62 * R::constant(0.546);
     t64 = t58 + t63;
     t65 = t64 + t56; // left_lower_leg: sums of what it carries
@@ -3809,7 +3809,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t68 = R::fused(R::constant(-2.0), t67, t51);
     t69 = R::fused(-t52, t48, t68);
     t70 = sin_q_left_ankle_pitch * t60;
-    t71 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t70);
+    t71 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t70);
     t72 = R::fused(R::constant(-0.273), t71, t69);
     t73 = R::constant(0.00086) + t72;
     // left_lower_leg: sums of what it carries
@@ -3817,10 +3817,10 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t75 = t73 * t74;
     t76 = R::fused(R::constant(-2.0), t75, t66);
     t77 = t56 - t76;
-    t78 = R::constant(0.22879800003000006) + t77;
+    t78 = R::constant(0.22879800003) + t77;
     t79 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t80 = t64 - t76;
-    t81 = R::constant(0.31110000000000004) + t62; // left_ankle: sums of what it carries
+    t81 = R::constant(0.3111) + t62; // left_ankle: sums of what it carries
     t82 = cos_q_left_knee_pitch * t81;
     t83 = R::constant(0.008) - t71; // left_ankle: sums of what it carries
     t84 = R::fused(sin_q_left_knee_pitch, t83, t82);
@@ -3841,23 +3841,23 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t98 = R::fused(R::constant(-2.0), t97, t88);
     t99 = t78 - t98;
     t100 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
-    t101 = R::constant(0.00009166666999999972) - t43; // left_foot: sums of what it carries
+    t101 = R::constant(0.00009166667) - t43; // left_foot: sums of what it carries
     t102 = t101 - t46; // left_foot: sums of what it carries
     t103 = R::constant(0.0045979875) - t102; // left_foot: sums of what it carries
     t104 = t103 + t63; // left_ankle: sums of what it carries
-    t105 = R::constant(0.07325338333000002) + t104; // left_ankle: sums of what it carries
+    t105 = R::constant(0.07325338333) + t104; // left_ankle: sums of what it carries
     t106 = t105 + t85; // left_lower_leg: sums of what it carries
-    t107 = R::constant(0.23164200000000004) + t106; // left_lower_leg: sums of what it carries
-    t108 = R::constant(0.30527050420000007) - t107;
+    t107 = R::constant(0.231642) + t106; // left_lower_leg: sums of what it carries
+    t108 = R::constant(0.3052705042) - t107;
     t109 = t99 - t108; // left_hip_roll_link: sums of what it carries
     t110 = t100 * t109; // left_hip_roll_link: sums of what it carries
     t111 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t112 = R::constant(0.00009166666999999972) * t111; // left_foot: sums of what it carries
+    t112 = R::constant(0.00009166667) * t111; // left_foot: sums of what it carries
     t113 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t112); // left_foot: sums of what it carries
     t114 = cos_q_left_ankle_pitch * t113; // left_ankle: sums of what it carries
     t115 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t116 = R::fused(-sin_q_left_ankle_pitch, t115, t114); // left_ankle: sums of what it carries
-    t117 = R::fused(-sin_q_left_ankle_roll, R::constant(0.004504500000000001), t116); // left_ankle
+    t117 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0045045), t116); // left_ankle: sums of what it carries
     t118 = R::constant(0.00024) - t117; // left_ankle: sums of what it carries
     t119 = cos_q_left_knee_pitch * t118; // left_lower_leg: sums of what it carries
     t120 = sin_q_left_ankle_pitch * t113; // left_ankle: sums of what it carries
@@ -3865,7 +3865,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t122 = R::constant(0.000016) + t121; // left_ankle: sums of what it carries
     t123 = R::fused(sin_q_left_knee_pitch, t122, t119); // left_lower_leg: sums of what it carries
     t124 = R::fused(sin_q_left_ankle_roll, R::constant(0.0051975), t123); // left_lower_leg: sums of what it carries
-    t125 = R::constant(0.0019299999999999999) + t124; // left_lower_leg: sums of what it carries
+    t125 = R::constant(0.00193) + t124; // left_lower_leg: sums of what it carries
     t126 = cos_q_left_hip_pitch * t125;
     t127 = sin_q_left_knee_pitch * t118; // left_lower_leg: sums of what it carries
     t128 = R::fused(-cos_q_left_knee_pitch, t122, t127); // left_lower_leg: sums of what it carries
@@ -3876,8 +3876,8 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t132 = t130 * t131;
     t133 = R::fused(R::constant(2.0), t132, t110);
     t134 = t99 - t133;
-    t135 = R::constant(0.3059638375330001) - t134;
-    t136 = R::constant(0.8355000000000001) + t84; // left_lower_leg: sums of what it carries
+    t135 = R::constant(0.305963837533) - t134;
+    t136 = R::constant(0.8355) + t84; // left_lower_leg: sums of what it carries
     t137 = sin_q_left_hip_pitch * t136; // left_upper_leg: sums of what it carries
     t138 = R::constant(0.012) - t93; // left_lower_leg: sums of what it carries
     t139 = R::fused(-cos_q_left_hip_pitch, t138, t137); // left_upper_leg: sums of what it carries
@@ -3895,27 +3895,27 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t151 = t135 - t150; // left_hip_yaw_link: sums of what it carries
     t152 = R::constant(0.15966028) + t151; // left_hip_yaw_link: sums of what it carries
     t153 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t154 = R::constant(0.00009166666999999972) * t153; // right_foot: sums of what it carries
+    t154 = R::constant(0.00009166667) * t153; // right_foot: sums of what it carries
     t155 = R::constant(0.0029269125) - t154; // right_foot: sums of what it carries
     t156 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t157 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
-    t158 = R::constant(0.0012283333330000003) + t157; // right_foot: sums of what it carries
+    t158 = R::constant(0.001228333333) + t157; // right_foot: sums of what it carries
     t159 = t158 - t155; // right_ankle: sums of what it carries
     t160 = t156 * t159; // right_ankle: sums of what it carries
     t161 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t162 = R::constant(0.0005698000000000001) + t161; // right_foot: sums of what it carries
+    t162 = R::constant(0.0005698) + t161; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t163 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch;
     t164 = t162 * t163;
     t165 = R::fused(R::constant(-2.0), t164, t160);
     t166 = t155 + t165;
-    t167 = R::constant(0.07230871666700002) - t166;
+    t167 = R::constant(0.072308716667) - t166;
     t168 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t169 = t158 - t165;
     t170 = R::constant(0.0165) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t171 = R::constant(0.023125) + t170; // right_foot: sums of what it carries
     t172 = cos_q_right_ankle_pitch * t171;
-    t173 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t172);
+    t173 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t172);
     t174 = R::constant(0.546) * t173;
     t175 = t169 + t174;
     t176 = t175 + t167; // right_lower_leg: sums of what it carries
@@ -3924,7 +3924,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t179 = R::fused(R::constant(-2.0), t178, t162);
     t180 = R::fused(-t163, t159, t179);
     t181 = sin_q_right_ankle_pitch * t171;
-    t182 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t181);
+    t182 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t181);
     t183 = R::fused(R::constant(-0.273), t182, t180);
     t184 = R::constant(0.00086) + t183;
     // right_lower_leg: sums of what it carries
@@ -3932,10 +3932,10 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t186 = t184 * t185;
     t187 = R::fused(R::constant(-2.0), t186, t177);
     t188 = t167 - t187;
-    t189 = R::constant(0.22879800003000006) + t188;
+    t189 = R::constant(0.22879800003) + t188;
     t190 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t191 = t175 - t187;
-    t192 = R::constant(0.31110000000000004) + t173; // right_ankle: sums of what it carries
+    t192 = R::constant(0.3111) + t173; // right_ankle: sums of what it carries
     t193 = cos_q_right_knee_pitch * t192;
     t194 = R::constant(0.008) - t182; // right_ankle: sums of what it carries
     t195 = R::fused(sin_q_right_knee_pitch, t194, t193);
@@ -3956,23 +3956,23 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t209 = R::fused(R::constant(-2.0), t208, t199);
     t210 = t189 - t209;
     t211 = sin_q_right_hip_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t212 = R::constant(0.00009166666999999972) - t154; // right_foot: sums of what it carries
+    t212 = R::constant(0.00009166667) - t154; // right_foot: sums of what it carries
     t213 = t212 - t157; // right_foot: sums of what it carries
     t214 = R::constant(0.0045979875) - t213; // right_foot: sums of what it carries
     t215 = t214 + t174; // right_ankle: sums of what it carries
-    t216 = R::constant(0.07325338333000002) + t215; // right_ankle: sums of what it carries
+    t216 = R::constant(0.07325338333) + t215; // right_ankle: sums of what it carries
     t217 = t216 + t196; // right_lower_leg: sums of what it carries
-    t218 = R::constant(0.23164200000000004) + t217; // right_lower_leg: sums of what it carries
-    t219 = R::constant(0.30527050420000007) - t218;
+    t218 = R::constant(0.231642) + t217; // right_lower_leg: sums of what it carries
+    t219 = R::constant(0.3052705042) - t218;
     t220 = t210 - t219; // right_hip_roll_link: sums of what it carries
     t221 = t211 * t220; // right_hip_roll_link: sums of what it carries
     t222 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t223 = R::constant(0.00009166666999999972) * t222; // right_foot: sums of what it carries
+    t223 = R::constant(0.00009166667) * t222; // right_foot: sums of what it carries
     t224 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t223); // right_foot: sums of what it carries
     t225 = cos_q_right_ankle_pitch * t224; // right_ankle: sums of what it carries
     t226 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t227 = R::fused(-sin_q_right_ankle_pitch, t226, t225); // right_ankle: sums of what it carries
-    t228 = R::fused(-sin_q_right_ankle_roll, R::constant(0.004504500000000001), t227); // right_ankle
+    t228 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0045045), t227); // right_ankle: sums of what it carries
     t229 = R::constant(0.00024) + t228; // right_ankle: sums of what it carries
     t230 = cos_q_right_knee_pitch * t229; // right_lower_leg: sums of what it carries
     t231 = sin_q_right_ankle_pitch * t224; // right_ankle: sums of what it carries
@@ -3980,7 +3980,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t233 = R::constant(0.000016) - t232; // right_ankle: sums of what it carries
     t234 = R::fused(sin_q_right_knee_pitch, t233, t230); // right_lower_leg: sums of what it carries
     t235 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0051975), t234); // right_lower_leg: sums of what it carries
-    t236 = R::constant(0.0019299999999999999) + t235; // right_lower_leg: sums of what it carries
+    t236 = R::constant(0.00193) + t235; // right_lower_leg: sums of what it carries
     t237 = cos_q_right_hip_pitch * t236;
     t238 = sin_q_right_knee_pitch * t229; // right_lower_leg: sums of what it carries
     t239 = R::fused(-cos_q_right_knee_pitch, t233, t238); // right_lower_leg: sums of what it carries
@@ -3991,8 +3991,8 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t243 = t241 * t242;
     t244 = R::fused(R::constant(-2.0), t243, t221);
     t245 = t210 - t244;
-    t246 = R::constant(0.3059638375330001) - t245;
-    t247 = R::constant(0.8355000000000001) + t195; // right_lower_leg: sums of what it carries
+    t246 = R::constant(0.305963837533) - t245;
+    t247 = R::constant(0.8355) + t195; // right_lower_leg: sums of what it carries
     t248 = sin_q_right_hip_pitch * t247; // right_upper_leg: sums of what it carries
     t249 = R::constant(0.012) - t204; // right_lower_leg: sums of what it carries
     t250 = R::fused(-cos_q_right_hip_pitch, t249, t248); // right_upper_leg: sums of what it carries
@@ -4026,7 +4026,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t260 = R::constant(0.1528) * t259;
     t261 = t246 + t260;
     t262 = t152 + t261;
-    t263 = R::constant(0.010199999999999987) - t148; // left_hip_yaw_link: sums of what it carries
+    t263 = R::constant(0.0102) - t148; // left_hip_yaw_link: sums of what it carries
     t264 = t263 - t259;
     // other
     t265 = R::fused(R::constant(-0.0764), t264, t262);
@@ -4054,12 +4054,12 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t286 = R::fused(R::constant(0.315), t276, t285);
     t287 = sin_q_right_hip_roll * t286;
     t288 = cos_q_right_ankle_pitch * t161;
-    t289 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t289 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t290 = R::fused(-sin_q_right_ankle_pitch, t289, t288);
     t291 = cos_q_right_knee_pitch * t290;
     t292 = sin_q_right_ankle_pitch * t161;
     t293 = R::fused(cos_q_right_ankle_pitch, t289, t292);
-    t294 = R::fused(cos_q_right_ankle_roll, R::constant(0.004504500000000001), t293);
+    t294 = R::fused(cos_q_right_ankle_roll, R::constant(0.0045045), t293);
     t295 = R::fused(-sin_q_right_knee_pitch, t294, t291);
     t296 = cos_q_right_hip_pitch * t295;
     t297 = sin_q_right_knee_pitch * t290;
@@ -4069,7 +4069,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t301 = R::fused(-cos_q_right_hip_roll, t300, t287);
     t302 = t301 - t284;
     t303 = t284 - t302; // other
-    t304 = t303 * R::constant(814.1112620933815); // factors of the mass matrix
+    t304 = t303 * R::constant(814.1112620933816); // factors of the mass matrix
     t305 = R::fused(t303, t304, t269); // factors of the mass matrix
     // right_ankle: mass matrix
     t306 = cos_q_right_knee_pitch * t182;
@@ -4097,7 +4097,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t328 = t327 + t317;
     t329 = t317 + t328; // other
     // factors of the mass matrix
-    t330 = sin_q_right_ankle_roll * R::constant(0.49823609240114947);
+    t330 = sin_q_right_ankle_roll * R::constant(0.4982360924011495);
     t331 = R::fused(t303, t330, t329);
     t332 = R::fused(-t226, t330, t214);
     t333 = R::constant(1.0) / t332;
@@ -4120,7 +4120,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t349 = t348 + t343;
     t350 = t343 + t349; // other
     // factors of the mass matrix
-    t351 = t285 * R::constant(814.1112620933815);
+    t351 = t285 * R::constant(814.1112620933816);
     t352 = R::fused(t303, t351, t350);
     t353 = R::fused(-t285, t330, t318);
     t354 = t353 * t333;
@@ -4140,7 +4140,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t367 = t366 - t364;
     t368 = t364 - t367; // other
     // factors of the mass matrix
-    t369 = t286 * R::constant(814.1112620933815);
+    t369 = t286 * R::constant(814.1112620933816);
     t370 = R::fused(-t303, t369, t368);
     t371 = R::fused(-t286, t330, t319);
     t372 = t371 * t333;
@@ -4170,7 +4170,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t396 = t387 + t395; // other
     t397 = sin_q_right_hip_pitch * t295; // right_foot: mass matrix
     t398 = R::fused(cos_q_right_hip_pitch, t299, t397); // right_foot: mass matrix
-    t399 = t398 * R::constant(814.1112620933815);
+    t399 = t398 * R::constant(814.1112620933816);
     t400 = R::fused(t303, t399, t396);
     t401 = sin_q_right_hip_pitch * t322; // right_ankle: mass matrix
     t402 = R::fused(cos_q_right_hip_pitch, t325, t401); // right_ankle: mass matrix
@@ -4189,7 +4189,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t415 = t414 * t381;
     t416 = R::fused(t377, t415, t411);
     t417 = t197 - t209; // right_upper_leg: sums of what it carries
-    t418 = R::constant(0.30543717086700006) + t417; // right_upper_leg: sums of what it carries
+    t418 = R::constant(0.305437170867) + t417; // right_upper_leg: sums of what it carries
     t419 = R::fused(-t398, t399, t418);
     t420 = R::fused(-t403, t404, t419);
     t421 = R::fused(-t409, t410, t420);
@@ -4200,7 +4200,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t426 = R::constant(0.0764) * t259; // right_hip_yaw_link: sums of what it carries
     t427 = t246 + t426; // right_hip_yaw_link: mass matrix
     t428 = t426 + t427; // other
-    t429 = t301 * R::constant(814.1112620933815);
+    t429 = t301 * R::constant(814.1112620933816);
     t430 = R::fused(t303, t429, t428);
     t431 = R::fused(-t301, t330, t327);
     t432 = t431 * t333;
@@ -4277,7 +4277,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t502 = R::fused(R::constant(-2.0), t501, t130); // left_hip_roll_link: sums of what it carries
     t503 = R::fused(t131, t109, t502); // left_hip_roll_link: sums of what it carries
     t504 = R::fused(-sin_q_left_hip_yaw, t503, t500); // left_hip_yaw_link: sums of what it carries
-    t505 = R::constant(0.04045939999999999) + t504; // left_hip_yaw_link: sums of what it carries
+    t505 = R::constant(0.0404594) + t504; // left_hip_yaw_link: sums of what it carries
     t506 = cos_q_right_hip_yaw * t394; // right_hip_yaw_link: sums of what it carries
     t507 = t241 * t211; // right_hip_roll_link: sums of what it carries
     t508 = R::fused(R::constant(-2.0), t507, t241); // right_hip_roll_link: sums of what it carries
@@ -4313,13 +4313,13 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t521 = sin_q_left_hip_roll * t143; // left_hip_roll_link: sums of what it carries
     t522 = R::fused(-cos_q_left_hip_roll, t146, t521); // left_hip_roll_link: sums of what it carries
     t523 = R::fused(R::constant(-0.0764), t522, t520); // left_hip_yaw_link: sums of what it carries
-    t524 = R::constant(0.0014734999999999995) - t523; // left_hip_yaw_link: sums of what it carries
+    t524 = R::constant(0.0014735) - t523; // left_hip_yaw_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
     t525 = sin_q_right_hip_yaw * t394;
     t526 = R::fused(cos_q_right_hip_yaw, t509, t525);
     t527 = R::fused(R::constant(0.0764), t385, t526);
     t528 = t524 + t527;
-    t529 = R::constant(2.4914999999999994) + t522; // left_hip_yaw_link: sums of what it carries
+    t529 = R::constant(2.4915) + t522; // left_hip_yaw_link: sums of what it carries
     t530 = t385 - t529;
     // other
     t531 = R::fused(R::constant(0.0764), t530, t528);
@@ -4628,12 +4628,12 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t805 = R::fused(t562, t804, t798);
     // left_foot: mass matrix
     t806 = cos_q_left_ankle_pitch * t50;
-    t807 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t807 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t808 = R::fused(-sin_q_left_ankle_pitch, t807, t806);
     t809 = cos_q_left_knee_pitch * t808;
     t810 = sin_q_left_ankle_pitch * t50;
     t811 = R::fused(cos_q_left_ankle_pitch, t807, t810);
-    t812 = R::fused(cos_q_left_ankle_roll, R::constant(0.004504500000000001), t811);
+    t812 = R::fused(cos_q_left_ankle_roll, R::constant(0.0045045), t811);
     t813 = R::fused(-sin_q_left_knee_pitch, t812, t809);
     t814 = sin_q_left_hip_pitch * t813;
     t815 = sin_q_left_knee_pitch * t808;
@@ -4652,8 +4652,8 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t828 = t530 * t490; // other
     t829 = R::fused(-t264, t562, t828); // other
     t830 = t86 - t98; // left_upper_leg: sums of what it carries
-    t831 = R::constant(0.30543717086700006) + t830; // left_upper_leg: sums of what it carries
-    t832 = R::constant(0.3057838375330001) - t831; // left_hip_roll_link: sums of what it carries
+    t831 = R::constant(0.305437170867) + t830; // left_upper_leg: sums of what it carries
+    t832 = R::constant(0.305783837533) - t831; // left_hip_roll_link: sums of what it carries
     t833 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t834 = t108 + t133; // left_hip_roll_link: sums of what it carries
     t835 = t834 - t832; // left_hip_yaw_link: sums of what it carries
@@ -4666,8 +4666,8 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t841 = R::fused(R::constant(2.0), t840, t836);
     t842 = t832 + t841;
     t843 = t842 + t150;
-    t844 = R::constant(1.5199718730660001) - t843;
-    t845 = R::constant(0.3057838375330001) - t418; // right_hip_roll_link: sums of what it carries
+    t844 = R::constant(1.519971873066) - t843;
+    t845 = R::constant(0.305783837533) - t418; // right_hip_roll_link: sums of what it carries
     t846 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t847 = t219 + t244; // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
@@ -4703,7 +4703,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t874 = R::fused(-t464, t562, t873);
     t875 = R::fused(-t866, t485, t874);
     t876 = t834 - t841; // left_hip_yaw_link: sums of what it carries
-    t877 = R::constant(1.4238812570660002) - t876; // left_hip_yaw_link: sums of what it carries
+    t877 = R::constant(1.423881257066) - t876; // left_hip_yaw_link: sums of what it carries
     t878 = t847 - t852; // right_hip_yaw_link: sums of what it carries
     t879 = t877 - t878; // right_hip_yaw_link: sums of what it carries
     t880 = R::fused(t879, t36, t875);
@@ -4726,7 +4726,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t897 = R::fused(t569, t485, t896);
     t898 = R::fused(-t572, t36, t897);
     t899 = R::fused(-t302, t28, t898);
-    t900 = t899 * R::constant(814.1112620933815); // factors of the mass matrix
+    t900 = t899 * R::constant(814.1112620933816); // factors of the mass matrix
     t901 = R::fused(-t899, t900, t893); // factors of the mass matrix
     t902 = t316 * t40;
     t903 = R::fused(-t578, t490, t902);
@@ -4839,7 +4839,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1000 = t550 * t551;
     t1001 = R::fused(-cos_q_left_hip_yaw, t569, t1000);
     t1002 = R::fused(-sin_q_left_hip_yaw, t572, t1001);
-    t1003 = t1002 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1003 = t1002 * R::constant(814.1112620933816); // factors of the mass matrix
     t1004 = R::fused(-t899, t1003, t999); // factors of the mass matrix
     t1005 = t580 * t551;
     t1006 = R::fused(cos_q_left_hip_yaw, t586, t1005);
@@ -4992,7 +4992,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1131 = t1129 + t1130;
     t1132 = sin_q_left_hip_roll * t302;
     t1133 = t1131 - t1132;
-    t1134 = t1133 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1134 = t1133 * R::constant(814.1112620933816); // factors of the mass matrix
     t1135 = R::fused(-t899, t1134, t1125); // factors of the mass matrix
     t1136 = t316 * t1;
     t1137 = R::fused(t580, t553, t1136);
@@ -5206,7 +5206,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1310 = t1128 - t1309;
     t1311 = t1130 - t1310;
     t1312 = t1132 - t1311;
-    t1313 = t1312 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1313 = t1312 * R::constant(814.1112620933816); // factors of the mass matrix
     t1314 = R::fused(-t899, t1313, t1306); // factors of the mass matrix
     t1315 = t316 * t11;
     t1316 = R::fused(t578, t472, t1315);
@@ -5419,7 +5419,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1504 = t1128 - t1503;
     t1505 = t1130 - t1504;
     t1506 = t1132 - t1505;
-    t1507 = t1506 * R::constant(814.1112620933815); // factors of the mass matrix
+    t1507 = t1506 * R::constant(814.1112620933816); // factors of the mass matrix
     t1508 = R::fused(-t899, t1507, t1500); // factors of the mass matrix
     t1509 = t316 * t23;
     t1510 = R::fused(t578, t480, t1509);
@@ -5822,37 +5822,37 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1835 = t694 * t1828;
     t1836 = R::fused(t748, t691, t1835);
     t1837 = R::fused(-t1836, t28, t1834);
-    t1838 = R::fused(-t899, R::constant(44.77611941513598), t1837); // solved by the factors
+    t1838 = R::fused(-t899, R::constant(44.77611941513599), t1837); // solved by the factors
     t1839 = sin_q_right_ankle_roll * R::constant(0.03);
-    t1840 = R::fused(-sin_q_right_ankle_roll, R::constant(0.027402985082063222), t1839); // solved by the factors
+    t1840 = R::fused(-sin_q_right_ankle_roll, R::constant(0.027402985082063226), t1839); // solved by the factors
     t1841 = R::fused(t909, t1840, t1838); // solved by the factors
     t1842 = sin_q_right_ankle_roll * t1826;
-    t1843 = R::fused(-t285, R::constant(44.77611941513598), t1842); // solved by the factors
+    t1843 = R::fused(-t285, R::constant(44.77611941513599), t1842); // solved by the factors
     t1844 = R::fused(-t354, t1840, t1843); // solved by the factors
     t1845 = R::fused(t919, t1844, t1841); // solved by the factors
     t1846 = sin_q_right_ankle_roll * t1827;
     // solved by the factors
-    t1847 = R::fused(-t286, R::constant(44.77611941513598), t1846);
+    t1847 = R::fused(-t286, R::constant(44.77611941513599), t1846);
     t1848 = R::fused(-t372, t1840, t1847);
     t1849 = R::fused(-t376, t1844, t1848);
     t1850 = R::fused(-t930, t1849, t1845);
     t1851 = t1827 * t684; // other
     t1852 = R::fused(-t680, t711, t1851); // other
-    t1853 = R::fused(-t398, R::constant(44.77611941513598), t1852);
+    t1853 = R::fused(-t398, R::constant(44.77611941513599), t1852);
     t1854 = R::fused(-t404, t1840, t1853);
     t1855 = R::fused(-t410, t1844, t1854);
     t1856 = R::fused(-t415, t1849, t1855);
     t1857 = R::fused(t942, t1856, t1850);
     t1858 = t1827 * t694; // other
     t1859 = R::fused(t680, t748, t1858); // other
-    t1860 = R::fused(-t301, R::constant(44.77611941513598), t1859);
+    t1860 = R::fused(-t301, R::constant(44.77611941513599), t1859);
     t1861 = R::fused(-t432, t1840, t1860);
     t1862 = R::fused(-t436, t1844, t1861);
     t1863 = R::fused(-t441, t1849, t1862);
     t1864 = R::fused(-t447, t1856, t1863);
     t1865 = R::fused(t954, t1864, t1857);
     t1866 = R::fused(R::constant(-0.0764), t751, t1836); // other
-    t1867 = R::fused(t303, R::constant(44.77611941513598), t1866);
+    t1867 = R::fused(t303, R::constant(44.77611941513599), t1866);
     t1868 = R::fused(-t334, t1840, t1867);
     t1869 = R::fused(-t359, t1844, t1868);
     t1870 = R::fused(t382, t1849, t1869);
@@ -5862,7 +5862,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1874 = t673 * t551; // other
     t1875 = R::fused(-cos_q_left_hip_yaw, t1830, t1874); // other
     t1876 = R::fused(-sin_q_left_hip_yaw, t1833, t1875); // other
-    t1877 = R::fused(-t1002, R::constant(44.77611941513598), t1876);
+    t1877 = R::fused(-t1002, R::constant(44.77611941513599), t1876);
     t1878 = R::fused(t1009, t1840, t1877);
     t1879 = R::fused(t1016, t1844, t1878);
     t1880 = R::fused(t1024, t1849, t1879);
@@ -5880,7 +5880,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1891 = sin_q_left_hip_roll * t1836;
     t1892 = t1890 - t1891;
     // solved by the factors
-    t1893 = R::fused(-t1133, R::constant(44.77611941513598), t1892);
+    t1893 = R::fused(-t1133, R::constant(44.77611941513599), t1892);
     t1894 = R::fused(t1145, t1840, t1893);
     t1895 = R::fused(t1157, t1844, t1894);
     t1896 = R::fused(-t1170, t1849, t1895);
@@ -5897,7 +5897,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1906 = t1889 - t1905;
     t1907 = t1891 - t1906;
     // solved by the factors
-    t1908 = R::fused(-t1312, R::constant(44.77611941513598), t1907);
+    t1908 = R::fused(-t1312, R::constant(44.77611941513599), t1907);
     t1909 = R::fused(-t1322, t1840, t1908);
     t1910 = R::fused(-t1332, t1844, t1909);
     t1911 = R::fused(-t1343, t1849, t1910);
@@ -5915,7 +5915,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1922 = t1889 - t1921;
     t1923 = t1891 - t1922;
     // solved by the factors
-    t1924 = R::fused(-t1506, R::constant(44.77611941513598), t1923);
+    t1924 = R::fused(-t1506, R::constant(44.77611941513599), t1923);
     t1925 = R::fused(-t1516, t1840, t1924);
     t1926 = R::fused(-t1526, t1844, t1925);
     t1927 = R::fused(-t1537, t1849, t1926);
@@ -5980,7 +5980,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1985 = R::fused(-t1984, t611, t1983);
     t1986 = t333 * t1840;
     t1987 = R::fused(-t1986, t592, t1985);
-    t1988 = R::fused(R::constant(44.77611941513598), t574, t1987);
+    t1988 = R::fused(R::constant(44.77611941513599), t574, t1987);
     t1989 = t1965 + t1988;
     t1990 = R::fused(-t1809, t1946, t1989);
     t1991 = t1934 * t1966;
@@ -5994,7 +5994,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t1999 = R::fused(t1849, t1982, t1998);
     t2000 = R::fused(t1844, t1984, t1999);
     t2001 = R::fused(t1840, t1986, t2000);
-    t2002 = t2001 + R::constant(2.462686567832479);
+    t2002 = t2001 + R::constant(2.4626865678324794);
     t2003 = R::fused(-t1945, t1946, t2002);
     t2004 = R::constant(1.0) / t2003;
     t2005 = t1990 * t2004;
@@ -6313,7 +6313,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t2290 = R::fused(t2195, t1982, t2289);
     t2291 = R::fused(t2192, t1984, t2290);
     t2292 = R::fused(t330, t1986, t2291);
-    t2293 = R::constant(44.77611941513598) - t2292;
+    t2293 = R::constant(44.77611941513599) - t2292;
     t2294 = R::fused(t1945, t2280, t2293);
     t2295 = t2294 * t2004;
     t2296 = R::fused(t2127, t2295, t2281);
@@ -6368,7 +6368,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t2327 = R::fused(-t2326, t611, t2325);
     t2328 = t330 * t333;
     t2329 = R::fused(-t2328, t592, t2327);
-    t2330 = R::constant(814.1112620933815) * t574;
+    t2330 = R::constant(814.1112620933816) * t574;
     t2331 = t2329 - t2330;
     t2332 = t2307 - t2331;
     t2333 = R::fused(t1809, t2280, t2332);
@@ -6385,7 +6385,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t2344 = R::fused(t2195, t2324, t2343);
     t2345 = R::fused(t2192, t2326, t2344);
     t2346 = R::fused(t330, t2328, t2345);
-    t2347 = R::constant(814.1112620933815) + t2346;
+    t2347 = R::constant(814.1112620933816) + t2346;
     t2348 = R::fused(-t2279, t2280, t2347);
     t2349 = R::fused(-t2294, t2295, t2348);
     t2350 = R::fused(-t2296, t2297, t2349);
@@ -6998,8 +6998,8 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t2904 = R::fused(t372, t2870, t2903);
     t2905 = R::fused(-t354, t2887, t2904);
     t2906 = v_right_ankle_pitch + t2905; // other
-    t2907 = R::fused(R::constant(-44.77611941513598), t2726, t2330); // other
-    t2908 = R::fused(R::constant(-814.1112620933815), t2719, t2907); // other
+    t2907 = R::fused(R::constant(-44.77611941513599), t2726, t2330); // other
+    t2908 = R::fused(R::constant(-814.1112620933816), t2719, t2907); // other
     t2909 = R::fused(-t900, t2744, t2908);
     t2910 = R::fused(t1507, t2753, t2909);
     t2911 = R::fused(t1313, t2763, t2910);

@@ -146,21 +146,21 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t6 = q_base_qy * R::constant(2.0);
     t7 = R::fused(q_base_qy, t6, t5);
     t8 = R::constant(1.0) - t7;
-    t9 = t8 * R::constant(186.39000000000001); // torso: answer of the forces to its motion
+    t9 = t8 * R::constant(186.39); // torso: answer of the forces to its motion
     t10 = q_base_qz * R::constant(2.0);
     t11 = q_base_qy * t10;
     t12 = R::fused(q_base_qw, t4, t11);
-    t13 = t12 * R::constant(186.39000000000001); // torso: answer of the forces to its motion
+    t13 = t12 * R::constant(186.39); // torso: answer of the forces to its motion
     t14 = -t13; // torso: answer of the forces to its motion
     t15 = R::constant(9.81) * t12;
     t16 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t17 = R::constant(0.023125) + t16; // left_ankle: sums of what it carries
     t18 = sin_t3 * t17; // left_ankle: sums of what it carries
-    t19 = R::fused(R::constant(-0.015400000000000002), cos_t3, t18); // left_ankle: sums of what it carries
-    t20 = R::constant(0.31110000000000004) * sin_t1; // left_lower_leg: sums of what it carries
+    t19 = R::fused(R::constant(-0.0154), cos_t3, t18); // left_ankle: sums of what it carries
+    t20 = R::constant(0.3111) * sin_t1; // left_lower_leg: sums of what it carries
     t21 = R::fused(R::constant(-0.008), cos_t1, t20); // left_lower_leg: sums of what it carries
     t22 = t19 + t21; // left_lower_leg: sums of what it carries
-    t23 = R::constant(0.8355000000000001) * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t23 = R::constant(0.8355) * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t24 = R::fused(R::constant(-0.012), cos_q_left_hip_pitch, t23); // left_upper_leg: sums of what it carries
     t25 = t22 + t24; // left_upper_leg: sums of what it carries
     t26 = R::constant(0.008) + t25; // left_hip_yaw_link: sums of what it carries
@@ -169,11 +169,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t29 = R::constant(0.01) + t28; // left_hip_roll_link: sums of what it carries
     t30 = cos_q_left_hip_roll * t29; // left_hip_roll_link: sums of what it carries
     t31 = cos_t3 * t17; // left_ankle: sums of what it carries
-    t32 = R::fused(R::constant(0.015400000000000002), sin_t3, t31); // left_ankle: sums of what it carries
-    t33 = R::constant(0.31110000000000004) * cos_t1; // left_lower_leg: sums of what it carries
+    t32 = R::fused(R::constant(0.0154), sin_t3, t31); // left_ankle: sums of what it carries
+    t33 = R::constant(0.3111) * cos_t1; // left_lower_leg: sums of what it carries
     t34 = R::fused(R::constant(0.008), sin_t1, t33); // left_lower_leg: sums of what it carries
     t35 = t32 + t34; // left_lower_leg: sums of what it carries
-    t36 = R::constant(0.8355000000000001) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t36 = R::constant(0.8355) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t37 = R::fused(R::constant(0.012), sin_q_left_hip_pitch, t36); // left_upper_leg: sums of what it carries
     t38 = t35 + t37; // left_upper_leg: sums of what it carries
     t39 = R::fused(sin_q_left_hip_roll, t38, t30); // left_hip_roll_link: sums of what it carries
@@ -181,11 +181,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t41 = R::constant(0.0165) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t42 = R::constant(0.023125) + t41; // right_ankle: sums of what it carries
     t43 = sin_t2 * t42; // right_ankle: sums of what it carries
-    t44 = R::fused(R::constant(-0.015400000000000002), cos_t2, t43); // right_ankle: sums of what it carries
-    t45 = R::constant(0.31110000000000004) * sin_t0; // right_lower_leg: sums of what it carries
+    t44 = R::fused(R::constant(-0.0154), cos_t2, t43); // right_ankle: sums of what it carries
+    t45 = R::constant(0.3111) * sin_t0; // right_lower_leg: sums of what it carries
     t46 = R::fused(R::constant(-0.008), cos_t0, t45); // right_lower_leg: sums of what it carries
     t47 = t44 + t46; // right_lower_leg: sums of what it carries
-    t48 = R::constant(0.8355000000000001) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t48 = R::constant(0.8355) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t49 = R::fused(R::constant(-0.012), cos_q_right_hip_pitch, t48); // right_upper_leg: sums of what it carries
     t50 = t47 + t49; // right_upper_leg: sums of what it carries
     t51 = R::constant(0.008) + t50; // right_hip_yaw_link: sums of what it carries
@@ -194,17 +194,17 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t54 = R::constant(0.01) - t53; // right_hip_roll_link: sums of what it carries
     t55 = cos_q_right_hip_roll * t54; // right_hip_roll_link: sums of what it carries
     t56 = cos_t2 * t42; // right_ankle: sums of what it carries
-    t57 = R::fused(R::constant(0.015400000000000002), sin_t2, t56); // right_ankle: sums of what it carries
-    t58 = R::constant(0.31110000000000004) * cos_t0; // right_lower_leg: sums of what it carries
+    t57 = R::fused(R::constant(0.0154), sin_t2, t56); // right_ankle: sums of what it carries
+    t58 = R::constant(0.3111) * cos_t0; // right_lower_leg: sums of what it carries
     t59 = R::fused(R::constant(0.008), sin_t0, t58); // right_lower_leg: sums of what it carries
     t60 = t57 + t59; // right_lower_leg: sums of what it carries
-    t61 = R::constant(0.8355000000000001) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t61 = R::constant(0.8355) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t62 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t61); // right_upper_leg: sums of what it carries
     t63 = t60 + t62; // right_upper_leg: sums of what it carries
     t64 = R::fused(-sin_q_right_hip_roll, t63, t55); // right_hip_roll_link: sums of what it carries
     t65 = R::fused(cos_q_right_hip_yaw, t64, t52); // right_hip_yaw_link: sums of what it carries
     t66 = t40 + t65; // right_hip_yaw_link: sums of what it carries
-    t67 = R::constant(0.010199999999999987) - t66; // torso: sums of what it carries
+    t67 = R::constant(0.0102) - t66; // torso: sums of what it carries
     t68 = t15 * t67; // torso: answer of the forces to its motion
     t69 = R::constant(9.81) * t8;
     t70 = sin_q_left_hip_roll * t29; // left_hip_roll_link: sums of what it carries
@@ -212,7 +212,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t72 = sin_q_right_hip_roll * t54; // right_hip_roll_link: sums of what it carries
     t73 = R::fused(cos_q_right_hip_roll, t63, t72); // right_hip_roll_link: sums of what it carries
     t74 = t71 - t73; // right_hip_yaw_link: sums of what it carries
-    t75 = R::constant(2.4914999999999994) + t74; // torso: sums of what it carries
+    t75 = R::constant(2.4915) + t74; // torso: sums of what it carries
     t76 = t69 * t75; // torso: answer of the forces to its motion
     t77 = t68 + t76; // torso: answer of the forces to its motion
     t78 = -t77; // torso: answer of the forces to its motion
@@ -312,7 +312,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t162 = -t9; // torso: answer of the forces to its motion
     t163 = q_base_qx * t10; // torso: motion
     t164 = R::fused(-q_base_qw, t6, t163); // torso: motion
-    t165 = t164 * R::constant(186.39000000000001); // torso: answer of the forces to its motion
+    t165 = t164 * R::constant(186.39); // torso: answer of the forces to its motion
     t166 = R::constant(9.81) * t164; // torso: motion
     // torso: answer of the forces to its motion
     t167 = t166 * t67;
@@ -482,7 +482,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t303 = a_right_ankle_pitch + t302; // right_ankle: motion
     t304 = t267 * t294; // right_ankle: motion
     t305 = t303 + t304; // right_ankle: motion
-    t306 = R::constant(0.015400000000000002) * t305; // right_ankle: sums of what it carries
+    t306 = R::constant(0.0154) * t305; // right_ankle: sums of what it carries
     t307 = t294 * t294; // right_ankle: motion
     t308 = t292 + t307; // right_ankle: motion
     t309 = R::fused(R::constant(-0.023125), t308, t306); // right_ankle: sums of what it carries
@@ -500,7 +500,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t321 = R::fused(t320, t41, t317); // right_foot: sums of what it carries
     t322 = t267 * t267; // right_ankle: motion
     t323 = t292 + t322; // right_ankle: motion
-    t324 = R::constant(0.015400000000000002) * t323; // right_ankle: sums of what it carries
+    t324 = R::constant(0.0154) * t323; // right_ankle: sums of what it carries
     t325 = t303 - t304; // right_ankle: motion
     t326 = R::fused(R::constant(0.023125), t325, t324); // right_ankle: sums of what it carries
     t327 = t321 + t326; // right_ankle: sums of what it carries
@@ -530,7 +530,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t351 = t268 + t289; // right_foot: motion
     t352 = R::fused(-t351, t41, t350); // right_foot: sums of what it carries
     t353 = R::fused(t260, t294, t313); // right_ankle: motion
-    t354 = R::constant(0.015400000000000002) * t353; // right_ankle: sums of what it carries
+    t354 = R::constant(0.0154) * t353; // right_ankle: sums of what it carries
     t355 = t288 - t268; // right_ankle: motion
     t356 = R::fused(R::constant(-0.023125), t355, t354); // right_ankle: sums of what it carries
     t357 = t352 - t356; // right_ankle: sums of what it carries
@@ -578,7 +578,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t399 = R::fused(-t398, t65, t396); // right_hip_yaw_link: answer of the forces to its motion
     t400 = cos_q_right_ankle_roll * R::constant(0.033); // right_foot: sums of what it carries
     t401 = t295 * t400; // right_foot: sums of what it carries
-    t402 = t267 * R::constant(0.030800000000000004); // right_ankle: sums of what it carries
+    t402 = t267 * R::constant(0.0308); // right_ankle: sums of what it carries
     t403 = R::fused(-t294, R::constant(0.04625), t402); // right_ankle: sums of what it carries
     t404 = t401 - t403; // right_ankle: sums of what it carries
     // right_lower_leg: sums of what it carries
@@ -596,7 +596,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t415 = sin_q_right_hip_roll * t414; // right_hip_roll_link: sums of what it carries
     t416 = sin_q_right_ankle_roll * R::constant(0.033); // right_foot: sums of what it carries
     t417 = t295 * t416; // right_foot: sums of what it carries
-    t418 = R::fused(-t260, R::constant(0.030800000000000004), t417); // right_ankle: sums of what it carries
+    t418 = R::fused(-t260, R::constant(0.0308), t417); // right_ankle: sums of what it carries
     t419 = cos_t2 * t418; // right_ankle: sums of what it carries
     t420 = t260 * t400; // right_foot: sums of what it carries
     t421 = R::fused(-t267, t416, t420); // right_foot: sums of what it carries
@@ -638,13 +638,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t456 = -t455;
     // right_foot: sums of what it carries
     t457 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
-    t458 = R::constant(0.00009166666999999972) * t457;
+    t458 = R::constant(0.00009166667) * t457;
     t459 = R::constant(0.0006600000015) - t458;
     t460 = t316 * t459;
     t461 = R::constant(0.000612) * cos_q_right_ankle_roll;
     t462 = R::fused(t351, t461, t460);
     t463 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
-    t464 = R::constant(0.00009166666999999972) * t463;
+    t464 = R::constant(0.00009166667) * t463;
     t465 = R::fused(-t320, t464, t462);
     t466 = R::constant(0.000612) * sin_q_right_ankle_roll;
     t467 = t292 - t296;
@@ -717,7 +717,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
         t768, t769, t770, t771,
     );
     t516 = t353 * R::constant(0.0031024499985); // right_ankle: sums of what it carries
-    t517 = R::fused(R::constant(-0.0005698000000000001), t355, t516); // right_ankle: sums of what it carries
+    t517 = R::fused(R::constant(-0.0005698), t355, t516); // right_ankle: sums of what it carries
     t518 = cos_q_right_hip_roll * t484; // right_hip_roll_link: motion
     t519 = R::fused(-sin_q_right_hip_roll, t492, t518); // right_hip_roll_link: motion
     t520 = t366 * t494; // right_lower_leg: motion
@@ -726,12 +726,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t523 = t359 * t499;
     t524 = R::fused(-t362, t501, t523);
     t525 = t522 + t524;
-    t526 = R::fused(R::constant(-0.015400000000000002), t525, t517); // right_ankle: sums of what it carries
+    t526 = R::fused(R::constant(-0.0154), t525, t517); // right_ankle: sums of what it carries
     t527 = t515 + t526; // right_ankle: sums of what it carries
     t528 = sin_t2 * t527; // right_ankle: sums of what it carries
     // right_foot: sums of what it carries
-    t529 = R::constant(0.0012283333330000003) * t289;
-    t530 = R::constant(0.0005683333315000003) + t458;
+    t529 = R::constant(0.001228333333) * t289;
+    t530 = R::constant(0.0005683333315) + t458;
     t531 = t459 - t530;
     t532 = R::fused(-t268, t531, t529);
     t533 = t318 + t319; // right_foot: motion
@@ -749,24 +749,24 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t545 = t538 + t544;
     t546 = R::fused(R::constant(-0.037), t352, t545);
     // right_ankle: sums of what it carries
-    t547 = t355 * R::constant(0.0008355375000000001);
-    t548 = R::fused(R::constant(-0.0005698000000000001), t353, t547);
+    t547 = t355 * R::constant(0.0008355375);
+    t548 = R::fused(R::constant(-0.0005698), t353, t547);
     t549 = R::fused(R::constant(0.023125), t525, t548);
     t550 = t546 - t549;
     t551 = R::fused(cos_t2, t550, t528);
     t552 = R::fused(-t501, t357, t551);
     // right_lower_leg: sums of what it carries
     t553 = sin_t0 * sin_t0;
-    t554 = R::constant(0.07230871666700002) * t553;
+    t554 = R::constant(0.072308716667) * t553;
     t555 = sin_t0 * cos_t0;
     t556 = R::fused(R::constant(-0.00172), t555, t554);
-    t557 = R::constant(0.07278104999850002) - t556;
+    t557 = R::constant(0.0727810499985) - t556;
     t558 = t362 * t557;
     t559 = R::constant(0.00024) * sin_t0;
     t560 = R::fused(R::constant(-0.000016), cos_t0, t559);
     t561 = R::fused(t378, t560, t558);
     t562 = R::constant(0.00172) * t553;
-    t563 = R::fused(R::constant(0.07230871666700002), t555, t562);
+    t563 = R::fused(R::constant(0.072308716667), t555, t562);
     t564 = R::constant(0.00086) - t563;
     t565 = R::fused(t359, t564, t561);
     t566 = R::constant(0.00024) * cos_t0;
@@ -778,31 +778,31 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t572 = R::fused(-t496, t364, t571);
     // right_upper_leg: sums of what it carries
     t573 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
-    t574 = R::constant(0.22879800003000006) * t573;
+    t574 = R::constant(0.22879800003) * t573;
     t575 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
     t576 = R::fused(R::constant(-0.004), t575, t574);
-    t577 = R::constant(0.23022000001500004) - t576;
+    t577 = R::constant(0.230220000015) - t576;
     t578 = t369 * t577;
-    t579 = R::constant(0.0019299999999999999) * sin_q_right_hip_pitch;
+    t579 = R::constant(0.00193) * sin_q_right_hip_pitch;
     t580 = R::fused(R::constant(-0.000048), cos_q_right_hip_pitch, t579);
     t581 = R::fused(t383, t580, t578);
     t582 = R::constant(0.004) * t573;
-    t583 = R::fused(R::constant(0.22879800003000006), t575, t582);
+    t583 = R::fused(R::constant(0.22879800003), t575, t582);
     t584 = R::constant(0.002) - t583;
     t585 = R::fused(t366, t584, t581);
-    t586 = R::constant(0.0019299999999999999) * cos_q_right_hip_pitch;
+    t586 = R::constant(0.00193) * cos_q_right_hip_pitch;
     t587 = R::fused(R::constant(0.000048), sin_q_right_hip_pitch, t586);
     t588 = t329 - t337;
     t589 = R::fused(t587, t588, t585);
     t590 = R::fused(-t519, t62, t589);
     t591 = t572 + t590;
     // right_hip_roll_link: sums of what it carries
-    t592 = t284 * R::constant(0.0016005833535000236);
-    t593 = R::fused(-t388, R::constant(0.0014339166865000308), t592);
+    t592 = t284 * R::constant(0.0016005833535);
+    t593 = R::fused(-t388, R::constant(0.0014339166865), t592);
     t594 = R::fused(R::constant(-0.01), t493, t593);
     t595 = t591 + t594;
     t596 = R::fused(-t256, t254, t283); // right_hip_yaw_link: motion
-    t597 = R::fused(t596, R::constant(0.00009000000000000674), t595); // right_hip_yaw_link: sums of what it carries
+    t597 = R::fused(t596, R::constant(0.00009), t595); // right_hip_yaw_link: sums of what it carries
     t598 = sin_q_right_hip_yaw * t597; // right_hip_yaw_link: sums of what it carries
     // right_foot: sums of what it carries
     t599 = t320 * t530;
@@ -816,17 +816,17 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t606 = t303 * R::constant(0.0039379874985);
     t607 = R::fused(t304, R::constant(0.0022669124985), t606);
     t608 = t322 - t307;
-    t609 = R::fused(R::constant(0.0005698000000000001), t608, t607);
+    t609 = R::fused(R::constant(0.0005698), t608, t607);
     t610 = R::constant(0.023125) * t513;
-    t611 = R::fused(R::constant(-0.015400000000000002), t540, t610);
+    t611 = R::fused(R::constant(-0.0154), t540, t610);
     t612 = t609 + t611;
     t613 = t605 + t612;
     t614 = t501 * t328;
     t615 = R::fused(-t499, t377, t614);
     t616 = t613 + t615;
     // right_lower_leg: sums of what it carries
-    t617 = R::constant(0.07325338333000002) * t302;
-    t618 = R::constant(0.00047233333149999945) + t556;
+    t617 = R::constant(0.07325338333) * t302;
+    t618 = R::constant(0.0004723333315) + t556;
     t619 = t557 - t618;
     t620 = R::fused(t333, t619, t617);
     t621 = t279 + t358; // right_lower_leg: motion
@@ -843,8 +843,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t632 = R::fused(-t494, t382, t631);
     t633 = t630 + t632;
     // right_upper_leg: sums of what it carries
-    t634 = t301 * R::constant(0.23164200000000001);
-    t635 = R::constant(0.0014219999849999915) + t576;
+    t634 = R::constant(0.231642) * t301;
+    t635 = R::constant(0.001421999985) + t576;
     t636 = t577 - t635;
     t637 = R::fused(t333, t636, t634);
     t638 = t278 + t365; // right_upper_leg: motion
@@ -857,7 +857,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t645 = t642 - t644;
     t646 = t633 + t645;
     t647 = t300 - t333; // right_hip_roll_link: motion
-    t648 = R::fused(-t647, R::constant(0.00008333333349999639), t646); // right_hip_roll_link: sums of what it carries
+    t648 = R::fused(-t647, R::constant(0.0000833333335), t646); // right_hip_roll_link: sums of what it carries
     t649 = cos_q_right_hip_roll * t648; // right_hip_roll_link: sums of what it carries
     t650 = cos_t2 * t527; // right_ankle: sums of what it carries
     t651 = R::fused(-sin_t2, t550, t650); // right_ankle: sums of what it carries
@@ -880,26 +880,26 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t666 = R::fused(t519, t49, t665);
     t667 = t660 + t666;
     // right_hip_roll_link: sums of what it carries
-    t668 = t343 * R::constant(0.0015172500200000272);
+    t668 = t343 * R::constant(0.00151725002);
     t669 = R::fused(R::constant(0.01), t506, t668);
     t670 = t667 + t669;
     t671 = R::fused(-sin_q_right_hip_roll, t670, t649);
     t672 = R::fused(t256, t265, t272); // right_hip_yaw_link: motion
     // right_hip_yaw_link: sums of what it carries
-    t673 = t672 * R::constant(0.0005199999995000315);
+    t673 = t672 * R::constant(0.0005199999995);
     t674 = R::fused(R::constant(-0.008), t492, t673);
     t675 = t671 - t674;
     t676 = R::fused(cos_q_right_hip_yaw, t675, t598);
     t677 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
-    t678 = R::constant(0.0012283333330000003) + t677; // right_foot: sums of what it carries
+    t678 = R::constant(0.001228333333) + t677; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
-    t679 = R::constant(0.0008355375000000001) + t678;
+    t679 = R::constant(0.0008355375) + t678;
     t680 = R::constant(0.0031024499985) + t459;
     t681 = t679 - t680;
     t682 = sin_t2 * sin_t2;
     t683 = t681 * t682;
     t684 = sin_t2 * cos_t2;
-    t685 = R::constant(0.0005698000000000001) + t461;
+    t685 = R::constant(0.0005698) + t461;
     t686 = R::constant(2.0) * t685;
     t687 = R::fused(-t684, t686, t683);
     t688 = t679 - t687;
@@ -912,8 +912,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t694 = R::constant(2.0) * t693;
     t695 = t692 + t694;
     t696 = t695 + t577; // right_upper_leg: sums of what it carries
-    t697 = R::constant(0.0016005833535000236) + t696; // right_hip_roll_link: sums of what it carries
-    t698 = R::constant(0.00009000000000000674) + t697; // right_hip_yaw_link: sums of what it carries
+    t697 = R::constant(0.0016005833535) + t696; // right_hip_roll_link: sums of what it carries
+    t698 = R::constant(0.00009) + t697; // right_hip_yaw_link: sums of what it carries
     t699 = t530 + t677; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t700 = R::constant(0.0039379874985) + t699;
@@ -922,20 +922,20 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t703 = t702 + t690;
     t704 = t700 + t703;
     // right_lower_leg: sums of what it carries
-    t705 = R::constant(0.07325338333000002) + t704;
+    t705 = R::constant(0.07325338333) + t704;
     t706 = t494 * t47;
     t707 = R::constant(2.0) * t706;
     t708 = t707 + t694;
     t709 = t705 + t708;
-    t710 = R::constant(0.23164200000000001) + t709; // right_upper_leg: sums of what it carries
-    t711 = R::constant(0.00008333333349999639) + t710; // right_hip_roll_link: sums of what it carries
+    t710 = R::constant(0.231642) + t709; // right_upper_leg: sums of what it carries
+    t711 = R::constant(0.0000833333335) + t710; // right_hip_roll_link: sums of what it carries
     t712 = t680 + t687; // right_ankle: sums of what it carries
     t713 = t712 + t702; // right_ankle: sums of what it carries
     t714 = t713 + t618;
     t715 = t714 + t707;
     t716 = t715 + t635; // right_upper_leg: sums of what it carries
     // right_hip_roll_link: sums of what it carries
-    t717 = R::constant(0.0015172500200000272) + t716;
+    t717 = R::constant(0.00151725002) + t716;
     t718 = t711 - t717;
     t719 = sin_q_right_hip_roll * sin_q_right_hip_roll;
     t720 = t718 * t719;
@@ -951,7 +951,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t730 = R::fused(-t721, t729, t720);
     t731 = t711 - t730;
     // right_hip_yaw_link: sums of what it carries
-    t732 = R::constant(0.0005199999995000315) + t731;
+    t732 = R::constant(0.0005199999995) + t731;
     t733 = t698 - t732;
     t734 = sin_q_right_hip_yaw * sin_q_right_hip_yaw;
     t735 = t733 * t734;
@@ -1022,9 +1022,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t780 = t294 * R::constant(0.074);
     t781 = t53 * t780;
     t782 = t779 - t781;
-    t783 = t260 * R::constant(0.0011396000000000002); // right_ankle: sums of what it carries
+    t783 = t260 * R::constant(0.0011396); // right_ankle: sums of what it carries
     t784 = t782 - t783; // right_ankle: sums of what it carries
-    t785 = R::constant(0.00018333333999999944) * t463;
+    t785 = R::constant(0.00018333334) * t463;
     t786 = t295 * t785;
     t787 = t776 + t786;
     t788 = t787 - t781;
@@ -1038,7 +1038,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t796 = t260 * R::constant(0.074);
     t797 = t41 * t796;
     t798 = t795 + t797;
-    t799 = R::fused(t260, R::constant(0.0016710750000000002), t798); // right_ankle: sums of what it carries
+    t799 = R::fused(t260, R::constant(0.001671075), t798); // right_ankle: sums of what it carries
     t800 = t295 * t773;
     // right_ankle: sums of what it carries
     t801 = R::fused(-t260, R::constant(0.006204899997), t800);
@@ -1131,13 +1131,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t880 = R::fused(R::constant(-0.037), t401, t879);
     t881 = R::fused(-t41, t780, t880);
     // right_ankle: sums of what it carries
-    t882 = t267 * R::constant(0.0011396000000000002);
-    t883 = R::fused(-t294, R::constant(0.0016710750000000002), t882);
+    t882 = t267 * R::constant(0.0011396);
+    t883 = R::fused(-t294, R::constant(0.001671075), t882);
     t884 = t881 + t883;
     t885 = cos_t2 * t884;
     t886 = t295 * t775; // right_foot: sums of what it carries
     t887 = t267 * R::constant(0.006204899997);
-    t888 = R::fused(-t294, R::constant(0.0011396000000000002), t887);
+    t888 = R::fused(-t294, R::constant(0.0011396), t887);
     t889 = t886 - t888;
     t890 = R::fused(-sin_t2, t889, t885);
     t891 = R::fused(-t501, t404, t890);
@@ -1156,7 +1156,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t902 = R::constant(2.0) * t577;
     t903 = R::fused(t266, t902, t901);
     t904 = t900 + t903;
-    t905 = R::fused(t266, R::constant(0.00016666666699999277), t904); // right_hip_roll_link: sums of what it carries
+    t905 = R::fused(t266, R::constant(0.000166666667), t904); // right_hip_roll_link: sums of what it carries
     t906 = t260 * t773; // right_foot: sums of what it carries
     t907 = R::constant(2.0) * t459; // right_foot: sums of what it carries
     t908 = R::fused(-t295, t907, t906); // right_foot: sums of what it carries
@@ -1170,7 +1170,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t916 = R::fused(-t53, t829, t915); // right_lower_leg: sums of what it carries
     t917 = R::fused(t258, t833, t916);
     // right_hip_roll_link: sums of what it carries
-    t918 = R::fused(t266, R::constant(0.0030345000400000544), t917);
+    t918 = R::fused(t266, R::constant(0.00303450004), t917);
     t919 = t905 - t918;
     t920 = R::fused(-t721, t919, t877);
     t921 = t864 - t920;
@@ -1182,7 +1182,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t927 = R::fused(-t259, t849, t926); // right_lower_leg: sums of what it carries
     t928 = R::fused(t53, t857, t927); // right_lower_leg: sums of what it carries
     t929 = R::fused(-t258, t861, t928); // right_upper_leg: sums of what it carries
-    t930 = R::fused(-t262, R::constant(0.0030345000400000544), t929);
+    t930 = R::fused(-t262, R::constant(0.00303450004), t929);
     t931 = cos_q_right_hip_roll * t930;
     // right_ankle: sums of what it carries
     t932 = t682 * t802;
@@ -1199,9 +1199,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t942 = t262 * t861; // right_upper_leg: sums of what it carries
     t943 = R::fused(t258, t902, t942); // right_upper_leg: sums of what it carries
     t944 = t941 + t943; // right_upper_leg: sums of what it carries
-    t945 = R::fused(t257, R::constant(0.00016666666699999277), t944); // right_hip_roll_link: sums of what it carries
+    t945 = R::fused(t257, R::constant(0.000166666667), t944); // right_hip_roll_link: sums of what it carries
     t946 = R::fused(sin_q_right_hip_roll, t945, t931); // right_hip_roll_link: sums of what it carries
-    t947 = R::fused(-t256, R::constant(0.00018000000000001348), t946); // right_hip_yaw_link: sums of what it carries
+    t947 = R::fused(-t256, R::constant(0.00018), t946); // right_hip_yaw_link: sums of what it carries
     // right_ankle: sums of what it carries
     t948 = sin_t2 * t884;
     t949 = R::fused(cos_t2, t889, t948);
@@ -1236,7 +1236,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t975 = t972 - t974; // right_upper_leg: sums of what it carries
     t976 = R::fused(-sin_q_right_hip_roll, t975, t964); // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
-    t977 = R::fused(-t256, R::constant(0.001039999999000063), t976);
+    t977 = R::fused(-t256, R::constant(0.001039999999), t976);
     t978 = t947 - t977;
     t979 = R::fused(-t736, t978, t923);
     t980 = t838 - t979;
@@ -1270,17 +1270,17 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1007 = t434 * t770;
     t1008 = R::fused(-t395, t996, t1007);
     t1009 = t717 + t730; // right_hip_roll_link: sums of what it carries
-    t1010 = R::constant(0.0006099999995000382) + t1009; // right_hip_yaw_link: sums of what it carries
+    t1010 = R::constant(0.0006099999995) + t1009; // right_hip_yaw_link: sums of what it carries
     t1011 = R::fused(t398, t1010, t1008);
     t1012 = t1006 - t1011;
     t1013 = sin_q_right_hip_roll * t963; // right_hip_roll_link: sums of what it carries
     t1014 = R::fused(cos_q_right_hip_roll, t975, t1013); // right_hip_roll_link: sums of what it carries
-    t1015 = R::fused(-t254, R::constant(0.001039999999000063), t1014); // right_hip_yaw_link: sums of what it carries
+    t1015 = R::fused(-t254, R::constant(0.001039999999), t1014); // right_hip_yaw_link: sums of what it carries
     t1016 = cos_q_right_hip_yaw * t1015; // right_hip_yaw_link: sums of what it carries
     t1017 = t719 * t919; // right_hip_roll_link: sums of what it carries
     t1018 = R::fused(t721, t876, t1017); // right_hip_roll_link: sums of what it carries
     t1019 = t918 + t1018; // right_hip_roll_link: sums of what it carries
-    t1020 = R::fused(t265, R::constant(0.00018000000000001348), t1019); // right_hip_yaw_link: sums of what it carries
+    t1020 = R::fused(t265, R::constant(0.00018), t1019); // right_hip_yaw_link: sums of what it carries
     t1021 = R::fused(sin_q_right_hip_yaw, t1020, t1016); // right_hip_yaw_link: sums of what it carries
     t1022 = v_base_angular_y * t1021;
     t1023 = sin_q_right_hip_yaw * t1015; // right_hip_yaw_link: sums of what it carries
@@ -1422,7 +1422,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1136 = t483 * t190;
     t1137 = R::fused(-t475, t120, t1136);
     t1138 = sin_t2 * t461;
-    t1139 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t1139 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1140 = R::fused(cos_t2, t1139, t1138);
     t1141 = R::fused(t501, t41, t1140);
     t1142 = R::fused(t496, t41, t1141);
@@ -1928,7 +1928,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1592 = sin_t2 * t1591;
     t1593 = t543 * t53;
     t1594 = R::fused(t541, t41, t1593);
-    t1595 = R::constant(0.0012283333330000003) * t323;
+    t1595 = R::constant(0.001228333333) * t323;
     t1596 = R::fused(t535, t466, t1595);
     t1597 = R::fused(t533, t461, t1596);
     t1598 = t1594 - t1597;
@@ -2026,7 +2026,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1689 = a_left_ankle_pitch + t1688; // left_ankle: motion
     t1690 = t1653 * t1680; // left_ankle: motion
     t1691 = t1689 + t1690; // left_ankle: motion
-    t1692 = R::constant(0.015400000000000002) * t1691; // left_ankle: sums of what it carries
+    t1692 = R::constant(0.0154) * t1691; // left_ankle: sums of what it carries
     t1693 = t1680 * t1680; // left_ankle: motion
     t1694 = t1678 + t1693; // left_ankle: motion
     t1695 = R::fused(R::constant(-0.023125), t1694, t1692); // left_ankle: sums of what it carries
@@ -2044,7 +2044,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1707 = R::fused(t1706, t16, t1703); // left_foot: sums of what it carries
     t1708 = t1653 * t1653; // left_ankle: motion
     t1709 = t1678 + t1708; // left_ankle: motion
-    t1710 = R::constant(0.015400000000000002) * t1709; // left_ankle: sums of what it carries
+    t1710 = R::constant(0.0154) * t1709; // left_ankle: sums of what it carries
     t1711 = t1689 - t1690; // left_ankle: motion
     t1712 = R::fused(R::constant(0.023125), t1711, t1710); // left_ankle: sums of what it carries
     t1713 = t1707 + t1712; // left_ankle: sums of what it carries
@@ -2074,7 +2074,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1737 = t1654 + t1675; // left_foot: motion
     t1738 = R::fused(-t1737, t16, t1736); // left_foot: sums of what it carries
     t1739 = R::fused(t1646, t1680, t1699); // left_ankle: motion
-    t1740 = R::constant(0.015400000000000002) * t1739; // left_ankle: sums of what it carries
+    t1740 = R::constant(0.0154) * t1739; // left_ankle: sums of what it carries
     t1741 = t1674 - t1654; // left_ankle: motion
     t1742 = R::fused(R::constant(-0.023125), t1741, t1740); // left_ankle: sums of what it carries
     t1743 = t1738 - t1742; // left_ankle: sums of what it carries
@@ -2120,7 +2120,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1783 = R::fused(t398, t40, t1782); // left_hip_yaw_link: answer of the forces to its motion
     t1784 = cos_q_left_ankle_roll * R::constant(0.033); // left_foot: sums of what it carries
     t1785 = t1681 * t1784; // left_foot: sums of what it carries
-    t1786 = t1653 * R::constant(0.030800000000000004); // left_ankle: sums of what it carries
+    t1786 = t1653 * R::constant(0.0308); // left_ankle: sums of what it carries
     t1787 = R::fused(-t1680, R::constant(0.04625), t1786); // left_ankle: sums of what it carries
     t1788 = t1785 - t1787; // left_ankle: sums of what it carries
     // left_lower_leg: sums of what it carries
@@ -2156,7 +2156,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1799 = sin_q_left_hip_roll * t1798; // left_hip_roll_link: sums of what it carries
     t1800 = sin_q_left_ankle_roll * R::constant(0.033); // left_foot: sums of what it carries
     t1801 = t1681 * t1800; // left_foot: sums of what it carries
-    t1802 = R::fused(-t1646, R::constant(0.030800000000000004), t1801); // left_ankle: sums of what it carries
+    t1802 = R::fused(-t1646, R::constant(0.0308), t1801); // left_ankle: sums of what it carries
     t1803 = cos_t3 * t1802; // left_ankle: sums of what it carries
     t1804 = t1646 * t1784; // left_foot: sums of what it carries
     t1805 = R::fused(-t1653, t1800, t1804); // left_foot: sums of what it carries
@@ -2198,13 +2198,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1840 = -t1839;
     // left_foot: sums of what it carries
     t1841 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
-    t1842 = R::constant(0.00009166666999999972) * t1841;
+    t1842 = R::constant(0.00009166667) * t1841;
     t1843 = R::constant(0.0006600000015) - t1842;
     t1844 = t1702 * t1843;
     t1845 = R::constant(0.000612) * cos_q_left_ankle_roll;
     t1846 = R::fused(t1737, t1845, t1844);
     t1847 = sin_q_left_ankle_roll * cos_q_left_ankle_roll;
-    t1848 = R::constant(0.00009166666999999972) * t1847;
+    t1848 = R::constant(0.00009166667) * t1847;
     t1849 = R::fused(-t1706, t1848, t1846);
     t1850 = R::constant(0.000612) * sin_q_left_ankle_roll;
     t1851 = t1678 - t1682;
@@ -2242,7 +2242,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1880 = R::fused(t1711, R::constant(0.037), t1879); // left_foot: motion
     t1881 = R::fused(t1880, t28, t1852); // left_foot: sums of what it carries
     t1882 = t1739 * R::constant(0.0031024499985); // left_ankle: sums of what it carries
-    t1883 = R::fused(R::constant(-0.0005698000000000001), t1741, t1882); // left_ankle: sums of what it carries
+    t1883 = R::fused(R::constant(-0.0005698), t1741, t1882); // left_ankle: sums of what it carries
     t1884 = cos_q_left_hip_roll * t1856; // left_hip_roll_link: motion
     t1885 = R::fused(-sin_q_left_hip_roll, t1858, t1884); // left_hip_roll_link: motion
     t1886 = t1752 * t1860; // left_lower_leg: motion
@@ -2251,12 +2251,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1889 = t1745 * t1865;
     t1890 = R::fused(-t1748, t1867, t1889);
     t1891 = t1888 + t1890;
-    t1892 = R::fused(R::constant(-0.015400000000000002), t1891, t1883); // left_ankle: sums of what it carries
+    t1892 = R::fused(R::constant(-0.0154), t1891, t1883); // left_ankle: sums of what it carries
     t1893 = t1881 + t1892; // left_ankle: sums of what it carries
     t1894 = sin_t3 * t1893; // left_ankle: sums of what it carries
     // left_foot: sums of what it carries
-    t1895 = R::constant(0.0012283333330000003) * t1675;
-    t1896 = R::constant(0.0005683333315000003) + t1842;
+    t1895 = R::constant(0.001228333333) * t1675;
+    t1896 = R::constant(0.0005683333315) + t1842;
     t1897 = t1843 - t1896;
     t1898 = R::fused(-t1654, t1897, t1895);
     t1899 = t1704 + t1705; // left_foot: motion
@@ -2274,24 +2274,24 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1911 = t1904 + t1910;
     t1912 = R::fused(R::constant(-0.037), t1738, t1911);
     // left_ankle: sums of what it carries
-    t1913 = t1741 * R::constant(0.0008355375000000001);
-    t1914 = R::fused(R::constant(-0.0005698000000000001), t1739, t1913);
+    t1913 = t1741 * R::constant(0.0008355375);
+    t1914 = R::fused(R::constant(-0.0005698), t1739, t1913);
     t1915 = R::fused(R::constant(0.023125), t1891, t1914);
     t1916 = t1912 - t1915;
     t1917 = R::fused(cos_t3, t1916, t1894);
     t1918 = R::fused(-t1867, t1743, t1917);
     // left_lower_leg: sums of what it carries
     t1919 = sin_t1 * sin_t1;
-    t1920 = R::constant(0.07230871666700002) * t1919;
+    t1920 = R::constant(0.072308716667) * t1919;
     t1921 = sin_t1 * cos_t1;
     t1922 = R::fused(-t1921, R::constant(0.00172), t1920);
-    t1923 = R::constant(0.07278104999850002) - t1922;
+    t1923 = R::constant(0.0727810499985) - t1922;
     t1924 = t1748 * t1923;
     t1925 = R::constant(0.00024) * sin_t1;
     t1926 = R::fused(R::constant(-0.000016), cos_t1, t1925);
     t1927 = R::fused(-t1764, t1926, t1924);
     t1928 = t1919 * R::constant(0.00172);
-    t1929 = R::fused(R::constant(0.07230871666700002), t1921, t1928);
+    t1929 = R::fused(R::constant(0.072308716667), t1921, t1928);
     t1930 = R::constant(0.00086) - t1929;
     t1931 = R::fused(t1745, t1930, t1927);
     t1932 = R::constant(0.00024) * cos_t1;
@@ -2303,31 +2303,31 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1938 = R::fused(-t1862, t1750, t1937);
     // left_upper_leg: sums of what it carries
     t1939 = sin_q_left_hip_pitch * sin_q_left_hip_pitch;
-    t1940 = R::constant(0.22879800003000006) * t1939;
+    t1940 = R::constant(0.22879800003) * t1939;
     t1941 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
     t1942 = R::fused(-t1941, R::constant(0.004), t1940);
-    t1943 = R::constant(0.23022000001500004) - t1942;
+    t1943 = R::constant(0.230220000015) - t1942;
     t1944 = t1755 * t1943;
-    t1945 = R::constant(0.0019299999999999999) * sin_q_left_hip_pitch;
+    t1945 = R::constant(0.00193) * sin_q_left_hip_pitch;
     t1946 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t1945);
     t1947 = R::fused(-t1769, t1946, t1944);
     t1948 = t1939 * R::constant(0.004);
-    t1949 = R::fused(R::constant(0.22879800003000006), t1941, t1948);
+    t1949 = R::fused(R::constant(0.22879800003), t1941, t1948);
     t1950 = R::constant(0.002) - t1949;
     t1951 = R::fused(t1752, t1950, t1947);
-    t1952 = R::constant(0.0019299999999999999) * cos_q_left_hip_pitch;
+    t1952 = R::constant(0.00193) * cos_q_left_hip_pitch;
     t1953 = R::fused(R::constant(0.000048), sin_q_left_hip_pitch, t1952);
     t1954 = t1715 - t1723;
     t1955 = R::fused(-t1953, t1954, t1951);
     t1956 = R::fused(-t1885, t37, t1955);
     t1957 = t1938 + t1956;
     // left_hip_roll_link: sums of what it carries
-    t1958 = t1670 * R::constant(0.0016005833535000236);
-    t1959 = R::fused(-t1774, R::constant(0.0014339166865000308), t1958);
+    t1958 = t1670 * R::constant(0.0016005833535);
+    t1959 = R::fused(-t1774, R::constant(0.0014339166865), t1958);
     t1960 = R::fused(R::constant(0.01), t1859, t1959);
     t1961 = t1957 + t1960;
     t1962 = R::fused(-t1642, t1640, t1669); // left_hip_yaw_link: motion
-    t1963 = R::fused(t1962, R::constant(0.00009000000000000674), t1961); // left_hip_yaw_link: sums of what it carries
+    t1963 = R::fused(t1962, R::constant(0.00009), t1961); // left_hip_yaw_link: sums of what it carries
     t1964 = sin_q_left_hip_yaw * t1963; // left_hip_yaw_link: sums of what it carries
     // left_foot: sums of what it carries
     t1965 = t1706 * t1896;
@@ -2341,17 +2341,17 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1972 = t1689 * R::constant(0.0039379874985);
     t1973 = R::fused(t1690, R::constant(0.0022669124985), t1972);
     t1974 = t1708 - t1693;
-    t1975 = R::fused(R::constant(0.0005698000000000001), t1974, t1973);
+    t1975 = R::fused(R::constant(0.0005698), t1974, t1973);
     t1976 = R::constant(0.023125) * t1879;
-    t1977 = R::fused(R::constant(-0.015400000000000002), t1906, t1976);
+    t1977 = R::fused(R::constant(-0.0154), t1906, t1976);
     t1978 = t1975 + t1977;
     t1979 = t1971 + t1978;
     t1980 = t1867 * t1714;
     t1981 = R::fused(-t1865, t1763, t1980);
     t1982 = t1979 + t1981;
     // left_lower_leg: sums of what it carries
-    t1983 = R::constant(0.07325338333000002) * t1688;
-    t1984 = R::constant(0.00047233333149999945) + t1922;
+    t1983 = R::constant(0.07325338333) * t1688;
+    t1984 = R::constant(0.0004723333315) + t1922;
     t1985 = t1923 - t1984;
     t1986 = R::fused(t1719, t1985, t1983);
     t1987 = t1665 + t1744; // left_lower_leg: motion
@@ -2368,8 +2368,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1998 = R::fused(-t1860, t1768, t1997);
     t1999 = t1996 + t1998;
     // left_upper_leg: sums of what it carries
-    t2000 = t1687 * R::constant(0.23164200000000001);
-    t2001 = R::constant(0.0014219999849999915) + t1942;
+    t2000 = R::constant(0.231642) * t1687;
+    t2001 = R::constant(0.001421999985) + t1942;
     t2002 = t1943 - t2001;
     t2003 = R::fused(t1719, t2002, t2000);
     t2004 = t1664 + t1751; // left_upper_leg: motion
@@ -2382,7 +2382,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2011 = t2008 - t2010;
     t2012 = t1999 + t2011;
     t2013 = t1686 - t1719; // left_hip_roll_link: motion
-    t2014 = R::fused(-t2013, R::constant(0.00008333333349999639), t2012); // left_hip_roll_link: sums of what it carries
+    t2014 = R::fused(-t2013, R::constant(0.0000833333335), t2012); // left_hip_roll_link: sums of what it carries
     t2015 = cos_q_left_hip_roll * t2014; // left_hip_roll_link: sums of what it carries
     t2016 = cos_t3 * t1893; // left_ankle: sums of what it carries
     t2017 = R::fused(-sin_t3, t1916, t2016); // left_ankle: sums of what it carries
@@ -2405,26 +2405,26 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2032 = R::fused(t1885, t24, t2031);
     t2033 = t2026 + t2032;
     // left_hip_roll_link: sums of what it carries
-    t2034 = t1729 * R::constant(0.0015172500200000272);
+    t2034 = t1729 * R::constant(0.00151725002);
     t2035 = R::fused(R::constant(-0.01), t1872, t2034);
     t2036 = t2033 + t2035;
     t2037 = R::fused(-sin_q_left_hip_roll, t2036, t2015);
     t2038 = R::fused(t1642, t1651, t1658); // left_hip_yaw_link: motion
     // left_hip_yaw_link: sums of what it carries
-    t2039 = t2038 * R::constant(0.0005199999995000315);
+    t2039 = t2038 * R::constant(0.0005199999995);
     t2040 = R::fused(R::constant(-0.008), t1858, t2039);
     t2041 = t2037 - t2040;
     t2042 = R::fused(cos_q_left_hip_yaw, t2041, t1964);
     t2043 = cos_q_left_ankle_roll * R::constant(0.001221); // left_foot: sums of what it carries
-    t2044 = R::constant(0.0012283333330000003) + t2043; // left_foot: sums of what it carries
+    t2044 = R::constant(0.001228333333) + t2043; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
-    t2045 = R::constant(0.0008355375000000001) + t2044;
+    t2045 = R::constant(0.0008355375) + t2044;
     t2046 = R::constant(0.0031024499985) + t1843;
     t2047 = t2045 - t2046;
     t2048 = sin_t3 * sin_t3;
     t2049 = t2047 * t2048;
     t2050 = sin_t3 * cos_t3;
-    t2051 = R::constant(0.0005698000000000001) + t1845;
+    t2051 = R::constant(0.0005698) + t1845;
     let (
         t2052, t2053, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067,
         t2068, t2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083,
@@ -2455,8 +2455,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2060 = R::constant(2.0) * t2059;
     t2061 = t2058 + t2060;
     t2062 = t2061 + t1943; // left_upper_leg: sums of what it carries
-    t2063 = R::constant(0.0016005833535000236) + t2062; // left_hip_roll_link: sums of what it carries
-    t2064 = R::constant(0.00009000000000000674) + t2063; // left_hip_yaw_link: sums of what it carries
+    t2063 = R::constant(0.0016005833535) + t2062; // left_hip_roll_link: sums of what it carries
+    t2064 = R::constant(0.00009) + t2063; // left_hip_yaw_link: sums of what it carries
     t2065 = t1896 + t2043; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t2066 = R::constant(0.0039379874985) + t2065;
@@ -2465,20 +2465,20 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2069 = t2068 + t2056;
     t2070 = t2066 + t2069;
     // left_lower_leg: sums of what it carries
-    t2071 = R::constant(0.07325338333000002) + t2070;
+    t2071 = R::constant(0.07325338333) + t2070;
     t2072 = t1860 * t22;
     t2073 = R::constant(2.0) * t2072;
     t2074 = t2073 + t2060;
     t2075 = t2071 + t2074;
-    t2076 = R::constant(0.23164200000000001) + t2075; // left_upper_leg: sums of what it carries
-    t2077 = R::constant(0.00008333333349999639) + t2076; // left_hip_roll_link: sums of what it carries
+    t2076 = R::constant(0.231642) + t2075; // left_upper_leg: sums of what it carries
+    t2077 = R::constant(0.0000833333335) + t2076; // left_hip_roll_link: sums of what it carries
     t2078 = t2046 + t2053; // left_ankle: sums of what it carries
     t2079 = t2078 + t2068; // left_ankle: sums of what it carries
     t2080 = t2079 + t1984;
     t2081 = t2080 + t2073;
     t2082 = t2081 + t2001; // left_upper_leg: sums of what it carries
     // left_hip_roll_link: sums of what it carries
-    t2083 = R::constant(0.0015172500200000272) + t2082;
+    t2083 = R::constant(0.00151725002) + t2082;
     t2084 = t2077 - t2083;
     t2085 = sin_q_left_hip_roll * sin_q_left_hip_roll;
     t2086 = t2084 * t2085;
@@ -2494,7 +2494,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2096 = R::fused(-t2087, t2095, t2086);
     t2097 = t2077 - t2096;
     // left_hip_yaw_link: sums of what it carries
-    t2098 = R::constant(0.0005199999995000315) + t2097;
+    t2098 = R::constant(0.0005199999995) + t2097;
     t2099 = t2064 - t2098;
     t2100 = sin_q_left_hip_yaw * sin_q_left_hip_yaw;
     t2101 = t2099 * t2100;
@@ -2548,9 +2548,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2146 = t1680 * R::constant(0.074);
     t2147 = t28 * t2146;
     t2148 = t2145 - t2147;
-    t2149 = t1646 * R::constant(0.0011396000000000002); // left_ankle: sums of what it carries
+    t2149 = t1646 * R::constant(0.0011396); // left_ankle: sums of what it carries
     t2150 = t2148 - t2149; // left_ankle: sums of what it carries
-    t2151 = t1847 * R::constant(0.00018333333999999944);
+    t2151 = t1847 * R::constant(0.00018333334);
     t2152 = t1681 * t2151;
     t2153 = t2142 + t2152;
     t2154 = t2153 - t2147;
@@ -2564,7 +2564,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2162 = t1646 * R::constant(0.074);
     t2163 = t16 * t2162;
     t2164 = t2161 + t2163;
-    t2165 = R::fused(t1646, R::constant(0.0016710750000000002), t2164); // left_ankle: sums of what it carries
+    t2165 = R::fused(t1646, R::constant(0.001671075), t2164); // left_ankle: sums of what it carries
     t2166 = t1681 * t2139;
     // left_ankle: sums of what it carries
     t2167 = R::fused(-t1646, R::constant(0.006204899997), t2166);
@@ -2657,13 +2657,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2246 = R::fused(R::constant(-0.037), t1785, t2245);
     t2247 = R::fused(-t16, t2146, t2246);
     // left_ankle: sums of what it carries
-    t2248 = t1653 * R::constant(0.0011396000000000002);
-    t2249 = R::fused(-t1680, R::constant(0.0016710750000000002), t2248);
+    t2248 = t1653 * R::constant(0.0011396);
+    t2249 = R::fused(-t1680, R::constant(0.001671075), t2248);
     t2250 = t2247 + t2249;
     t2251 = cos_t3 * t2250;
     t2252 = t1681 * t2141; // left_foot: sums of what it carries
     t2253 = t1653 * R::constant(0.006204899997);
-    t2254 = R::fused(-t1680, R::constant(0.0011396000000000002), t2253);
+    t2254 = R::fused(-t1680, R::constant(0.0011396), t2253);
     t2255 = t2252 - t2254;
     t2256 = R::fused(-sin_t3, t2255, t2251);
     t2257 = R::fused(-t1867, t1788, t2256);
@@ -2682,7 +2682,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2268 = R::constant(2.0) * t1943;
     t2269 = R::fused(t1652, t2268, t2267);
     t2270 = t2266 + t2269;
-    t2271 = R::fused(t1652, R::constant(0.00016666666699999277), t2270); // left_hip_roll_link: sums of what it carries
+    t2271 = R::fused(t1652, R::constant(0.000166666667), t2270); // left_hip_roll_link: sums of what it carries
     t2272 = t1646 * t2139; // left_foot: sums of what it carries
     t2273 = R::constant(2.0) * t1843; // left_foot: sums of what it carries
     t2274 = R::fused(-t1681, t2273, t2272); // left_foot: sums of what it carries
@@ -2696,7 +2696,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2282 = R::fused(-t28, t2195, t2281); // left_lower_leg: sums of what it carries
     t2283 = R::fused(-t1644, t2199, t2282);
     // left_hip_roll_link: sums of what it carries
-    t2284 = R::fused(t1652, R::constant(0.0030345000400000544), t2283);
+    t2284 = R::fused(t1652, R::constant(0.00303450004), t2283);
     t2285 = t2271 - t2284;
     t2286 = R::fused(-t2087, t2285, t2243);
     t2287 = t2230 - t2286;
@@ -2708,7 +2708,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2293 = R::fused(t1645, t2215, t2292); // left_lower_leg: sums of what it carries
     t2294 = R::fused(t28, t2223, t2293); // left_lower_leg: sums of what it carries
     t2295 = R::fused(t1644, t2227, t2294); // left_upper_leg: sums of what it carries
-    t2296 = R::fused(-t1648, R::constant(0.0030345000400000544), t2295);
+    t2296 = R::fused(-t1648, R::constant(0.00303450004), t2295);
     t2297 = cos_q_left_hip_roll * t2296;
     // left_ankle: sums of what it carries
     t2298 = t2048 * t2168;
@@ -2732,9 +2732,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2308 = t1648 * t2227; // left_upper_leg: sums of what it carries
     t2309 = R::fused(-t1644, t2268, t2308); // left_upper_leg: sums of what it carries
     t2310 = t2307 - t2309; // left_upper_leg: sums of what it carries
-    t2311 = R::fused(t1643, R::constant(0.00016666666699999277), t2310); // left_hip_roll_link: sums of what it carries
+    t2311 = R::fused(t1643, R::constant(0.000166666667), t2310); // left_hip_roll_link: sums of what it carries
     t2312 = R::fused(sin_q_left_hip_roll, t2311, t2297); // left_hip_roll_link: sums of what it carries
-    t2313 = R::fused(-t1642, R::constant(0.00018000000000001348), t2312); // left_hip_yaw_link: sums of what it carries
+    t2313 = R::fused(-t1642, R::constant(0.00018), t2312); // left_hip_yaw_link: sums of what it carries
     // left_ankle: sums of what it carries
     t2314 = sin_t3 * t2250;
     t2315 = R::fused(cos_t3, t2255, t2314);
@@ -2769,7 +2769,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2341 = t2338 - t2340; // left_upper_leg: sums of what it carries
     t2342 = R::fused(-sin_q_left_hip_roll, t2341, t2330); // left_hip_roll_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
-    t2343 = R::fused(-t1642, R::constant(0.001039999999000063), t2342);
+    t2343 = R::fused(-t1642, R::constant(0.001039999999), t2342);
     t2344 = t2313 - t2343;
     t2345 = R::fused(-t2102, t2344, t2289);
     t2346 = t2204 - t2345;
@@ -2803,7 +2803,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2373 = t1818 * t2136;
     t2374 = R::fused(-t1781, t2362, t2373);
     t2375 = t2083 + t2096; // left_hip_roll_link: sums of what it carries
-    t2376 = R::constant(0.0006099999995000382) + t2375; // left_hip_yaw_link: sums of what it carries
+    t2376 = R::constant(0.0006099999995) + t2375; // left_hip_yaw_link: sums of what it carries
     t2377 = R::fused(t398, t2376, t2374);
     w[3] = t16;
     w[2] = t17;
@@ -3852,12 +3852,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2378 = t2372 - t2377; // left_hip_yaw_link: answer of the forces to its motion
     t2379 = sin_q_left_hip_roll * t2329; // left_hip_roll_link: sums of what it carries
     t2380 = R::fused(cos_q_left_hip_roll, t2341, t2379); // left_hip_roll_link: sums of what it carries
-    t2381 = R::fused(-t1640, R::constant(0.001039999999000063), t2380); // left_hip_yaw_link: sums of what it carries
+    t2381 = R::fused(-t1640, R::constant(0.001039999999), t2380); // left_hip_yaw_link: sums of what it carries
     t2382 = cos_q_left_hip_yaw * t2381; // left_hip_yaw_link: sums of what it carries
     t2383 = t2085 * t2285; // left_hip_roll_link: sums of what it carries
     t2384 = R::fused(t2087, t2242, t2383); // left_hip_roll_link: sums of what it carries
     t2385 = t2284 + t2384; // left_hip_roll_link: sums of what it carries
-    t2386 = R::fused(t1651, R::constant(0.00018000000000001348), t2385); // left_hip_yaw_link: sums of what it carries
+    t2386 = R::fused(t1651, R::constant(0.00018), t2385); // left_hip_yaw_link: sums of what it carries
     t2387 = R::fused(sin_q_left_hip_yaw, t2386, t2382); // left_hip_yaw_link: sums of what it carries
     t2388 = v_base_angular_y * t2387; // left_hip_yaw_link: answer of the forces to its motion
     t2389 = sin_q_left_hip_yaw * t2381; // left_hip_yaw_link: sums of what it carries
@@ -3980,7 +3980,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2501 = t1855 * t213;
     t2502 = R::fused(-t1853, t157, t2501);
     t2503 = sin_t3 * t1845;
-    t2504 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t2504 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t2505 = R::fused(cos_t3, t2504, t2503);
     t2506 = R::fused(t1867, t16, t2505);
     t2507 = R::fused(t1862, t16, t2506);
@@ -4481,7 +4481,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2952 = sin_t3 * t2951;
     t2953 = t1909 * t28;
     t2954 = R::fused(t1907, t16, t2953);
-    t2955 = R::constant(0.0012283333330000003) * t1709;
+    t2955 = R::constant(0.001228333333) * t1709;
     t2956 = R::fused(t1901, t1850, t2955);
     t2957 = R::fused(t1899, t1845, t2956);
     t2958 = t2954 - t2957;
@@ -4639,7 +4639,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3109 = v_base_angular_y * t213; // left_foot: answer of the forces to its motion
     t3110 = R::fused(-v_base_angular_x, t157, t3109); // left_foot: answer of the forces to its motion
     t3111 = t1812 + t428; // right_hip_yaw_link: sums of what it carries
-    t3112 = v_base_angular_x * R::constant(0.020399999999999974); // torso: sums of what it carries
+    t3112 = v_base_angular_x * R::constant(0.0204); // torso: sums of what it carries
     t3113 = R::fused(v_base_angular_y, R::constant(0.41616), t3112); // torso: sums of what it carries
     t3114 = t3111 - t3113; // torso: sums of what it carries
     t3115 = R::constant(19.0) * v_base_linear_z;
@@ -4647,7 +4647,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3117 = t3114 + t3116;
     t3118 = t1834 + t450; // right_hip_yaw_link: sums of what it carries
     t3119 = v_base_angular_z * R::constant(0.41616); // torso: sums of what it carries
-    t3120 = R::fused(v_base_angular_x, R::constant(4.982999999999999), t3119); // torso: sums of what it carries
+    t3120 = R::fused(v_base_angular_x, R::constant(4.983), t3119); // torso: sums of what it carries
     t3121 = t3118 + t3120; // torso: sums of what it carries
     t3122 = R::constant(19.0) * v_base_linear_y;
     t3123 = t3008 + t3122;
@@ -4667,7 +4667,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3135 = t3130 + t3134;
     // torso: sums of what it carries
     t3136 = v_base_angular_z * R::constant(0.00441616);
-    t3137 = v_base_angular_y * R::constant(0.08091879999999999);
+    t3137 = v_base_angular_y * R::constant(0.0809188);
     t3138 = t3136 - t3137;
     t3139 = t3135 - t3138;
     t3140 = v_base_linear_y * t67; // torso: answer of the forces to its motion
@@ -4697,15 +4697,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3146 = R::constant(0.00220808) - t3145;
     t3147 = v_base_angular_z * t3146; // torso: answer of the forces to its motion
     t3148 = t2136 + t770; // right_hip_yaw_link: sums of what it carries
-    t3149 = R::constant(0.04045939999999999) - t3148;
+    t3149 = R::constant(0.0404594) - t3148;
     // torso: answer of the forces to its motion
     t3150 = v_base_angular_y * t3149;
     t3151 = t3147 - t3150;
     t3152 = t3142 + t3151;
     t3153 = t3139 + t3152;
     t3154 = t2365 + t999; // right_hip_yaw_link: sums of what it carries
-    t3155 = v_base_angular_z * R::constant(0.06356966399999964); // torso: sums of what it carries
-    t3156 = R::fused(v_base_angular_x, R::constant(0.08091879999999999), t3155); // torso: sums of what it carries
+    t3155 = v_base_angular_z * R::constant(0.063569664); // torso: sums of what it carries
+    t3156 = R::fused(v_base_angular_x, R::constant(0.0809188), t3155); // torso: sums of what it carries
     t3157 = t3154 - t3156; // torso: sums of what it carries
     t3158 = t2359 + t993; // right_hip_yaw_link: sums of what it carries
     t3159 = R::constant(0.812133582) + t3158; // torso: sums of what it carries
@@ -4713,14 +4713,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3161 = R::fused(R::constant(0.0764), t71, t2362); // left_hip_yaw_link: sums of what it carries
     t3162 = R::fused(R::constant(0.0764), t73, t996); // right_hip_yaw_link: sums of what it carries
     t3163 = t3161 + t3162; // right_hip_yaw_link: sums of what it carries
-    t3164 = R::constant(0.0014734999999999995) + t3163; // torso: sums of what it carries
+    t3164 = R::constant(0.0014735) + t3163; // torso: sums of what it carries
     t3165 = R::fused(v_base_angular_y, t3164, t3160);
     t3166 = R::fused(v_base_linear_y, t84, t3165);
     t3167 = t3157 + t3166;
     t3168 = R::fused(t80, t3128, t2387); // left_hip_yaw_link: sums of what it carries
     t3169 = R::fused(-t3128, t82, t1021); // right_hip_yaw_link: sums of what it carries
     t3170 = t3168 + t3169; // right_hip_yaw_link: sums of what it carries
-    t3171 = v_base_angular_y * R::constant(0.06356966399999964); // torso: sums of what it carries
+    t3171 = v_base_angular_y * R::constant(0.063569664); // torso: sums of what it carries
     t3172 = R::fused(v_base_angular_x, R::constant(0.00441616), t3171); // torso: sums of what it carries
     t3173 = t3170 + t3172; // torso: sums of what it carries
     t3174 = v_base_angular_z * t3164;
@@ -4839,8 +4839,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3275 = t3114 + t3274; // torso: answer of the forces to its motion
     t3276 = -t3275; // torso: answer of the forces to its motion
     t3277 = t1837 + t453; // right_hip_yaw_link: sums of what it carries
-    t3278 = v_base_angular_y * R::constant(4.982999999999999); // torso: sums of what it carries
-    t3279 = R::fused(-v_base_angular_z, R::constant(0.020399999999999974), t3278); // torso: sums of what it carries
+    t3278 = v_base_angular_y * R::constant(4.983); // torso: sums of what it carries
+    t3279 = R::fused(-v_base_angular_z, R::constant(0.0204), t3278); // torso: sums of what it carries
     t3280 = t3277 - t3279; // torso: sums of what it carries
     t3281 = R::constant(19.0) * v_base_linear_x; // torso: answer of the forces to its motion
     t3282 = t3047 + t3281; // torso: answer of the forces to its motion
@@ -4851,13 +4851,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3287 = R::fused(R::constant(0.0764), t453, t984); // right_hip_yaw_link: sums of what it carries
     t3288 = R::fused(-t3285, t65, t3287); // right_hip_yaw_link: sums of what it carries
     t3289 = t3286 + t3288; // right_hip_yaw_link: sums of what it carries
-    t3290 = v_base_angular_z * R::constant(0.25575089599999945); // torso: sums of what it carries
-    t3291 = R::fused(-v_base_angular_y, R::constant(0.002946999999999999), t3290); // torso: sums of what it carries
+    t3290 = v_base_angular_z * R::constant(0.255750896); // torso: sums of what it carries
+    t3291 = R::fused(-v_base_angular_y, R::constant(0.002947), t3290); // torso: sums of what it carries
     t3292 = t3289 - t3291; // torso: sums of what it carries
     t3293 = t2124 - t3175; // left_hip_yaw_link: sums of what it carries
     t3294 = t758 + t3177; // right_hip_yaw_link: sums of what it carries
     t3295 = t3293 + t3294; // right_hip_yaw_link: sums of what it carries
-    t3296 = R::constant(0.9082241979999999) + t3295; // torso: sums of what it carries
+    t3296 = R::constant(0.908224198) + t3295; // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t3297 = v_base_angular_z * t3296;
     t3298 = R::fused(-v_base_angular_x, t3149, t3297);
@@ -4872,7 +4872,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3306 = t3305 - t3133;
     t3307 = t1001 + t3306;
     t3308 = t3304 + t3307;
-    t3309 = v_base_angular_x * R::constant(0.002946999999999999); // torso: sums of what it carries
+    t3309 = v_base_angular_x * R::constant(0.002947); // torso: sums of what it carries
     t3310 = t3136 + t3309; // torso: sums of what it carries
     t3311 = t3308 - t3310; // torso: sums of what it carries
     // torso: answer of the forces to its motion
@@ -4892,7 +4892,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3324 = t3322 - t3323;
     t3325 = t3321 + t3324;
     t3326 = v_base_angular_y * R::constant(0.00441616); // torso: sums of what it carries
-    t3327 = R::fused(v_base_angular_x, R::constant(0.25575089599999945), t3326); // torso: sums of what it carries
+    t3327 = R::fused(v_base_angular_x, R::constant(0.255750896), t3326); // torso: sums of what it carries
     t3328 = t3325 - t3327; // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t3329 = v_base_angular_z * t3149;
@@ -5053,8 +5053,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3452 = R::fused(sin_q_right_hip_yaw, t1241, t3451);
     t3453 = R::fused(-t73, t3285, t3452);
     t3454 = t3450 + t3453;
-    t3455 = v_base_angular_z * R::constant(0.002946999999999999); // torso: sums of what it carries
-    t3456 = R::fused(-v_base_angular_y, R::constant(1.5606974999999994), t3455); // torso: sums of what it carries
+    t3455 = v_base_angular_z * R::constant(0.002947); // torso: sums of what it carries
+    t3456 = R::fused(-v_base_angular_y, R::constant(1.5606975), t3455); // torso: sums of what it carries
     t3457 = t3454 - t3456; // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t3458 = v_base_angular_y * t3296;
@@ -5067,8 +5067,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3465 = sin_q_right_hip_yaw * t1230; // right_hip_yaw_link: sums of what it carries
     t3466 = R::fused(-cos_q_right_hip_yaw, t1241, t3465); // right_hip_yaw_link: sums of what it carries
     t3467 = t3464 + t3466; // right_hip_yaw_link: sums of what it carries
-    t3468 = v_base_angular_z * R::constant(0.08091879999999999); // torso: sums of what it carries
-    t3469 = R::fused(v_base_angular_x, R::constant(1.5606974999999994), t3468); // torso: sums of what it carries
+    t3468 = v_base_angular_z * R::constant(0.0809188); // torso: sums of what it carries
+    t3469 = R::fused(v_base_angular_x, R::constant(1.5606975), t3468); // torso: sums of what it carries
     t3470 = t3467 - t3469; // torso: sums of what it carries
     t3471 = v_base_angular_y * t3146;
     t3472 = R::fused(-v_base_angular_x, t3159, t3471);
@@ -5827,14 +5827,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4153 = R::fused(cos_q_left_hip_roll, t4146, t4152);
     t4154 = R::fused(R::constant(0.0764), t4113, t4153);
     t4155 = t42 * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t4156 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t4155); // right_ankle
-    t4157 = R::constant(0.31110000000000004) + t4156; // right_ankle: sums of what it carries
+    t4156 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t4155); // right_ankle: sums of what it carries
+    t4157 = R::constant(0.3111) + t4156; // right_ankle: sums of what it carries
     t4158 = t4157 * cos_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t4159 = t42 * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t4160 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t4159); // right_ankle
+    t4160 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t4159); // right_ankle: sums of what it carries
     t4161 = R::constant(0.008) - t4160; // right_ankle: sums of what it carries
     t4162 = R::fused(t4161, sin_q_right_knee_pitch, t4158); // right_lower_leg: sums of what it carries
-    t4163 = R::constant(0.8355000000000001) + t4162; // right_lower_leg: sums of what it carries
+    t4163 = R::constant(0.8355) + t4162; // right_lower_leg: sums of what it carries
     t4164 = cos_q_right_hip_pitch * t4163; // right_upper_leg: sums of what it carries
     t4165 = t4157 * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t4166 = R::fused(-t4161, cos_q_right_knee_pitch, t4165); // right_lower_leg: sums of what it carries
@@ -5860,21 +5860,21 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t4410, t4411, t4412, t4413, t4414, t4415, t4416, t4417, t4418, t4419, t4420, t4421, t4422, t4423, t4424, t4425,
     );
     t4170 = t17 * cos_q_left_ankle_pitch; // left_ankle: sums of what it carries
-    t4171 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t4170); // left_ankle
-    t4172 = R::constant(0.31110000000000004) + t4171; // left_ankle: sums of what it carries
+    t4171 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t4170); // left_ankle: sums of what it carries
+    t4172 = R::constant(0.3111) + t4171; // left_ankle: sums of what it carries
     t4173 = t4172 * cos_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t4174 = t17 * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
-    t4175 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t4174); // left_ankle
+    t4175 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t4174); // left_ankle: sums of what it carries
     t4176 = R::constant(0.008) - t4175; // left_ankle: sums of what it carries
     t4177 = R::fused(t4176, sin_q_left_knee_pitch, t4173); // left_lower_leg: sums of what it carries
-    t4178 = R::constant(0.8355000000000001) + t4177; // left_lower_leg: sums of what it carries
+    t4178 = R::constant(0.8355) + t4177; // left_lower_leg: sums of what it carries
     t4179 = cos_q_left_hip_pitch * t4178; // left_upper_leg: sums of what it carries
     t4180 = t4172 * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t4181 = R::fused(-t4176, cos_q_left_knee_pitch, t4180); // left_lower_leg: sums of what it carries
     t4182 = R::constant(0.012) - t4181; // left_lower_leg: sums of what it carries
     t4183 = R::fused(sin_q_left_hip_pitch, t4182, t4179); // left_upper_leg: sums of what it carries
     t4184 = R::fused(-cos_q_left_hip_roll, t4183, t70); // left_hip_roll_link: sums of what it carries
-    t4185 = R::constant(2.4914999999999994) + t4184; // left_hip_yaw_link: sums of what it carries
+    t4185 = R::constant(2.4915) + t4184; // left_hip_yaw_link: sums of what it carries
     t4186 = t4169 - t4185; // right_hip_yaw_link: sums of what it carries
     t4187 = -t4186; // right_hip_yaw_link: sums of what it carries
     t4188 = sin_q_left_hip_pitch * t4178; // left_upper_leg: sums of what it carries
@@ -5883,7 +5883,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4191 = sin_q_left_hip_yaw * t4190; // left_hip_yaw_link: sums of what it carries
     t4192 = R::fused(sin_q_left_hip_roll, t4183, t30); // left_hip_roll_link: sums of what it carries
     t4193 = R::fused(-cos_q_left_hip_yaw, t4192, t4191); // left_hip_yaw_link: sums of what it carries
-    t4194 = R::constant(0.010199999999999987) - t4193; // left_hip_yaw_link: sums of what it carries
+    t4194 = R::constant(0.0102) - t4193; // left_hip_yaw_link: sums of what it carries
     t4195 = sin_q_right_hip_pitch * t4163; // right_upper_leg: sums of what it carries
     t4196 = R::fused(-cos_q_right_hip_pitch, t4167, t4195); // right_upper_leg: sums of what it carries
     t4197 = R::constant(0.008) + t4196; // right_hip_roll_link: sums of what it carries
@@ -6026,7 +6026,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4324 = t4322 + t4323;
     t4325 = sin_q_left_knee_pitch * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t4326 = t4316 + t4321;
-    t4327 = R::constant(0.07230871666700002) - t4326;
+    t4327 = R::constant(0.072308716667) - t4326;
     t4328 = t4324 + t4327; // left_lower_leg: sums of what it carries
     t4329 = t4325 * t4328; // left_lower_leg: sums of what it carries
     t4330 = t2051 * t4315;
@@ -6042,7 +6042,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4339 = t4177 * R::constant(0.63);
     t4340 = t4338 + t4339;
     t4341 = t4327 - t4337;
-    t4342 = R::constant(0.22879800003000006) + t4341;
+    t4342 = R::constant(0.22879800003) + t4341;
     t4343 = t4340 + t4342; // left_upper_leg: sums of what it carries
     t4344 = t1939 * t4343; // left_upper_leg: sums of what it carries
     t4345 = t4334 * t4325;
@@ -6054,23 +6054,23 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4350 = t1941 * t4349;
     t4351 = R::fused(R::constant(-2.0), t4350, t4344);
     t4352 = t4340 - t4351;
-    t4353 = R::constant(0.30543717086700006) + t4352;
-    t4354 = R::constant(0.3057838375330001) - t4353; // left_hip_roll_link: sums of what it carries
-    t4355 = R::constant(0.00009166666999999972) - t1842; // left_foot: sums of what it carries
+    t4353 = R::constant(0.305437170867) + t4352;
+    t4354 = R::constant(0.305783837533) - t4353; // left_hip_roll_link: sums of what it carries
+    t4355 = R::constant(0.00009166667) - t1842; // left_foot: sums of what it carries
     t4356 = t2043 - t4355; // left_foot: sums of what it carries
     t4357 = R::constant(0.0045979875) + t4356; // left_foot: sums of what it carries
     t4358 = t4357 + t4323; // left_ankle: sums of what it carries
-    t4359 = R::constant(0.07325338333000002) + t4358; // left_ankle: sums of what it carries
+    t4359 = R::constant(0.07325338333) + t4358; // left_ankle: sums of what it carries
     t4360 = t4359 + t4339; // left_lower_leg: sums of what it carries
-    t4361 = R::constant(0.23164200000000004) + t4360; // left_lower_leg: sums of what it carries
-    t4362 = R::constant(0.30527050420000007) - t4361;
+    t4361 = R::constant(0.231642) + t4360; // left_lower_leg: sums of what it carries
+    t4362 = R::constant(0.3052705042) - t4361;
     t4363 = t4342 - t4351;
     t4364 = t4363 - t4362; // left_hip_roll_link: sums of what it carries
     t4365 = t2085 * t4364; // left_hip_roll_link: sums of what it carries
     // left_ankle: sums of what it carries
     t4366 = t2088 * cos_q_left_ankle_pitch;
     t4367 = R::fused(-t1850, sin_q_left_ankle_pitch, t4366);
-    t4368 = R::fused(-sin_q_left_ankle_roll, R::constant(0.004504500000000001), t4367);
+    t4368 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0045045), t4367);
     t4369 = R::constant(0.00024) - t4368;
     t4370 = t4369 * cos_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t4371 = t2088 * sin_q_left_ankle_pitch;
@@ -6078,7 +6078,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4373 = R::constant(0.000016) + t4372;
     t4374 = R::fused(t4373, sin_q_left_knee_pitch, t4370); // left_lower_leg: sums of what it carries
     t4375 = R::fused(sin_q_left_ankle_roll, R::constant(0.0051975), t4374); // left_lower_leg: sums of what it carries
-    t4376 = R::constant(0.0019299999999999999) + t4375; // left_lower_leg: sums of what it carries
+    t4376 = R::constant(0.00193) + t4375; // left_lower_leg: sums of what it carries
     t4377 = cos_q_left_hip_pitch * t4376; // left_upper_leg: sums of what it carries
     t4378 = t4369 * sin_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t4379 = R::fused(-t4373, cos_q_left_knee_pitch, t4378); // left_lower_leg: sums of what it carries
@@ -6102,7 +6102,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4396 = t4354 + t4395;
     t4397 = R::constant(0.1528) * t4193;
     t4398 = t4396 + t4397;
-    t4399 = R::constant(1.5199718730660001) - t4398;
+    t4399 = R::constant(1.519971873066) - t4398;
     t4400 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t4401 = R::constant(0.0029269125) - t458; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
@@ -6116,7 +6116,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4409 = t4407 + t4408;
     t4410 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t4411 = t4401 + t4406;
-    t4412 = R::constant(0.07230871666700002) - t4411;
+    t4412 = R::constant(0.072308716667) - t4411;
     t4413 = t4409 + t4412; // right_lower_leg: sums of what it carries
     t4414 = t4410 * t4413; // right_lower_leg: sums of what it carries
     t4415 = t685 * t4400;
@@ -6150,7 +6150,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t4666, t4667, t4668, t4669, t4670, t4671, t4672, t4673, t4674, t4675, t4676, t4677, t4678, t4679, t4680, t4681,
     );
     t4426 = t4412 - t4422;
-    t4427 = R::constant(0.22879800003000006) + t4426;
+    t4427 = R::constant(0.22879800003) + t4426;
     t4428 = t4425 + t4427; // right_upper_leg: sums of what it carries
     t4429 = t573 * t4428; // right_upper_leg: sums of what it carries
     t4430 = t4419 * t4410;
@@ -6162,23 +6162,23 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4435 = t575 * t4434;
     t4436 = R::fused(R::constant(-2.0), t4435, t4429);
     t4437 = t4425 - t4436;
-    t4438 = R::constant(0.30543717086700006) + t4437;
-    t4439 = R::constant(0.3057838375330001) - t4438; // right_hip_roll_link: sums of what it carries
-    t4440 = R::constant(0.00009166666999999972) - t458; // right_foot: sums of what it carries
+    t4438 = R::constant(0.305437170867) + t4437;
+    t4439 = R::constant(0.305783837533) - t4438; // right_hip_roll_link: sums of what it carries
+    t4440 = R::constant(0.00009166667) - t458; // right_foot: sums of what it carries
     t4441 = t677 - t4440; // right_foot: sums of what it carries
     t4442 = R::constant(0.0045979875) + t4441; // right_foot: sums of what it carries
     t4443 = t4442 + t4408; // right_ankle: sums of what it carries
-    t4444 = R::constant(0.07325338333000002) + t4443; // right_ankle: sums of what it carries
+    t4444 = R::constant(0.07325338333) + t4443; // right_ankle: sums of what it carries
     t4445 = t4444 + t4424; // right_lower_leg: sums of what it carries
-    t4446 = R::constant(0.23164200000000004) + t4445; // right_lower_leg: sums of what it carries
-    t4447 = R::constant(0.30527050420000007) - t4446;
+    t4446 = R::constant(0.231642) + t4445; // right_lower_leg: sums of what it carries
+    t4447 = R::constant(0.3052705042) - t4446;
     t4448 = t4427 - t4436;
     t4449 = t4448 - t4447; // right_hip_roll_link: sums of what it carries
     t4450 = t719 * t4449; // right_hip_roll_link: sums of what it carries
     // right_ankle: sums of what it carries
     t4451 = t722 * cos_q_right_ankle_pitch;
     t4452 = R::fused(-t466, sin_q_right_ankle_pitch, t4451);
-    t4453 = R::fused(-sin_q_right_ankle_roll, R::constant(0.004504500000000001), t4452);
+    t4453 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0045045), t4452);
     t4454 = R::constant(0.00024) + t4453;
     t4455 = t4454 * cos_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t4456 = t722 * sin_q_right_ankle_pitch;
@@ -6186,7 +6186,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4458 = R::constant(0.000016) - t4457;
     t4459 = R::fused(t4458, sin_q_right_knee_pitch, t4455); // right_lower_leg: sums of what it carries
     t4460 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0051975), t4459); // right_lower_leg
-    t4461 = R::constant(0.0019299999999999999) + t4460; // right_lower_leg: sums of what it carries
+    t4461 = R::constant(0.00193) + t4460; // right_lower_leg: sums of what it carries
     t4462 = cos_q_right_hip_pitch * t4461; // right_upper_leg: sums of what it carries
     t4463 = t4454 * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t4464 = R::fused(-t4458, cos_q_right_knee_pitch, t4463); // right_lower_leg: sums of what it carries
@@ -6230,7 +6230,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4499 = R::fused(R::constant(-2.0), t4498, t4381); // left_hip_roll_link: sums of what it carries
     t4500 = R::fused(t2087, t4364, t4499); // left_hip_roll_link: sums of what it carries
     t4501 = R::fused(-sin_q_left_hip_yaw, t4500, t4497); // left_hip_yaw_link: sums of what it carries
-    t4502 = R::constant(0.04045939999999999) + t4501; // left_hip_yaw_link: sums of what it carries
+    t4502 = R::constant(0.0404594) + t4501; // left_hip_yaw_link: sums of what it carries
     t4503 = sin_q_right_hip_roll * t4473; // right_hip_roll_link: sums of what it carries
     t4504 = R::fused(-cos_q_right_hip_roll, t4477, t4503); // right_hip_roll_link: sums of what it carries
     t4505 = cos_q_right_hip_yaw * t4504;
@@ -6285,7 +6285,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4550 = cos_q_right_knee_pitch * t4549;
     t4551 = t461 * sin_q_right_ankle_pitch;
     t4552 = R::fused(t1139, cos_q_right_ankle_pitch, t4551);
-    t4553 = R::fused(cos_q_right_ankle_roll, R::constant(0.004504500000000001), t4552);
+    t4553 = R::fused(cos_q_right_ankle_roll, R::constant(0.0045045), t4552);
     t4554 = R::fused(-sin_q_right_knee_pitch, t4553, t4550);
     t4555 = sin_q_right_hip_pitch * t4554;
     t4556 = sin_q_right_knee_pitch * t4549;
@@ -6344,7 +6344,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4605 = cos_q_left_knee_pitch * t4604;
     t4606 = t1845 * sin_q_left_ankle_pitch;
     t4607 = R::fused(t2504, cos_q_left_ankle_pitch, t4606);
-    t4608 = R::fused(cos_q_left_ankle_roll, R::constant(0.004504500000000001), t4607);
+    t4608 = R::fused(cos_q_left_ankle_roll, R::constant(0.0045045), t4607);
     t4609 = R::fused(-sin_q_left_knee_pitch, t4608, t4605);
     t4610 = sin_q_left_hip_pitch * t4609;
     t4611 = sin_q_left_knee_pitch * t4604;
@@ -6362,14 +6362,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4623 = R::fused(R::constant(0.0764), t4314, t4622);
     t4624 = -t4186; // right_hip_yaw_link: sums of what it carries
     t4625 = t4384 - t4395; // left_hip_yaw_link: sums of what it carries
-    t4626 = R::constant(1.4238812570660002) - t4625; // left_hip_yaw_link: sums of what it carries
+    t4626 = R::constant(1.423881257066) - t4625; // left_hip_yaw_link: sums of what it carries
     t4627 = t4469 - t4480; // right_hip_yaw_link: sums of what it carries
     t4628 = t4626 - t4627; // right_hip_yaw_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
     t4629 = sin_q_left_hip_yaw * t4496;
     t4630 = R::fused(cos_q_left_hip_yaw, t4500, t4629);
     t4631 = R::fused(R::constant(-0.0764), t4184, t4630);
-    t4632 = R::constant(0.0014734999999999995) - t4631;
+    t4632 = R::constant(0.0014735) - t4631;
     // right_hip_yaw_link: sums of what it carries
     t4633 = sin_q_right_hip_yaw * t4504;
     t4634 = R::fused(cos_q_right_hip_yaw, t4508, t4633);
@@ -6405,11 +6405,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4664 = -t4281;
     t4665 = -t4636;
     t4666 = t4363 - t4383; // left_hip_roll_link: sums of what it carries
-    t4667 = R::constant(0.3059638375330001) - t4666; // left_hip_roll_link: sums of what it carries
+    t4667 = R::constant(0.305963837533) - t4666; // left_hip_roll_link: sums of what it carries
     t4668 = t4667 - t4397; // left_hip_yaw_link: sums of what it carries
     t4669 = R::constant(0.15966028) + t4668; // left_hip_yaw_link: sums of what it carries
     t4670 = t4448 - t4468; // right_hip_roll_link: sums of what it carries
-    t4671 = R::constant(0.3059638375330001) - t4670; // right_hip_roll_link: sums of what it carries
+    t4671 = R::constant(0.305963837533) - t4670; // right_hip_roll_link: sums of what it carries
     t4672 = t4671 + t4482;
     t4673 = t4669 + t4672;
     t4674 = R::fused(R::constant(0.0764), t4200, t4671); // right_hip_yaw_link: mass matrix
@@ -7280,7 +7280,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[47][8] = t4733;
     out[47][9] = t4734;
     out[47][10] = t4735;
-    out[47][11] = R::constant(0.0012283333330000003);
+    out[47][11] = R::constant(0.001228333333);
     out[47][12] = R::constant(0.0);
     out[47][13] = R::constant(0.0);
     out[47][14] = R::constant(0.0);
@@ -7400,7 +7400,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[53][14] = t4750;
     out[53][15] = t4751;
     out[53][16] = t4752;
-    out[53][17] = R::constant(0.0012283333330000003);
+    out[53][17] = R::constant(0.001228333333);
 }
 #[inline]
 pub(super) fn inverse_dynamics_derivatives_program<R: Real>(

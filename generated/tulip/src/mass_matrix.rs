@@ -81,38 +81,38 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t9 = R::constant(0.001221) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t10 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t11 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t12 = R::constant(0.00009166666999999972) * t4; // left_foot: sums of what it carries
-    t13 = R::constant(0.00009166666999999972) * t5; // right_foot: sums of what it carries
+    t12 = R::constant(0.00009166667) * t4; // left_foot: sums of what it carries
+    t13 = R::constant(0.00009166667) * t5; // right_foot: sums of what it carries
     t14 = R::constant(0.023125) + t6; // left_foot: sums of what it carries
     t15 = R::constant(0.023125) + t7; // right_foot: sums of what it carries
-    t16 = R::constant(0.0012283333330000003) + t8; // left_foot: sums of what it carries
-    t17 = R::constant(0.0012283333330000003) + t9; // right_foot: sums of what it carries
-    t18 = R::constant(0.31110000000000004) * cos_t1; // left_lower_leg: sums of what it carries
-    t19 = R::constant(0.31110000000000004) * cos_t0; // right_lower_leg: sums of what it carries
+    t16 = R::constant(0.001228333333) + t8; // left_foot: sums of what it carries
+    t17 = R::constant(0.001228333333) + t9; // right_foot: sums of what it carries
+    t18 = R::constant(0.3111) * cos_t1; // left_lower_leg: sums of what it carries
+    t19 = R::constant(0.3111) * cos_t0; // right_lower_leg: sums of what it carries
     t20 = t12 - R::constant(0.0006600000015); // left_foot: sums of what it carries
     t21 = t13 - R::constant(0.0006600000015); // right_foot: sums of what it carries
     t22 = t14 * cos_t3; // left_ankle: sums of what it carries
     t23 = t15 * cos_t2; // right_ankle: sums of what it carries
     t24 = t14 * sin_t3; // left_ankle: sums of what it carries
     t25 = t15 * sin_t2; // right_ankle: sums of what it carries
-    t26 = t16 + R::constant(0.0008355375000000001); // left_ankle: sums of what it carries
-    t27 = t17 + R::constant(0.0008355375000000001); // right_ankle: sums of what it carries
+    t26 = t16 + R::constant(0.0008355375); // left_ankle: sums of what it carries
+    t27 = t17 + R::constant(0.0008355375); // right_ankle: sums of what it carries
     t28 = R::constant(0.0031024499985) - t20; // left_ankle: sums of what it carries
     t29 = R::constant(0.0031024499985) - t21; // right_ankle: sums of what it carries
-    t30 = R::fused(R::constant(0.015400000000000002), sin_t3, t22); // left_ankle: sums of what it carries
-    t31 = R::fused(R::constant(0.015400000000000002), sin_t2, t23); // right_ankle: sums of what it carries
-    t32 = R::fused(R::constant(-0.015400000000000002), cos_t3, t24); // left_ankle: sums of what it carries
-    t33 = R::constant(0.31110000000000004) * sin_t1; // left_lower_leg: sums of what it carries
-    t34 = R::fused(R::constant(-0.015400000000000002), cos_t2, t25); // right_ankle: sums of what it carries
-    t35 = R::constant(0.31110000000000004) * sin_t0; // right_lower_leg: sums of what it carries
+    t30 = R::fused(R::constant(0.0154), sin_t3, t22); // left_ankle: sums of what it carries
+    t31 = R::fused(R::constant(0.0154), sin_t2, t23); // right_ankle: sums of what it carries
+    t32 = R::fused(R::constant(-0.0154), cos_t3, t24); // left_ankle: sums of what it carries
+    t33 = R::constant(0.3111) * sin_t1; // left_lower_leg: sums of what it carries
+    t34 = R::fused(R::constant(-0.0154), cos_t2, t25); // right_ankle: sums of what it carries
+    t35 = R::constant(0.3111) * sin_t0; // right_lower_leg: sums of what it carries
     t36 = t26 - t28; // left_ankle: sums of what it carries
     t37 = sin_t3 * sin_t3; // left_ankle: sums of what it carries
-    t38 = R::constant(0.0005698000000000001) + t10; // left_foot: sums of what it carries
+    t38 = R::constant(0.0005698) + t10; // left_foot: sums of what it carries
     t39 = R::constant(0.273) * cos_t1; // left_ankle: motion
     t40 = R::constant(0.273) * sin_t1; // left_ankle: motion
     t41 = t27 - t29; // right_ankle: sums of what it carries
     t42 = sin_t2 * sin_t2; // right_ankle: sums of what it carries
-    t43 = R::constant(0.0005698000000000001) + t11; // right_foot: sums of what it carries
+    t43 = R::constant(0.0005698) + t11; // right_foot: sums of what it carries
     t44 = R::constant(0.273) * cos_t0; // right_ankle: motion
     t45 = R::constant(0.273) * sin_t0; // right_ankle: motion
     t46 = R::fused(R::constant(0.008), sin_t1, t18); // left_lower_leg: sums of what it carries
@@ -125,7 +125,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t52 = R::constant(2.0) * t38;
     t53 = t39 * t30;
     t54 = sin_t1 * sin_t1; // left_lower_leg: sums of what it carries
-    t55 = t12 + R::constant(0.0005683333315000003); // left_foot: sums of what it carries
+    t55 = t12 + R::constant(0.0005683333315); // left_foot: sums of what it carries
     t56 = t40 * t32;
     t57 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t58 = t41 * t42; // right_ankle: sums of what it carries
@@ -141,18 +141,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t68 = t37 * t52;
     t69 = sin_t0 * sin_t0; // right_lower_leg: sums of what it carries
     t70 = R::fused(t36, t51, t68);
-    t71 = t13 + R::constant(0.0005683333315000003); // right_foot: sums of what it carries
+    t71 = t13 + R::constant(0.0005683333315); // right_foot: sums of what it carries
     t72 = t45 * t34; // right_ankle: sums of what it carries
     t73 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t74 = t9 + t71; // right_foot: sums of what it carries
     t75 = R::constant(2.0) * t53;
     t76 = t38 - t70;
-    t77 = R::constant(0.07230871666700002) * t54; // left_lower_leg: sums of what it carries
+    t77 = R::constant(0.072308716667) * t54; // left_lower_leg: sums of what it carries
     t78 = t26 - t67;
     t79 = t28 + t67;
     t80 = sin_t1 * cos_t1; // left_lower_leg: sums of what it carries
     t81 = R::constant(0.0039379874985) + t61;
-    t82 = R::constant(0.00009166666999999972) * t57; // left_foot: sums of what it carries
+    t82 = R::constant(0.00009166667) * t57; // left_foot: sums of what it carries
     t83 = t54 * R::constant(0.00172); // left_lower_leg: sums of what it carries
     t84 = R::fused(-t59, t60, t58); // right_ankle: sums of what it carries
     t85 = t42 * t60; // right_ankle: sums of what it carries
@@ -163,10 +163,10 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t90 = t56 + t53; // left_ankle: mass matrix
     t91 = R::constant(2.0) * t62; // right_ankle: sums of what it carries
     t92 = t43 - t87; // right_ankle: sums of what it carries
-    t93 = R::constant(0.07230871666700002) * t69; // right_lower_leg: sums of what it carries
+    t93 = R::constant(0.072308716667) * t69; // right_lower_leg: sums of what it carries
     t94 = t78 + t75;
     t95 = R::fused(-t80, R::constant(0.00172), t77); // left_lower_leg: sums of what it carries
-    t96 = R::fused(R::constant(0.07230871666700002), t80, t83); // left_lower_leg: sums of what it carries
+    t96 = R::fused(R::constant(0.072308716667), t80, t83); // left_lower_leg: sums of what it carries
     t97 = sin_t0 * cos_t0; // right_lower_leg: sums of what it carries
     t98 = t88 + t75;
     t99 = t79 + t88;
@@ -179,41 +179,41 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t106 = R::constant(0.315) * sin_q_right_hip_pitch; // right_lower_leg: motion
     t107 = t81 + t98;
     t108 = t81 + t90; // left_ankle: mass matrix
-    t109 = R::constant(0.00009166666999999972) * t73; // right_foot: sums of what it carries
+    t109 = R::constant(0.00009166667) * t73; // right_foot: sums of what it carries
     t110 = t86 * t63; // left_lower_leg: sums of what it carries
     t111 = R::constant(0.00086) - t96; // left_lower_leg: sums of what it carries
     t112 = t102 + t91; // right_ankle: sums of what it carries
     t113 = R::fused(R::constant(-0.00172), t97, t93); // right_lower_leg: sums of what it carries
-    t114 = R::constant(0.07325338333000002) + t107; // left_lower_leg: sums of what it carries
+    t114 = R::constant(0.07325338333) + t107; // left_lower_leg: sums of what it carries
     t115 = R::constant(0.0039379874985) + t74; // right_ankle: sums of what it carries
     t116 = t104 + t91; // right_ankle: sums of what it carries
     t117 = t103 + t104; // right_ankle: sums of what it carries
     t118 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t119 = R::fused(R::constant(-0.0006105), sin_q_right_ankle_roll, t109); // right_foot: sums of what it carries
     t120 = R::constant(0.00172) * t69; // right_lower_leg: sums of what it carries
-    t121 = R::fused(R::constant(0.07230871666700002), t97, t120); // right_lower_leg: sums of what it carries
+    t121 = R::fused(R::constant(0.072308716667), t97, t120); // right_lower_leg: sums of what it carries
     t122 = t89 * t65; // left_lower_leg: sums of what it carries
     t123 = t115 + t105; // right_ankle: mass matrix
     t124 = t115 + t116; // right_ankle: sums of what it carries
     t125 = t100 * t64; // right_lower_leg: sums of what it carries
-    t126 = R::constant(0.07325338333000002) + t124; // right_lower_leg: sums of what it carries
+    t126 = R::constant(0.07325338333) + t124; // right_lower_leg: sums of what it carries
     t127 = R::constant(0.00086) - t121; // right_lower_leg: sums of what it carries
     t128 = R::constant(0.0165) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t129 = R::constant(0.8355000000000001) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t129 = R::constant(0.8355) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t130 = R::fused(R::constant(0.012), sin_q_left_hip_pitch, t129); // left_upper_leg: sums of what it carries
     t131 = t63 + t130; // left_upper_leg: sums of what it carries
     t132 = R::constant(0.0165) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t133 = R::constant(0.8355000000000001) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t133 = R::constant(0.8355) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t134 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t133); // right_upper_leg: sums of what it carries
     t135 = t64 + t134; // right_upper_leg: sums of what it carries
     // left_upper_leg: sums of what it carries
     t136 = R::constant(0.01) + t128;
-    t137 = R::constant(0.8355000000000001) * sin_q_left_hip_pitch;
+    t137 = R::constant(0.8355) * sin_q_left_hip_pitch;
     t138 = R::fused(R::constant(-0.012), cos_q_left_hip_pitch, t137);
     t139 = t65 + t138;
     // right_upper_leg: sums of what it carries
     t140 = R::constant(0.01) - t132;
-    t141 = R::constant(0.8355000000000001) * sin_q_right_hip_pitch;
+    t141 = R::constant(0.8355) * sin_q_right_hip_pitch;
     t142 = R::fused(R::constant(-0.012), cos_q_right_hip_pitch, t141);
     t143 = t66 + t142;
     // left_hip_roll_link: sums of what it carries
@@ -241,7 +241,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t163 = t132 * cos_t2;
     t164 = R::fused(-sin_q_right_hip_roll, t163, t162);
     t165 = t146 - t150; // right_hip_yaw_link: sums of what it carries
-    t166 = R::constant(2.4914999999999994) + t165; // torso: sums of what it carries
+    t166 = R::constant(2.4915) + t165; // torso: sums of what it carries
     t167 = R::constant(0.008) + t143; // right_hip_yaw_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
     t168 = sin_q_left_hip_yaw * t160;
@@ -274,7 +274,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t192 = R::fused(-sin_q_left_hip_yaw, t190, t187);
     t193 = R::fused(cos_q_left_hip_yaw, t190, t188);
     t194 = t170 + t179; // right_hip_yaw_link: sums of what it carries
-    t195 = R::constant(0.010199999999999987) - t194; // torso: sums of what it carries
+    t195 = R::constant(0.0102) - t194; // torso: sums of what it carries
     t196 = cos_q_left_hip_yaw * t63; // left_lower_leg: mass matrix
     t197 = sin_q_left_hip_roll * t65; // left_lower_leg: mass matrix
     t198 = R::fused(-sin_q_left_hip_yaw, t197, t196); // left_lower_leg: mass matrix
@@ -359,9 +359,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     );
     t260 = R::fused(cos_q_left_hip_roll, t204, t259);
     // left_lower_leg: sums of what it carries
-    t261 = R::constant(0.07278104999850002) - t95;
+    t261 = R::constant(0.0727810499985) - t95;
     t262 = t94 + t261;
-    t263 = R::constant(0.00047233333149999945) + t95;
+    t263 = R::constant(0.0004723333315) + t95;
     t264 = t99 + t263;
     t265 = -t247; // left_ankle: mass matrix
     t266 = -t247; // left_ankle: mass matrix
@@ -374,12 +374,12 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t273 = t114 + t268; // left_lower_leg: mass matrix
     t274 = t114 + t271;
     // left_upper_leg: sums of what it carries
-    t275 = R::constant(0.23164200000000001) + t274;
-    t276 = R::constant(0.22879800003000006) * t118;
+    t275 = R::constant(0.231642) + t274;
+    t276 = R::constant(0.22879800003) * t118;
     t277 = t118 * R::constant(0.004);
     t278 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
     t279 = R::fused(-t278, R::constant(0.004), t276);
-    t280 = R::fused(R::constant(0.22879800003000006), t278, t277);
+    t280 = R::fused(R::constant(0.22879800003), t278, t277);
     t281 = R::constant(0.002) - t280;
     t282 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t283 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
@@ -391,15 +391,15 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t289 = R::fused(t287, cos_t3, t286); // left_ankle: sums of what it carries
     t290 = R::constant(0.00024) * cos_t1; // left_lower_leg: sums of what it carries
     t291 = R::fused(R::constant(0.000016), sin_t1, t290); // left_lower_leg: sums of what it carries
-    t292 = R::constant(0.0019299999999999999) * cos_q_left_hip_pitch;
+    t292 = R::constant(0.00193) * cos_q_left_hip_pitch;
     t293 = R::fused(R::constant(0.000048), sin_q_left_hip_pitch, t292);
-    t294 = R::constant(0.23022000001500004) - t279;
+    t294 = R::constant(0.230220000015) - t279;
     t295 = t270 + t294;
-    t296 = R::constant(0.0014219999849999915) + t279;
+    t296 = R::constant(0.001421999985) + t279;
     t297 = t272 + t296;
-    t298 = R::constant(0.0016005833535000236) + t295; // left_hip_roll_link: sums of what it carries
-    t299 = R::constant(0.0015172500200000272) + t297; // left_hip_roll_link: sums of what it carries
-    t300 = R::constant(0.00008333333349999639) + t275; // left_hip_roll_link: sums of what it carries
+    t298 = R::constant(0.0016005833535) + t295; // left_hip_roll_link: sums of what it carries
+    t299 = R::constant(0.00151725002) + t297; // left_hip_roll_link: sums of what it carries
+    t300 = R::constant(0.0000833333335) + t275; // left_hip_roll_link: sums of what it carries
     t301 = sin_q_left_hip_yaw * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t302 = R::fused(-t128, t39, t288); // left_ankle: sums of what it carries
     t303 = t302 - t291; // left_lower_leg: sums of what it carries
@@ -407,7 +407,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t305 = R::constant(0.00024) * sin_t1; // left_lower_leg: sums of what it carries
     t306 = R::fused(R::constant(-0.000016), cos_t1, t305); // left_lower_leg: sums of what it carries
     t307 = t304 - t306; // left_lower_leg: sums of what it carries
-    t308 = R::constant(0.0019299999999999999) * sin_q_left_hip_pitch;
+    t308 = R::constant(0.00193) * sin_q_left_hip_pitch;
     t309 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t308);
     t310 = t40 * t30; // left_ankle: sums of what it carries
     t311 = t86 * t30; // left_ankle: mass matrix
@@ -418,7 +418,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t316 = t314 + t111; // left_lower_leg: sums of what it carries
     t317 = t316 - t238; // left_lower_leg: sums of what it carries
     t318 = t317 + t281;
-    t319 = R::constant(0.00009000000000000674) + t298; // left_hip_yaw_link: sums of what it carries
+    t319 = R::constant(0.00009) + t298; // left_hip_yaw_link: sums of what it carries
     t320 = t300 - t299; // left_hip_roll_link: sums of what it carries
     t321 = R::fused(-t128, t86, t303); // left_lower_leg: sums of what it carries
     t322 = t321 - t293;
@@ -426,9 +426,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t324 = t323 - t309;
     t325 = R::constant(0.1528) * t170; // left_hip_yaw_link: sums of what it carries
     // right_lower_leg: sums of what it carries
-    t326 = R::constant(0.07278104999850002) - t113;
+    t326 = R::constant(0.0727810499985) - t113;
     t327 = t112 + t326;
-    t328 = R::constant(0.00047233333149999945) + t113;
+    t328 = R::constant(0.0004723333315) + t113;
     t329 = t117 + t328;
     t330 = t283 * t320; // left_hip_roll_link: sums of what it carries
     t331 = R::constant(2.0) * t125;
@@ -439,7 +439,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t336 = t333 + t331;
     t337 = t329 + t333;
     t338 = t126 + t336;
-    t339 = R::constant(0.23164200000000001) + t338; // right_upper_leg: sums of what it carries
+    t339 = R::constant(0.231642) + t338; // right_upper_leg: sums of what it carries
     // left_hip_roll_link: sums of what it carries
     t340 = R::constant(2.0) * t322;
     t341 = R::fused(-t284, t340, t330);
@@ -447,9 +447,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t343 = R::fused(t284, t320, t342);
     t344 = t300 - t341;
     t345 = t299 + t341;
-    t346 = R::constant(0.0005199999995000315) + t344; // left_hip_yaw_link: sums of what it carries
+    t346 = R::constant(0.0005199999995) + t344; // left_hip_yaw_link: sums of what it carries
     t347 = t322 - t343;
-    t348 = R::constant(0.0006099999995000382) + t345; // left_hip_yaw_link: sums of what it carries
+    t348 = R::constant(0.0006099999995) + t345; // left_hip_yaw_link: sums of what it carries
     t349 = R::fused(R::constant(-0.0764), t170, t348); // left_hip_yaw_link: mass matrix
     t350 = t348 - t325; // left_hip_yaw_link: sums of what it carries
     t351 = cos_q_left_hip_roll * t324;
@@ -462,12 +462,12 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t358 = t119 * cos_t2; // right_ankle: sums of what it carries
     t359 = t119 * sin_t2; // right_ankle: sums of what it carries
     // right_upper_leg: sums of what it carries
-    t360 = R::constant(0.22879800003000006) * t353;
+    t360 = R::constant(0.22879800003) * t353;
     t361 = t353 * R::constant(0.004);
     t362 = R::fused(-t354, R::constant(0.004), t360);
-    t363 = R::fused(R::constant(0.22879800003000006), t354, t361);
+    t363 = R::fused(R::constant(0.22879800003), t354, t361);
     t364 = R::constant(0.002) - t363;
-    t365 = R::constant(0.00008333333349999639) + t339; // right_hip_roll_link: sums of what it carries
+    t365 = R::constant(0.0000833333335) + t339; // right_hip_roll_link: sums of what it carries
     t366 = R::constant(2.0) * t352; // left_hip_yaw_link: sums of what it carries
     t367 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t368 = R::fused(-t367, sin_t2, t358); // right_ankle: sums of what it carries
@@ -475,15 +475,15 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t370 = R::constant(0.00024) * cos_t0; // right_lower_leg: sums of what it carries
     t371 = R::fused(R::constant(0.000016), sin_t0, t370); // right_lower_leg: sums of what it carries
     t372 = t319 - t346; // left_hip_yaw_link: sums of what it carries
-    t373 = R::constant(0.0019299999999999999) * cos_q_right_hip_pitch;
+    t373 = R::constant(0.00193) * cos_q_right_hip_pitch;
     t374 = R::fused(R::constant(0.000048), sin_q_right_hip_pitch, t373);
     t375 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t376 = R::constant(0.23022000001500004) - t362;
+    t376 = R::constant(0.230220000015) - t362;
     t377 = t335 + t376;
-    t378 = R::constant(0.0014219999849999915) + t362;
+    t378 = R::constant(0.001421999985) + t362;
     t379 = t337 + t378;
-    t380 = R::constant(0.0016005833535000236) + t377; // right_hip_roll_link: sums of what it carries
-    t381 = R::constant(0.0015172500200000272) + t379; // right_hip_roll_link: sums of what it carries
+    t380 = R::constant(0.0016005833535) + t377; // right_hip_roll_link: sums of what it carries
+    t381 = R::constant(0.00151725002) + t379; // right_hip_roll_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
     t382 = t282 * t372;
     t383 = t282 * t366;
@@ -501,9 +501,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t395 = R::constant(0.00024) * sin_t0; // right_lower_leg: sums of what it carries
     t396 = R::fused(R::constant(-0.000016), cos_t0, t395); // right_lower_leg: sums of what it carries
     t397 = t394 + t396; // right_lower_leg: sums of what it carries
-    t398 = R::constant(0.0019299999999999999) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t398 = R::constant(0.00193) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t399 = R::fused(R::constant(-0.000048), cos_q_right_hip_pitch, t398); // right_upper_leg: sums of what it carries
-    t400 = R::constant(0.00009000000000000674) + t380; // right_hip_yaw_link: sums of what it carries
+    t400 = R::constant(0.00009) + t380; // right_hip_yaw_link: sums of what it carries
     t401 = t45 * t31; // right_ankle: sums of what it carries
     t402 = t100 * t31; // right_ankle: mass matrix
     t403 = R::fused(t44, t34, t401); // right_ankle: sums of what it carries
@@ -540,8 +540,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t432 = t412 - t431;
     t433 = t365 - t429;
     t434 = t381 + t429;
-    t435 = R::constant(0.0005199999995000315) + t433; // right_hip_yaw_link: sums of what it carries
-    t436 = R::constant(0.0006099999995000382) + t434; // right_hip_yaw_link: sums of what it carries
+    t435 = R::constant(0.0005199999995) + t433; // right_hip_yaw_link: sums of what it carries
+    t436 = R::constant(0.0006099999995) + t434; // right_hip_yaw_link: sums of what it carries
     t437 = R::fused(R::constant(0.0764), t179, t436); // right_hip_yaw_link: mass matrix
     t438 = t436 + t415; // right_hip_yaw_link: sums of what it carries
     t439 = t350 + t438; // right_hip_yaw_link: sums of what it carries
@@ -599,10 +599,10 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t487 = t390 + t486;
     t488 = -t180;
     t489 = R::constant(0.812133582) + t484; // torso: sums of what it carries
-    t490 = R::constant(0.9082241979999999) + t485; // torso: sums of what it carries
+    t490 = R::constant(0.908224198) + t485; // torso: sums of what it carries
     t491 = R::constant(0.00220808) - t487; // torso: sums of what it carries
     t492 = t448 + t466;
-    t493 = R::constant(0.04045939999999999) - t492; // torso: sums of what it carries
+    t493 = R::constant(0.0404594) - t492; // torso: sums of what it carries
     t494 = -t466;
     t495 = -t466;
     t496 = -t453; // right_upper_leg: mass matrix
@@ -614,7 +614,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     // right_foot: mass matrix
     t502 = t11 * sin_t2;
     t503 = t11 * cos_t2;
-    t504 = R::fused(R::constant(0.0006105), cos_q_right_ankle_roll, R::constant(0.0012283333330000003));
+    t504 = R::fused(R::constant(0.0006105), cos_q_right_ankle_roll, R::constant(0.001228333333));
     t505 = R::fused(t504, cos_t2, t502);
     t506 = R::fused(-t504, sin_t2, t503);
     t507 = R::fused(t7, t44, t505);
@@ -689,7 +689,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     // left_foot: mass matrix
     t560 = t10 * sin_t3;
     t561 = t10 * cos_t3;
-    t562 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t562 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t563 = R::fused(t562, cos_t3, t560);
     t564 = R::fused(-t562, sin_t3, t561);
     t565 = R::fused(t6, t39, t563);
@@ -712,7 +712,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t581 = R::fused(cos_q_right_hip_yaw, t432, t580);
     t582 = R::fused(R::constant(0.0764), t150, t581);
     t583 = t579 + t582;
-    t584 = R::constant(0.0014734999999999995) + t583; // torso: sums of what it carries
+    t584 = R::constant(0.0014735) + t583; // torso: sums of what it carries
     t585 = -t555; // left_ankle: mass matrix
     t586 = -t555; // left_ankle: mass matrix
     t587 = sin_q_right_hip_yaw * t414; // right_upper_leg: mass matrix
@@ -861,7 +861,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
         ],
         // right_ankle_roll
         [
-            t185, t230, t257, t548, t547, t643, t639, t510, t649, t651, t653, R::constant(0.0012283333330000003),
+            t185, t230, t257, t548, t547, t643, t639, t510, t649, t651, t653, R::constant(0.001228333333),
             R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // left_hip_yaw
@@ -892,7 +892,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
         // left_ankle_roll
         [
             t215, t249, t260, t603, t602, t657, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t659, t568, t667, t669, t671, R::constant(0.0012283333330000003),
+            R::constant(0.0), R::constant(0.0), t659, t568, t667, t669, t671, R::constant(0.001228333333),
         ],
     ];
 }

@@ -81,38 +81,38 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t9 = R::constant(0.001221) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t10 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t11 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t12 = R::constant(0.00009166666999999972) * t4; // left_foot: sums of what it carries
-    t13 = R::constant(0.00009166666999999972) * t5; // right_foot: sums of what it carries
+    t12 = R::constant(0.00009166667) * t4; // left_foot: sums of what it carries
+    t13 = R::constant(0.00009166667) * t5; // right_foot: sums of what it carries
     t14 = R::constant(0.023125) + t6; // left_foot: sums of what it carries
     t15 = R::constant(0.023125) + t7; // right_foot: sums of what it carries
-    t16 = R::constant(0.0012283333330000003) + t8; // left_foot: sums of what it carries
-    t17 = R::constant(0.0012283333330000003) + t9; // right_foot: sums of what it carries
-    t18 = R::constant(0.31110000000000004) * cos_t1; // left_lower_leg: sums of what it carries
-    t19 = R::constant(0.31110000000000004) * cos_t0; // right_lower_leg: sums of what it carries
+    t16 = R::constant(0.001228333333) + t8; // left_foot: sums of what it carries
+    t17 = R::constant(0.001228333333) + t9; // right_foot: sums of what it carries
+    t18 = R::constant(0.3111) * cos_t1; // left_lower_leg: sums of what it carries
+    t19 = R::constant(0.3111) * cos_t0; // right_lower_leg: sums of what it carries
     t20 = t12 - R::constant(0.0006600000015); // left_foot: sums of what it carries
     t21 = t13 - R::constant(0.0006600000015); // right_foot: sums of what it carries
     t22 = t14 * cos_t3; // left_ankle: sums of what it carries
     t23 = t15 * cos_t2; // right_ankle: sums of what it carries
     t24 = t14 * sin_t3; // left_ankle: sums of what it carries
     t25 = t15 * sin_t2; // right_ankle: sums of what it carries
-    t26 = t16 + R::constant(0.0008355375000000001); // left_ankle: sums of what it carries
-    t27 = t17 + R::constant(0.0008355375000000001); // right_ankle: sums of what it carries
+    t26 = t16 + R::constant(0.0008355375); // left_ankle: sums of what it carries
+    t27 = t17 + R::constant(0.0008355375); // right_ankle: sums of what it carries
     t28 = R::constant(0.0031024499985) - t20; // left_ankle: sums of what it carries
     t29 = R::constant(0.0031024499985) - t21; // right_ankle: sums of what it carries
-    t30 = R::fused(R::constant(0.015400000000000002), sin_t3, t22); // left_ankle: sums of what it carries
-    t31 = R::fused(R::constant(0.015400000000000002), sin_t2, t23); // right_ankle: sums of what it carries
-    t32 = R::fused(R::constant(-0.015400000000000002), cos_t3, t24); // left_ankle: sums of what it carries
-    t33 = R::constant(0.31110000000000004) * sin_t1; // left_lower_leg: sums of what it carries
-    t34 = R::fused(R::constant(-0.015400000000000002), cos_t2, t25); // right_ankle: sums of what it carries
-    t35 = R::constant(0.31110000000000004) * sin_t0; // right_lower_leg: sums of what it carries
+    t30 = R::fused(R::constant(0.0154), sin_t3, t22); // left_ankle: sums of what it carries
+    t31 = R::fused(R::constant(0.0154), sin_t2, t23); // right_ankle: sums of what it carries
+    t32 = R::fused(R::constant(-0.0154), cos_t3, t24); // left_ankle: sums of what it carries
+    t33 = R::constant(0.3111) * sin_t1; // left_lower_leg: sums of what it carries
+    t34 = R::fused(R::constant(-0.0154), cos_t2, t25); // right_ankle: sums of what it carries
+    t35 = R::constant(0.3111) * sin_t0; // right_lower_leg: sums of what it carries
     t36 = t26 - t28; // left_ankle: sums of what it carries
     t37 = sin_t3 * sin_t3; // left_ankle: sums of what it carries
-    t38 = R::constant(0.0005698000000000001) + t10; // left_foot: sums of what it carries
+    t38 = R::constant(0.0005698) + t10; // left_foot: sums of what it carries
     t39 = R::constant(0.273) * cos_t1; // left_ankle: motion
     t40 = R::constant(0.273) * sin_t1; // left_ankle: motion
     t41 = t27 - t29; // right_ankle: sums of what it carries
     t42 = sin_t2 * sin_t2; // right_ankle: sums of what it carries
-    t43 = R::constant(0.0005698000000000001) + t11; // right_foot: sums of what it carries
+    t43 = R::constant(0.0005698) + t11; // right_foot: sums of what it carries
     t44 = R::constant(0.273) * cos_t0; // right_ankle: motion
     t45 = R::constant(0.273) * sin_t0; // right_ankle: motion
     t46 = R::fused(R::constant(0.008), sin_t1, t18); // left_lower_leg: sums of what it carries
@@ -125,7 +125,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t52 = R::constant(2.0) * t38;
     t53 = t39 * t30;
     t54 = sin_t1 * sin_t1; // left_lower_leg: sums of what it carries
-    t55 = t12 + R::constant(0.0005683333315000003); // left_foot: sums of what it carries
+    t55 = t12 + R::constant(0.0005683333315); // left_foot: sums of what it carries
     t56 = t40 * t32;
     t57 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t58 = t41 * t42; // right_ankle: sums of what it carries
@@ -141,18 +141,18 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t68 = t37 * t52;
     t69 = sin_t0 * sin_t0; // right_lower_leg: sums of what it carries
     t70 = R::fused(t36, t51, t68);
-    t71 = t13 + R::constant(0.0005683333315000003); // right_foot: sums of what it carries
+    t71 = t13 + R::constant(0.0005683333315); // right_foot: sums of what it carries
     t72 = t45 * t34; // right_ankle: sums of what it carries
     t73 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t74 = t9 + t71; // right_foot: sums of what it carries
     t75 = R::constant(2.0) * t53;
     t76 = t38 - t70;
-    t77 = R::constant(0.07230871666700002) * t54; // left_lower_leg: sums of what it carries
+    t77 = R::constant(0.072308716667) * t54; // left_lower_leg: sums of what it carries
     t78 = t26 - t67;
     t79 = t28 + t67;
     t80 = sin_t1 * cos_t1; // left_lower_leg: sums of what it carries
     t81 = R::constant(0.0039379874985) + t61;
-    t82 = R::constant(0.00009166666999999972) * t57; // left_foot: sums of what it carries
+    t82 = R::constant(0.00009166667) * t57; // left_foot: sums of what it carries
     t83 = t54 * R::constant(0.00172); // left_lower_leg: sums of what it carries
     t84 = R::fused(-t59, t60, t58); // right_ankle: sums of what it carries
     t85 = t42 * t60; // right_ankle: sums of what it carries
@@ -163,10 +163,10 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t90 = t56 + t53; // left_ankle: mass matrix
     t91 = R::constant(2.0) * t62; // right_ankle: sums of what it carries
     t92 = t43 - t87; // right_ankle: sums of what it carries
-    t93 = R::constant(0.07230871666700002) * t69; // right_lower_leg: sums of what it carries
+    t93 = R::constant(0.072308716667) * t69; // right_lower_leg: sums of what it carries
     t94 = t78 + t75;
     t95 = R::fused(-t80, R::constant(0.00172), t77); // left_lower_leg: sums of what it carries
-    t96 = R::fused(R::constant(0.07230871666700002), t80, t83); // left_lower_leg: sums of what it carries
+    t96 = R::fused(R::constant(0.072308716667), t80, t83); // left_lower_leg: sums of what it carries
     t97 = sin_t0 * cos_t0; // right_lower_leg: sums of what it carries
     t98 = t88 + t75;
     t99 = t79 + t88;
@@ -179,41 +179,41 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t106 = R::constant(0.315) * sin_q_right_hip_pitch; // right_lower_leg: motion
     t107 = t81 + t98;
     t108 = t81 + t90; // left_ankle: mass matrix
-    t109 = R::constant(0.00009166666999999972) * t73; // right_foot: sums of what it carries
+    t109 = R::constant(0.00009166667) * t73; // right_foot: sums of what it carries
     t110 = t86 * t63; // left_lower_leg: sums of what it carries
     t111 = R::constant(0.00086) - t96; // left_lower_leg: sums of what it carries
     t112 = t102 + t91; // right_ankle: sums of what it carries
     t113 = R::fused(R::constant(-0.00172), t97, t93); // right_lower_leg: sums of what it carries
-    t114 = R::constant(0.07325338333000002) + t107; // left_lower_leg: sums of what it carries
+    t114 = R::constant(0.07325338333) + t107; // left_lower_leg: sums of what it carries
     t115 = R::constant(0.0039379874985) + t74; // right_ankle: sums of what it carries
     t116 = t104 + t91; // right_ankle: sums of what it carries
     t117 = t103 + t104; // right_ankle: sums of what it carries
     t118 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t119 = R::fused(R::constant(-0.0006105), sin_q_right_ankle_roll, t109); // right_foot: sums of what it carries
     t120 = R::constant(0.00172) * t69; // right_lower_leg: sums of what it carries
-    t121 = R::fused(R::constant(0.07230871666700002), t97, t120); // right_lower_leg: sums of what it carries
+    t121 = R::fused(R::constant(0.072308716667), t97, t120); // right_lower_leg: sums of what it carries
     t122 = t89 * t65; // left_lower_leg: sums of what it carries
     t123 = t115 + t105; // right_ankle: mass matrix
     t124 = t115 + t116; // right_ankle: sums of what it carries
     t125 = t100 * t64; // right_lower_leg: sums of what it carries
-    t126 = R::constant(0.07325338333000002) + t124; // right_lower_leg: sums of what it carries
+    t126 = R::constant(0.07325338333) + t124; // right_lower_leg: sums of what it carries
     t127 = R::constant(0.00086) - t121; // right_lower_leg: sums of what it carries
     t128 = R::constant(0.0165) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t129 = R::constant(0.8355000000000001) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t129 = R::constant(0.8355) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t130 = R::fused(R::constant(0.012), sin_q_left_hip_pitch, t129); // left_upper_leg: sums of what it carries
     t131 = t63 + t130; // left_upper_leg: sums of what it carries
     t132 = R::constant(0.0165) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t133 = R::constant(0.8355000000000001) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t133 = R::constant(0.8355) * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t134 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t133); // right_upper_leg: sums of what it carries
     t135 = t64 + t134; // right_upper_leg: sums of what it carries
     // left_upper_leg: sums of what it carries
     t136 = R::constant(0.01) + t128;
-    t137 = R::constant(0.8355000000000001) * sin_q_left_hip_pitch;
+    t137 = R::constant(0.8355) * sin_q_left_hip_pitch;
     t138 = R::fused(R::constant(-0.012), cos_q_left_hip_pitch, t137);
     t139 = t65 + t138;
     // right_upper_leg: sums of what it carries
     t140 = R::constant(0.01) - t132;
-    t141 = R::constant(0.8355000000000001) * sin_q_right_hip_pitch;
+    t141 = R::constant(0.8355) * sin_q_right_hip_pitch;
     t142 = R::fused(R::constant(-0.012), cos_q_right_hip_pitch, t141);
     t143 = t66 + t142;
     // left_hip_roll_link: sums of what it carries
@@ -227,9 +227,9 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t150 = R::fused(cos_q_right_hip_roll, t135, t148);
     t151 = R::fused(-sin_q_right_hip_roll, t135, t149);
     // left_lower_leg: sums of what it carries
-    t152 = R::constant(0.07278104999850002) - t95;
+    t152 = R::constant(0.0727810499985) - t95;
     t153 = t94 + t152;
-    t154 = R::constant(0.00047233333149999945) + t95;
+    t154 = R::constant(0.0004723333315) + t95;
     t155 = t99 + t154;
     t156 = R::constant(2.0) * t110;
     t157 = t122 + t110; // left_lower_leg: mass matrix
@@ -239,18 +239,18 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t161 = t158 + t156;
     t162 = t155 + t158;
     t163 = t114 + t161;
-    t164 = R::constant(0.23164200000000001) + t163; // left_upper_leg: sums of what it carries
+    t164 = R::constant(0.231642) + t163; // left_upper_leg: sums of what it carries
     t165 = t146 - t150; // right_hip_yaw_link: sums of what it carries
-    t166 = R::constant(2.4914999999999994) + t165; // torso: sums of what it carries
+    t166 = R::constant(2.4915) + t165; // torso: sums of what it carries
     t167 = -t166; // torso: sums of what it carries
     t168 = R::constant(0.008) + t139; // left_hip_yaw_link: sums of what it carries
     t169 = R::constant(0.008) + t143; // right_hip_yaw_link: sums of what it carries
     // left_upper_leg: sums of what it carries
-    t170 = R::constant(0.22879800003000006) * t118;
+    t170 = R::constant(0.22879800003) * t118;
     t171 = t118 * R::constant(0.004);
     t172 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
     t173 = R::fused(-t172, R::constant(0.004), t170);
-    t174 = R::fused(R::constant(0.22879800003000006), t172, t171);
+    t174 = R::fused(R::constant(0.22879800003), t172, t171);
     t175 = R::constant(0.002) - t174;
     // left_hip_yaw_link: sums of what it carries
     t176 = sin_q_left_hip_yaw * t168;
@@ -268,33 +268,33 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t187 = t101 * cos_t3; // left_ankle: sums of what it carries
     t188 = t101 * sin_t3; // left_ankle: sums of what it carries
     // left_upper_leg: sums of what it carries
-    t189 = R::constant(0.23022000001500004) - t173;
+    t189 = R::constant(0.230220000015) - t173;
     t190 = t160 + t189;
-    t191 = R::constant(0.0014219999849999915) + t173;
+    t191 = R::constant(0.001421999985) + t173;
     t192 = t162 + t191;
-    t193 = R::constant(0.0016005833535000236) + t190; // left_hip_roll_link: sums of what it carries
-    t194 = R::constant(0.0015172500200000272) + t192; // left_hip_roll_link: sums of what it carries
-    t195 = R::constant(0.00008333333349999639) + t164; // left_hip_roll_link: sums of what it carries
+    t193 = R::constant(0.0016005833535) + t190; // left_hip_roll_link: sums of what it carries
+    t194 = R::constant(0.00151725002) + t192; // left_hip_roll_link: sums of what it carries
+    t195 = R::constant(0.0000833333335) + t164; // left_hip_roll_link: sums of what it carries
     t196 = t178 + t182; // right_hip_yaw_link: sums of what it carries
-    t197 = R::constant(0.010199999999999987) - t196; // torso: sums of what it carries
+    t197 = R::constant(0.0102) - t196; // torso: sums of what it carries
     t198 = -t197; // torso: sums of what it carries
     t199 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t200 = R::fused(-t199, sin_t3, t187); // left_ankle: sums of what it carries
     t201 = R::fused(t199, cos_t3, t188); // left_ankle: sums of what it carries
     t202 = R::constant(0.00024) * cos_t1; // left_lower_leg: sums of what it carries
     t203 = R::fused(R::constant(0.000016), sin_t1, t202); // left_lower_leg: sums of what it carries
-    t204 = R::constant(0.0019299999999999999) * cos_q_left_hip_pitch;
+    t204 = R::constant(0.00193) * cos_q_left_hip_pitch;
     t205 = R::fused(R::constant(0.000048), sin_q_left_hip_pitch, t204);
     t206 = sin_q_left_hip_yaw * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t207 = R::constant(0.00024) * sin_t1; // left_lower_leg: sums of what it carries
     t208 = R::fused(R::constant(-0.000016), cos_t1, t207); // left_lower_leg: sums of what it carries
-    t209 = R::constant(0.0019299999999999999) * sin_q_left_hip_pitch;
+    t209 = R::constant(0.00193) * sin_q_left_hip_pitch;
     t210 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t209);
     t211 = t40 * t30; // left_ankle: sums of what it carries
     t212 = R::fused(t39, t32, t211); // left_ankle: sums of what it carries
     t213 = t76 - t212; // left_ankle: sums of what it carries
     t214 = t213 + t111; // left_lower_leg: sums of what it carries
-    t215 = R::constant(0.00009000000000000674) + t193; // left_hip_yaw_link: sums of what it carries
+    t215 = R::constant(0.00009) + t193; // left_hip_yaw_link: sums of what it carries
     t216 = t195 - t194; // left_hip_roll_link: sums of what it carries
     t217 = R::fused(-t128, t39, t200); // left_ankle: sums of what it carries
     t218 = t217 - t203; // left_lower_leg: sums of what it carries
@@ -308,9 +308,9 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t225 = t185 * t216; // left_hip_roll_link: sums of what it carries
     t226 = R::constant(0.1528) * t178; // left_hip_yaw_link: sums of what it carries
     // right_lower_leg: sums of what it carries
-    t227 = R::constant(0.07278104999850002) - t113;
+    t227 = R::constant(0.0727810499985) - t113;
     t228 = t112 + t227;
-    t229 = R::constant(0.00047233333149999945) + t113;
+    t229 = R::constant(0.0004723333315) + t113;
     t230 = t117 + t229;
     t231 = R::constant(2.0) * t125;
     t232 = t228 + t231;
@@ -328,7 +328,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t244 = t230 + t242;
     t245 = t126 + t241; // right_lower_leg: mass matrix
     t246 = t126 + t243;
-    t247 = R::constant(0.23164200000000001) + t246; // right_upper_leg: sums of what it carries
+    t247 = R::constant(0.231642) + t246; // right_upper_leg: sums of what it carries
     // left_hip_roll_link: sums of what it carries
     t248 = R::constant(2.0) * t234;
     t249 = R::fused(-t186, t248, t225);
@@ -336,9 +336,9 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t251 = R::fused(t186, t216, t250);
     t252 = t195 - t249;
     t253 = t194 + t249;
-    t254 = R::constant(0.0005199999995000315) + t252; // left_hip_yaw_link: sums of what it carries
+    t254 = R::constant(0.0005199999995) + t252; // left_hip_yaw_link: sums of what it carries
     t255 = t234 - t251;
-    t256 = R::constant(0.0006099999995000382) + t253; // left_hip_yaw_link: sums of what it carries
+    t256 = R::constant(0.0006099999995) + t253; // left_hip_yaw_link: sums of what it carries
     t257 = R::fused(R::constant(-0.0764), t178, t256); // left_hip_yaw_link: mass matrix
     t258 = t256 - t226; // left_hip_yaw_link: sums of what it carries
     t259 = cos_q_left_hip_roll * t236;
@@ -361,10 +361,10 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     );
     t260 = R::fused(sin_q_left_hip_roll, t224, t259);
     // right_upper_leg: sums of what it carries
-    t261 = R::constant(0.22879800003000006) * t237;
+    t261 = R::constant(0.22879800003) * t237;
     t262 = t237 * R::constant(0.004);
     t263 = R::fused(-t238, R::constant(0.004), t261);
-    t264 = R::fused(R::constant(0.22879800003000006), t238, t262);
+    t264 = R::fused(R::constant(0.22879800003), t238, t262);
     t265 = R::constant(0.002) - t264;
     t266 = sin_q_right_hip_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     t267 = sin_q_right_hip_roll * cos_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
@@ -376,15 +376,15 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t273 = R::constant(0.00024) * cos_t0; // right_lower_leg: sums of what it carries
     t274 = R::fused(R::constant(0.000016), sin_t0, t273); // right_lower_leg: sums of what it carries
     t275 = R::constant(2.0) * t260; // left_hip_yaw_link: sums of what it carries
-    t276 = R::constant(0.23022000001500004) - t263;
+    t276 = R::constant(0.230220000015) - t263;
     t277 = t232 + t276;
-    t278 = R::constant(0.0014219999849999915) + t263;
+    t278 = R::constant(0.001421999985) + t263;
     t279 = t244 + t278;
-    t280 = R::constant(0.0016005833535000236) + t277; // right_hip_roll_link: sums of what it carries
-    t281 = R::constant(0.0015172500200000272) + t279; // right_hip_roll_link: sums of what it carries
+    t280 = R::constant(0.0016005833535) + t277; // right_hip_roll_link: sums of what it carries
+    t281 = R::constant(0.00151725002) + t279; // right_hip_roll_link: sums of what it carries
     t282 = t215 - t254; // left_hip_yaw_link: sums of what it carries
-    t283 = R::constant(0.00008333333349999639) + t247; // right_hip_roll_link: sums of what it carries
-    t284 = R::constant(0.0019299999999999999) * cos_q_right_hip_pitch;
+    t283 = R::constant(0.0000833333335) + t247; // right_hip_roll_link: sums of what it carries
+    t284 = R::constant(0.00193) * cos_q_right_hip_pitch;
     t285 = R::fused(R::constant(0.000048), sin_q_right_hip_pitch, t284);
     t286 = R::fused(-t132, t44, t271); // right_ankle: sums of what it carries
     t287 = t286 + t274; // right_lower_leg: sums of what it carries
@@ -403,11 +403,11 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t299 = R::constant(0.00024) * sin_t0; // right_lower_leg: sums of what it carries
     t300 = R::fused(R::constant(-0.000016), cos_t0, t299); // right_lower_leg: sums of what it carries
     t301 = t289 + t300; // right_lower_leg: sums of what it carries
-    t302 = R::constant(0.00009000000000000674) + t280; // right_hip_yaw_link: sums of what it carries
+    t302 = R::constant(0.00009) + t280; // right_hip_yaw_link: sums of what it carries
     t303 = t283 - t281; // right_hip_roll_link: sums of what it carries
     t304 = R::fused(-t132, t100, t287); // right_lower_leg: sums of what it carries
     t305 = t304 + t285; // right_upper_leg: sums of what it carries
-    t306 = R::constant(0.0019299999999999999) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t306 = R::constant(0.00193) * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t307 = R::fused(R::constant(-0.000048), cos_q_right_hip_pitch, t306); // right_upper_leg: sums of what it carries
     t308 = t45 * t31; // right_ankle: sums of what it carries
     t309 = R::fused(t44, t34, t308); // right_ankle: sums of what it carries
@@ -430,9 +430,9 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t325 = R::fused(t267, t303, t324);
     t326 = t283 - t323;
     t327 = t281 + t323;
-    t328 = R::constant(0.0005199999995000315) + t326; // right_hip_yaw_link: sums of what it carries
+    t328 = R::constant(0.0005199999995) + t326; // right_hip_yaw_link: sums of what it carries
     t329 = t305 - t325;
-    t330 = R::constant(0.0006099999995000382) + t327; // right_hip_yaw_link: sums of what it carries
+    t330 = R::constant(0.0006099999995) + t327; // right_hip_yaw_link: sums of what it carries
     t331 = R::fused(R::constant(0.0764), t182, t330); // right_hip_yaw_link: mass matrix
     t332 = t330 + t317; // right_hip_yaw_link: sums of what it carries
     t333 = t258 + t332; // right_hip_yaw_link: sums of what it carries
@@ -485,7 +485,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t378 = t295 + t376;
     t379 = t296 + t377;
     t380 = R::constant(0.812133582) + t378; // torso: sums of what it carries
-    t381 = R::constant(0.9082241979999999) + t379; // torso: sums of what it carries
+    t381 = R::constant(0.908224198) + t379; // torso: sums of what it carries
     t382 = R::constant(0.00220808) - t374; // torso: sums of what it carries
     t383 = cos_q_right_hip_yaw * t361;
     t384 = R::fused(-sin_q_right_hip_yaw, t329, t383);
@@ -497,7 +497,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t390 = R::fused(R::constant(0.0764), t150, t388);
     t391 = t385 + t390;
     t392 = -t388;
-    t393 = R::constant(0.0014734999999999995) + t391; // torso: sums of what it carries
+    t393 = R::constant(0.0014735) + t391; // torso: sums of what it carries
     t394 = -t393; // torso: sums of what it carries
     // right_upper_leg: mass matrix
     t395 = -t349;
@@ -513,7 +513,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t405 = t359 + t384; // right_hip_yaw_link: sums of what it carries
     t406 = -t384; // right_hip_yaw_link: sums of what it carries
     t407 = -t359; // left_hip_yaw_link: sums of what it carries
-    t408 = R::constant(0.04045939999999999) - t405; // torso: sums of what it carries
+    t408 = R::constant(0.0404594) - t405; // torso: sums of what it carries
     t409 = sin_q_right_hip_yaw * t336;
     t410 = R::fused(-cos_q_right_hip_yaw, t399, t409);
     t411 = -t336; // right_upper_leg: sums of what it carries
@@ -568,7 +568,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t457 = R::fused(cos_q_right_hip_yaw, t450, t456);
     t458 = t11 * sin_t2;
     t459 = t11 * cos_t2;
-    t460 = R::fused(R::constant(0.0006105), cos_q_right_ankle_roll, R::constant(0.0012283333330000003));
+    t460 = R::fused(R::constant(0.0006105), cos_q_right_ankle_roll, R::constant(0.001228333333));
     t461 = R::fused(t460, cos_t2, t458);
     t462 = R::fused(-t460, sin_t2, t459);
     t463 = R::fused(t7, t44, t461);
@@ -700,7 +700,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t574 = R::fused(-sin_q_left_hip_yaw, t567, t573);
     t575 = sin_q_left_hip_yaw * t564;
     t576 = R::fused(cos_q_left_hip_yaw, t567, t575);
-    t577 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.0012283333330000003));
+    t577 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t578 = R::fused(t577, cos_t3, t571);
     t579 = R::fused(-t577, sin_t3, t572);
     t580 = R::fused(t6, t39, t578);
@@ -806,7 +806,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
         ],
         // right_ankle_roll
         [
-            t455, t457, t453, t502, t501, t508, t507, t466, t505, t474, t472, R::constant(0.0012283333330000003),
+            t455, t457, t453, t502, t501, t508, t507, t466, t505, t474, t472, R::constant(0.001228333333),
             R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // left_hip_yaw
@@ -839,7 +839,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
         // left_ankle_roll
         [
             t574, t576, t570, t608, t607, t614, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t613, t583, t611, t591, t589, R::constant(0.0012283333330000003),
+            R::constant(0.0), R::constant(0.0), t613, t583, t611, t591, t589, R::constant(0.001228333333),
         ],
     ];
 }

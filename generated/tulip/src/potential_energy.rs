@@ -62,32 +62,32 @@ pub(super) fn potential_energy_program<R: Real>(q: &[R; NQ], out: &mut [[R; 1]; 
     let t1 = R::fused(R::constant(0.0165), cos_q_right_ankle_roll, R::constant(0.023125)); // right_foot
     // left_ankle: sums of what it carries
     let t2 = t0 * cos_q_left_ankle_pitch;
-    let t3 = R::fused(R::constant(0.015400000000000002), sin_q_left_ankle_pitch, t2);
+    let t3 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t2);
     let t4 = t0 * sin_q_left_ankle_pitch;
-    let t5 = R::fused(R::constant(-0.015400000000000002), cos_q_left_ankle_pitch, t4);
+    let t5 = R::fused(R::constant(-0.0154), cos_q_left_ankle_pitch, t4);
     let t6 = R::constant(0.008) - t5;
-    let t7 = R::constant(0.31110000000000004) + t3;
+    let t7 = R::constant(0.3111) + t3;
     // right_ankle: sums of what it carries
     let t8 = t1 * cos_q_right_ankle_pitch;
-    let t9 = R::fused(R::constant(0.015400000000000002), sin_q_right_ankle_pitch, t8);
+    let t9 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t8);
     let t10 = t1 * sin_q_right_ankle_pitch;
-    let t11 = R::fused(R::constant(-0.015400000000000002), cos_q_right_ankle_pitch, t10);
+    let t11 = R::fused(R::constant(-0.0154), cos_q_right_ankle_pitch, t10);
     let t12 = R::constant(0.008) - t11;
-    let t13 = R::constant(0.31110000000000004) + t9;
+    let t13 = R::constant(0.3111) + t9;
     // left_lower_leg: sums of what it carries
     let t14 = t7 * cos_q_left_knee_pitch;
     let t15 = R::fused(t6, sin_q_left_knee_pitch, t14);
     let t16 = t7 * sin_q_left_knee_pitch;
     let t17 = R::fused(-t6, cos_q_left_knee_pitch, t16);
     let t18 = R::constant(0.012) - t17;
-    let t19 = R::constant(0.8355000000000001) + t15;
+    let t19 = R::constant(0.8355) + t15;
     // right_lower_leg: sums of what it carries
     let t20 = t13 * cos_q_right_knee_pitch;
     let t21 = R::fused(t12, sin_q_right_knee_pitch, t20);
     let t22 = t13 * sin_q_right_knee_pitch;
     let t23 = R::fused(-t12, cos_q_right_knee_pitch, t22);
     let t24 = R::constant(0.012) - t23;
-    let t25 = R::constant(0.8355000000000001) + t21;
+    let t25 = R::constant(0.8355) + t21;
     // left_upper_leg: sums of what it carries
     let t26 = t19 * cos_q_left_hip_pitch;
     let t27 = R::fused(t18, sin_q_left_hip_pitch, t26);
@@ -118,8 +118,8 @@ pub(super) fn potential_energy_program<R: Real>(q: &[R; NQ], out: &mut [[R; 1]; 
     let t48 = t40 * sin_q_left_hip_yaw;
     let t49 = R::fused(-t37, cos_q_left_hip_yaw, t48);
     let t50 = R::constant(0.20808) + t47;
-    let t51 = R::constant(0.010199999999999987) - t49;
-    let t52 = R::constant(2.4914999999999994) + t39;
+    let t51 = R::constant(0.0102) - t49;
+    let t52 = R::constant(2.4915) + t39;
     // right_hip_yaw_link: sums of what it carries
     let t53 = t45 * cos_q_right_hip_yaw;
     let t54 = R::fused(-t42, sin_q_right_hip_yaw, t53);

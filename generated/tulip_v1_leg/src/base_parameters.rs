@@ -47,14 +47,13 @@ pub fn base_parameters_into<R: Real>(out: &mut SMatrix<R, 36, 1>) {
 #[inline]
 pub(super) fn base_parameters_program<R: Real>(out: &mut [[R; 36]; 1]) {
     *out = [[
-        R::constant(0.027763233333000004), R::constant(-0.2381), R::constant(-0.1718),
-        R::constant(0.027629900000000002), R::constant(-0.000225), R::constant(-0.00015000000000000001),
-        R::constant(-0.013873400000000001), R::constant(-0.009074), R::constant(0.012), R::constant(-0.7908),
-        R::constant(0.209167), R::constant(0.0), R::constant(0.0015600000000000002), R::constant(0.213287),
-        R::constant(0.0), R::constant(0.0054), R::constant(-0.28176), R::constant(0.065460255), R::constant(0.0),
-        R::constant(0.000675), R::constant(0.066260055), R::constant(0.0), R::constant(0.0125), R::constant(-0.02072),
-        R::constant(-0.0025869300000000003), R::constant(0.0), R::constant(0.0004625), R::constant(0.00408807),
-        R::constant(0.0), R::constant(0.0), R::constant(-0.015), R::constant(0.001116666667), R::constant(0.0),
-        R::constant(0.000375), R::constant(-0.00008333333000000009), R::constant(0.0),
+        R::constant(0.027763233333000004), R::constant(-0.2381), R::constant(-0.1718), R::constant(0.0276299),
+        R::constant(-0.000225), R::constant(-0.00015), R::constant(-0.013873399999999998), R::constant(-0.009074),
+        R::constant(0.012), R::constant(-0.7908), R::constant(0.209167), R::constant(0.0), R::constant(0.00156),
+        R::constant(0.213287), R::constant(0.0), R::constant(0.0054), R::constant(-0.28176), R::constant(0.065460255),
+        R::constant(0.0), R::constant(0.000675), R::constant(0.066260055), R::constant(0.0), R::constant(0.0125),
+        R::constant(-0.02072), R::constant(-0.00258693), R::constant(0.0), R::constant(0.0004625),
+        R::constant(0.00408807), R::constant(0.0), R::constant(0.0), R::constant(-0.015), R::constant(0.001116666667),
+        R::constant(0.0), R::constant(0.000375), R::constant(-0.00008333333000000009), R::constant(0.0),
     ]];
 }

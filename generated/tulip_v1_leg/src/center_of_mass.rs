@@ -64,7 +64,7 @@ pub(super) fn center_of_mass_program<R: Real>(q: &[R; NQ], out: &mut [[R; 3]; 1]
     let t14 = R::fused(t11, sin_q_right_hip_pitch, t13);
     let t15 = t12 * sin_q_right_hip_pitch;
     let t16 = R::fused(-t11, cos_q_right_hip_pitch, t15);
-    let t17 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.23809999999999998));
+    let t17 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.2381));
     let t18 = R::constant(0.1718) + t14;
     // right_hip_roll_link: sums of what it carries
     let t19 = t17 * cos_q_right_hip_roll;
@@ -72,14 +72,14 @@ pub(super) fn center_of_mass_program<R: Real>(q: &[R; NQ], out: &mut [[R; 3]; 1]
     let t21 = t17 * sin_q_right_hip_roll;
     let t22 = R::fused(t18, cos_q_right_hip_roll, t21);
     let t23 = R::constant(0.0075) + t16;
-    let t24 = R::constant(0.17445000000000002) + t20;
-    let t25 = R::constant(0.22114999999999999) + t22;
+    let t24 = R::constant(0.17445) + t20;
+    let t25 = R::constant(0.22115) + t22;
     // right_hip_yaw_link: sums of what it carries
     let t26 = t23 * cos_q_right_hip_yaw;
     let t27 = R::fused(-t24, sin_q_right_hip_yaw, t26);
     let t28 = t23 * sin_q_right_hip_yaw;
     let t29 = R::fused(t24, cos_q_right_hip_yaw, t28);
-    let t30 = t29 + R::constant(0.39880799999999994);
+    let t30 = t29 + R::constant(0.398808);
     // centre of mass
     let t31 = R::constant(0.19157088122605365) * t27;
     let t32 = R::constant(0.19157088122605365) * t30;

@@ -165,15 +165,15 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let t87 = R::fused(t76, t76, t84);
     // right_hip_yaw_link: wrench that its motion needs
     let t88 = R::constant(0.0075) * t0;
-    let t89 = R::fused(R::constant(0.17445000000000002), a_right_hip_yaw, t88);
+    let t89 = R::fused(R::constant(0.17445), a_right_hip_yaw, t88);
     let t90 = R::constant(0.0075) * a_right_hip_yaw;
-    let t91 = R::fused(R::constant(-0.17445000000000002), t0, t90);
+    let t91 = R::fused(R::constant(-0.17445), t0, t90);
     // right_hip_roll_link: wrench that its motion needs
-    let t92 = R::constant(0.23809999999999998) * t9;
+    let t92 = R::constant(0.2381) * t9;
     let t93 = R::fused(R::constant(0.1718), t10, t92);
-    let t94 = R::constant(0.23809999999999998) * t11;
+    let t94 = R::constant(0.2381) * t11;
     let t95 = R::fused(R::constant(0.1718), t12, t94);
-    let t96 = R::constant(0.23809999999999998) * t13;
+    let t96 = R::constant(0.2381) * t13;
     let t97 = R::fused(R::constant(-0.1718), t14, t96);
     // right_upper_leg: wrench that its motion needs
     let t98 = R::constant(0.012) * t29;

@@ -114,13 +114,13 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t58 = R::fused(sin_q_right_hip_pitch, t55, t57);
     let t59 = sin_q_right_hip_pitch * t56;
     let t60 = R::fused(-cos_q_right_hip_pitch, t55, t59);
-    let t61 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.23809999999999998));
+    let t61 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.2381));
     let t62 = R::constant(0.1718) + t58;
     // right_hip_roll_link: sums of what it carries
     let t63 = cos_q_right_hip_roll * t61;
     let t64 = R::fused(-sin_q_right_hip_roll, t62, t63);
     let t65 = R::constant(0.0075) + t60;
-    let t66 = R::constant(0.17445000000000002) + t64;
+    let t66 = R::constant(0.17445) + t64;
     // right_hip_yaw_link: Jacobian of the centre of mass
     let t67 = t66 * R::constant(0.19157088122605365);
     let t68 = t65 * R::constant(0.19157088122605365);

@@ -74,7 +74,7 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t18 = R::fused(t13, sin_q_right_ankle_roll, t17); // right_foot: velocity
     let t19 = t15 - v_right_ankle_roll; // right_foot: velocity
     let t20 = R::constant(0.1718) * t0; // right_hip_roll_link: momentum
-    let t21 = R::fused(R::constant(-0.23809999999999998), t1, t20); // right_hip_roll_link: momentum
+    let t21 = R::fused(R::constant(-0.2381), t1, t20); // right_hip_roll_link: momentum
     let t22 = R::constant(0.012) * t3; // right_upper_leg: momentum
     let t23 = R::fused(R::constant(-0.7908), t5, t22); // right_upper_leg: momentum
     let t24 = R::constant(0.0054) * t8; // right_lower_leg: momentum
@@ -111,13 +111,13 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t51 = R::fused(cos_q_right_hip_pitch, t45, t50);
     let t52 = t21 + t51;
     let t53 = R::fused(R::constant(0.1718), v_right_hip_roll, t46);
-    let t54 = R::fused(R::constant(0.23809999999999998), v_right_hip_roll, t49);
+    let t54 = R::fused(R::constant(0.2381), v_right_hip_roll, t49);
     // right_hip_roll_link: sums of what it carries
     let t55 = cos_q_right_hip_roll * t53;
     let t56 = R::fused(sin_q_right_hip_roll, t54, t55);
     let t57 = sin_q_right_hip_roll * t53;
     let t58 = R::fused(-cos_q_right_hip_roll, t54, t57);
-    let t59 = R::fused(R::constant(0.17445000000000002), v_right_hip_yaw, -t52);
+    let t59 = R::fused(R::constant(0.17445), v_right_hip_yaw, -t52);
     let t60 = R::fused(R::constant(0.0075), v_right_hip_yaw, -t56);
     // right_hip_yaw_link: sums of what it carries
     let t61 = cos_q_right_hip_yaw * t59;

@@ -103,16 +103,16 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t46 = t36 - v_right_ankle_roll;
     // right_hip_roll_link: momentum
     let t47 = R::constant(0.1718) * t0;
-    let t48 = R::fused(R::constant(-0.23809999999999998), t1, t47);
+    let t48 = R::fused(R::constant(-0.2381), t1, t47);
     let t49 = R::constant(0.299670225) * v_right_hip_roll;
     let t50 = R::fused(R::constant(-0.000225), t0, t49);
-    let t51 = R::fused(R::constant(-0.00015000000000000001), t1, t50);
+    let t51 = R::fused(R::constant(-0.00015), t1, t50);
     let t52 = R::constant(0.000225) * v_right_hip_roll;
-    let t53 = R::fused(R::constant(0.28591372500000006), t0, t52);
+    let t53 = R::fused(R::constant(0.285913725), t0, t52);
     let t54 = R::fused(R::constant(0.009074), t1, t53);
-    let t55 = R::constant(0.00015000000000000001) * v_right_hip_roll;
+    let t55 = R::constant(0.00015) * v_right_hip_roll;
     let t56 = R::fused(R::constant(0.009074), t0, t55);
-    let t57 = R::fused(v_right_hip_yaw, R::constant(0.006013000000000001), t54);
+    let t57 = R::fused(v_right_hip_yaw, R::constant(0.006013), t54);
     let t58 = R::fused(v_right_hip_yaw, R::constant(0.0083335), -t56);
     // right_upper_leg: momentum
     let t59 = R::constant(0.012) * t12;
@@ -120,9 +120,9 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t61 = v_right_hip_roll * R::constant(0.031632);
     let t62 = R::constant(0.7908) * t10;
     let t63 = R::fused(R::constant(-0.012), t8, t62);
-    let t64 = R::constant(0.0015600000000000002) * t14;
-    let t65 = R::fused(R::constant(0.20916700000000002), t12, t64);
-    let t66 = R::fused(R::constant(0.0015600000000000002), t12, t61);
+    let t64 = R::constant(0.00156) * t14;
+    let t65 = R::fused(R::constant(0.209167), t12, t64);
+    let t66 = R::fused(R::constant(0.00156), t12, t61);
     let t67 = R::fused(R::constant(-0.213287), t15, t63);
     let t68 = R::fused(v_right_hip_roll, R::constant(0.00048), -t65);
     // right_lower_leg: momentum
@@ -132,9 +132,9 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t72 = R::constant(0.28176) * t21;
     let t73 = R::fused(R::constant(-0.0054), t19, t72);
     let t74 = R::constant(0.000675) * t25;
-    let t75 = R::fused(R::constant(0.06546025500000001), t23, t74);
+    let t75 = R::fused(R::constant(0.065460255), t23, t74);
     let t76 = R::fused(R::constant(0.000675), t23, t71);
-    let t77 = R::fused(R::constant(-0.06626005500000001), t26, t73);
+    let t77 = R::fused(R::constant(-0.066260055), t26, t73);
     let t78 = R::fused(R::constant(0.0054), t17, -t75);
     // right_ankle: momentum
     let t79 = R::constant(0.02072) * t37;
@@ -145,9 +145,9 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t84 = R::constant(0.02072) * t32;
     let t85 = R::fused(R::constant(-0.0125), t30, t84);
     let t86 = R::constant(0.0004625) * t36;
-    let t87 = R::fused(R::constant(-0.0025869300000000007), t34, t86);
+    let t87 = R::fused(R::constant(-0.00258693), t34, t86);
     let t88 = R::fused(R::constant(0.0004625), t34, t83);
-    let t89 = R::fused(R::constant(-0.004088070000000001), t37, t85);
+    let t89 = R::fused(R::constant(-0.00408807), t37, t85);
     let t90 = R::fused(R::constant(0.0125), t28, -t87);
     // right_foot: momentum
     let t91 = R::constant(0.015) * t46;
@@ -156,7 +156,7 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t94 = R::fused(R::constant(0.000375), t45, t93);
     let t95 = R::constant(0.000375) * t46;
     let t96 = R::fused(R::constant(0.015), t41, -t94);
-    let t97 = R::fused(R::constant(0.00008333333000000009), t43, t92);
+    let t97 = R::fused(R::constant(0.00008333333), t43, t92);
     // right_foot: sums of what it carries
     let t98 = cos_q_right_ankle_roll * t91;
     let t99 = cos_q_right_ankle_roll * t97;
@@ -170,7 +170,7 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t107 = t89 + t100;
     let t108 = t90 - t102;
     let t109 = R::fused(R::constant(-0.037), t98, t106);
-    let t110 = R::fused(-t43, R::constant(0.0005549999999999999), t107);
+    let t110 = R::fused(-t43, R::constant(0.000555), t107);
     // right_ankle: sums of what it carries
     let t111 = cos_q_right_ankle_pitch * t105;
     let t112 = R::fused(-sin_q_right_ankle_pitch, t103, t111);
@@ -216,7 +216,7 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t150 = R::fused(cos_q_right_hip_pitch, t141, t149);
     let t151 = t48 + t146;
     let t152 = R::fused(R::constant(0.1718), v_right_hip_roll, t136);
-    let t153 = R::fused(R::constant(0.23809999999999998), v_right_hip_roll, t144);
+    let t153 = R::fused(R::constant(0.2381), v_right_hip_roll, t144);
     let t154 = t51 + t150;
     let t155 = t57 + t142;
     let t156 = t58 + t148;
@@ -234,11 +234,11 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t167 = R::fused(sin_q_right_hip_roll, t161, t166);
     let t168 = sin_q_right_hip_roll * t160;
     let t169 = R::fused(-cos_q_right_hip_roll, t161, t168);
-    let t170 = R::fused(R::constant(0.17445000000000002), v_right_hip_yaw, -t151);
+    let t170 = R::fused(R::constant(0.17445), v_right_hip_yaw, -t151);
     let t171 = R::fused(R::constant(0.0075), v_right_hip_yaw, -t163);
-    let t172 = R::fused(R::constant(0.00033749999999999996), v_right_hip_yaw, -t159);
-    let t173 = R::fused(R::constant(0.0075752499999999995), v_right_hip_yaw, t167);
-    let t174 = R::fused(R::constant(0.29980355833300004), v_right_hip_yaw, -t169);
+    let t172 = R::fused(R::constant(0.0003375), v_right_hip_yaw, -t159);
+    let t173 = R::fused(R::constant(0.00757525), v_right_hip_yaw, t167);
+    let t174 = R::fused(R::constant(0.299803558333), v_right_hip_yaw, -t169);
     let t175 = R::constant(0.035) * t165;
     let t176 = R::fused(R::constant(-0.045), t163, t175);
     let t177 = t172 + t176;
@@ -275,7 +275,7 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t204 = R::fused(sin_q_right_hip_pitch, t201, t203);
     let t205 = sin_q_right_hip_pitch * t202;
     let t206 = R::fused(-cos_q_right_hip_pitch, t201, t205);
-    let t207 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.23809999999999998));
+    let t207 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.2381));
     let t208 = R::constant(0.1718) + t204;
     // right_hip_roll_link: sums of what it carries
     let t209 = cos_q_right_hip_roll * t207;
@@ -283,14 +283,14 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t211 = sin_q_right_hip_roll * t207;
     let t212 = R::fused(cos_q_right_hip_roll, t208, t211);
     let t213 = R::constant(0.0075) + t206;
-    let t214 = R::constant(0.17445000000000002) + t210;
-    let t215 = R::constant(0.22114999999999999) + t212;
+    let t214 = R::constant(0.17445) + t210;
+    let t215 = R::constant(0.22115) + t212;
     // right_hip_yaw_link: sums of what it carries
     let t216 = cos_q_right_hip_yaw * t213;
     let t217 = R::fused(-sin_q_right_hip_yaw, t214, t216);
     let t218 = sin_q_right_hip_yaw * t213;
     let t219 = R::fused(cos_q_right_hip_yaw, t214, t218);
-    let t220 = t219 + R::constant(0.39880799999999994);
+    let t220 = t219 + R::constant(0.398808);
     let t221 = R::constant(0.19157088122605365) * t217; // centre of mass
     let t222 = R::constant(0.19157088122605365) * t220; // centre of mass
     let t223 = R::constant(0.19157088122605365) * t215; // centre of mass

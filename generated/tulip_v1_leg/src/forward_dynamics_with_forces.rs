@@ -106,13 +106,13 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t256, t257,
     );
     t2 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t3 = R::constant(0.00008333333000000009) * t2; // right_foot: sums of what it carries
-    t4 = R::constant(0.0005999999985000001) - t3; // right_foot: sums of what it carries
-    t5 = R::constant(0.002737500001500001) + t4; // right_ankle: sums of what it carries
-    t6 = cos_q_right_ankle_roll * R::constant(0.0011099999999999999); // right_foot: sums of what it carries
+    t3 = R::constant(0.00008333333) * t2; // right_foot: sums of what it carries
+    t4 = R::constant(0.0005999999985) - t3; // right_foot: sums of what it carries
+    t5 = R::constant(0.0027375000015) + t4; // right_ankle: sums of what it carries
+    t6 = cos_q_right_ankle_roll * R::constant(0.00111); // right_foot: sums of what it carries
     t7 = R::constant(0.001116666667) + t6; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
-    t8 = R::constant(0.0007505700000000003) + t7;
+    t8 = R::constant(0.00075057) + t7;
     t9 = t8 - t5;
     t10 = sin_t1 * sin_t1;
     t11 = t9 * t10;
@@ -135,7 +135,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t27 = R::constant(0.065460255) * t26;
     t28 = sin_t0 * cos_t0;
     t29 = R::fused(-t28, R::constant(0.00135), t27);
-    t30 = R::constant(0.00039990000000000164) + t29;
+    t30 = R::constant(0.0003999) + t29;
     t31 = t25 + t30;
     t32 = sin_q_right_hip_pitch * R::constant(0.315); // right_lower_leg: motion
     t33 = R::constant(0.28176) * sin_t0;
@@ -148,15 +148,15 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t39 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
     t40 = R::constant(0.209167) * t39;
     t41 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
-    t42 = R::fused(-t41, R::constant(0.0031200000000000004), t40);
-    t43 = R::constant(0.0020599999999999924) + t42;
+    t42 = R::fused(-t41, R::constant(0.00312), t40);
+    t43 = R::constant(0.00206) + t42;
     t44 = t38 + t43;
     t45 = sin_q_right_ankle_roll * R::constant(0.00165);
     t46 = t44 - t45;
-    t47 = R::constant(0.014954250000000002) + t46; // right_hip_roll_link: sums of what it carries
+    t47 = R::constant(0.01495425) + t46; // right_hip_roll_link: sums of what it carries
     t48 = R::constant(0.0005166666685) + t3; // right_foot: sums of what it carries
     t49 = t48 + t6; // right_foot: sums of what it carries
-    t50 = R::constant(0.0034880700015000013) + t49; // right_ankle: sums of what it carries
+    t50 = R::constant(0.0034880700015) + t49; // right_ankle: sums of what it carries
     t51 = R::constant(0.273) * cos_t0; // right_ankle: motion
     // right_ankle: sums of what it carries
     t52 = cos_t1 * t20;
@@ -165,7 +165,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t55 = R::constant(2.0) * t54;
     t56 = t24 + t55;
     t57 = t50 + t56;
-    t58 = R::constant(0.06626005500000001) + t57; // right_lower_leg: sums of what it carries
+    t58 = R::constant(0.066260055) + t57; // right_lower_leg: sums of what it carries
     t59 = cos_q_right_hip_pitch * R::constant(0.315); // right_lower_leg: motion
     // right_lower_leg: sums of what it carries
     t60 = R::constant(0.28176) * cos_t0;
@@ -183,14 +183,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t71 = t70 * R::constant(0.08);
     t72 = t67 + t71;
     // right_hip_roll_link: sums of what it carries
-    t73 = R::constant(0.006878249999999975) + t72;
+    t73 = R::constant(0.00687825) + t72;
     t74 = t73 - t47;
     t75 = sin_q_right_hip_roll * sin_q_right_hip_roll;
     t76 = t74 * t75;
     t77 = sin_q_right_hip_roll * cos_q_right_hip_roll;
     t78 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t79 = R::constant(0.00008333333000000009) * t78; // right_foot: sums of what it carries
-    t80 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0005549999999999999), t79); // right_foot
+    t79 = R::constant(0.00008333333) * t78; // right_foot: sums of what it carries
+    t80 = R::fused(-sin_q_right_ankle_roll, R::constant(0.000555), t79); // right_foot: sums of what it carries
     t81 = cos_t1 * t80; // right_ankle: sums of what it carries
     t82 = R::constant(0.000375) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t83 = R::fused(-sin_t1, t82, t81); // right_ankle: sums of what it carries
@@ -204,12 +204,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t91 = R::constant(2.0) * t90;
     t92 = R::fused(-t77, t91, t76);
     t93 = t47 + t92;
-    t94 = R::constant(0.23809999999999998) - t84;
+    t94 = R::constant(0.2381) - t84;
     t95 = cos_q_right_hip_roll * t94;
     t96 = R::constant(0.1718) + t70;
     t97 = R::fused(-sin_q_right_hip_roll, t96, t95);
     t98 = R::fused(t97, R::constant(0.07), t93);
-    t99 = R::constant(0.007011583333000004) + t98; // right_hip_yaw_link: sums of what it carries
+    t99 = R::constant(0.007011583333) + t98; // right_hip_yaw_link: sums of what it carries
     // right_foot: mass matrix in absolute angles
     t100 = sin_t1 * t84;
     t101 = t51 * t100;
@@ -222,7 +222,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t108 = R::fused(R::constant(0.04), t100, t107);
     t109 = sin_q_right_hip_roll * t108;
     t110 = cos_t1 * t13;
-    t111 = R::fused(cos_q_right_ankle_roll, R::constant(0.0005549999999999999), R::constant(0.001116666667));
+    t111 = R::fused(cos_q_right_ankle_roll, R::constant(0.000555), R::constant(0.001116666667));
     t112 = R::fused(-sin_t1, t111, t110);
     t113 = R::fused(-t18, t19, t112);
     t114 = R::fused(-t32, t19, t113);
@@ -317,12 +317,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t194 = R::fused(t59, t35, t193);
     t195 = t192 - t194;
     // right_upper_leg: sums of what it carries
-    t196 = t39 * R::constant(0.0031200000000000004);
+    t196 = t39 * R::constant(0.00312);
     t197 = R::fused(R::constant(0.209167), t41, t196);
-    t198 = R::constant(0.0015600000000000002) - t197;
+    t198 = R::constant(0.00156) - t197;
     t199 = t195 + t198;
     t200 = R::fused(R::constant(-0.04), t179, t199);
-    t201 = R::constant(0.00015000000000000001) - t200; // right_hip_roll_link: sums of what it carries
+    t201 = R::constant(0.00015) - t200; // right_hip_roll_link: sums of what it carries
     t202 = R::fused(cos_q_right_hip_roll, t201, t182); // right_hip_roll_link: sums of what it carries
     // right_foot: mass matrix in absolute angles
     t203 = sin_t1 * t13;
@@ -359,7 +359,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t232 = t230 + t231;
     t233 = t45 - t71;
     t234 = t232 - t233;
-    t235 = R::constant(0.021832499999999977) + t234; // right_hip_roll_link: sums of what it carries
+    t235 = R::constant(0.0218325) + t234; // right_hip_roll_link: sums of what it carries
     // factors of the mass matrix
     t236 = R::fused(-t209, t210, t235);
     t237 = R::fused(-t213, t214, t236);
@@ -647,8 +647,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t493 = t439 * t84;
     t494 = R::fused(-t422, t19, t493);
     t495 = R::fused(R::constant(-0.037), t494, t492);
-    t496 = t413 * R::constant(0.0034880700015000013); // right_ankle: sums of what it carries
-    t497 = R::fused(t489, R::constant(0.0019869300015000007), t496); // right_ankle: sums of what it carries
+    t496 = t413 * R::constant(0.0034880700015); // right_ankle: sums of what it carries
+    t497 = R::fused(t489, R::constant(0.0019869300015), t496); // right_ankle: sums of what it carries
     t498 = t419 * t419; // right_ankle: motion
     t499 = t446 - t498; // right_ankle: sums of what it carries
     t500 = R::fused(R::constant(0.0004625), t499, t497); // right_ankle: sums of what it carries
@@ -694,7 +694,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t525 = R::fused(-t18, t524, t522);
     t526 = t506 - t525;
     // right_lower_leg: sums of what it carries
-    t527 = R::constant(0.06626005500000001) * t413;
+    t527 = R::constant(0.066260055) * t413;
     t528 = t228 - t30;
     t529 = R::fused(t461, t528, t527);
     t530 = t456 - t479;
@@ -726,10 +726,10 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t555 = t538 + t554;
     t556 = R::fused(R::constant(-0.04), t555, t552);
     // right_hip_roll_link: sums of what it carries
-    t557 = t477 * R::constant(0.006878249999999975);
+    t557 = t477 * R::constant(0.00687825);
     t558 = R::fused(R::constant(0.009074), t475, t557);
     t559 = R::fused(R::constant(-0.000225), t454, t558);
-    t560 = R::fused(R::constant(0.00015000000000000001), t530, t559);
+    t560 = R::fused(R::constant(0.00015), t530, t559);
     t561 = t556 + t560;
     t562 = sin_q_right_hip_roll * t561;
     t563 = t439 * t4; // right_foot: sums of what it carries
@@ -741,7 +741,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t568 = R::fused(-t82, t567, t566);
     t569 = R::fused(t491, t84, t568);
     t570 = R::fused(t436, t419, t432); // right_ankle: motion
-    t571 = t570 * R::constant(0.002737500001500001); // right_ankle: sums of what it carries
+    t571 = t570 * R::constant(0.0027375000015); // right_ankle: sums of what it carries
     t572 = R::fused(R::constant(-0.0004625), t564, t571); // right_ankle: sums of what it carries
     t573 = cos_q_right_hip_roll * t451; // right_hip_roll_link: motion
     t574 = R::fused(sin_q_right_hip_roll, R::constant(9.81), t573); // right_hip_roll_link: motion
@@ -782,7 +782,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t608 = R::fused(-t564, t19, t607); // right_foot: sums of what it carries
     t609 = R::fused(R::constant(-0.037), t608, t605); // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
-    t610 = t564 * R::constant(0.0007505700000000003);
+    t610 = t564 * R::constant(0.00075057);
     t611 = R::fused(R::constant(-0.0004625), t570, t610);
     t612 = R::fused(R::constant(0.02072), t588, t611);
     t613 = t609 + t612;
@@ -807,14 +807,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t630 = t626 + t629;
     t631 = R::fused(R::constant(-0.055), t555, t630);
     // right_hip_roll_link: sums of what it carries
-    t632 = t475 * R::constant(0.014954250000000002);
-    t633 = R::fused(R::constant(-0.00015000000000000001), t454, t632);
+    t632 = t475 * R::constant(0.01495425);
+    t633 = R::fused(R::constant(-0.00015), t454, t632);
     t634 = R::fused(R::constant(0.009074), t477, t633);
     t635 = t456 - t457;
     t636 = R::fused(R::constant(0.000225), t635, t634);
     t637 = t631 + t636;
     t638 = R::fused(-cos_q_right_hip_roll, t637, t562);
-    t639 = R::constant(0.23809999999999998) * t475;
+    t639 = R::constant(0.2381) * t475;
     t640 = R::fused(R::constant(0.1718), t477, t639);
     t641 = t555 - t640;
     t642 = R::fused(R::constant(0.035), t641, t638);
@@ -870,14 +870,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t688 = t625 - t687;
     t689 = R::fused(R::constant(0.04), t688, t685);
     t690 = t681 + t689;
-    t691 = t454 * R::constant(0.008076000000000028); // right_hip_roll_link: sums of what it carries
+    t691 = t454 * R::constant(0.008076); // right_hip_roll_link: sums of what it carries
     t692 = R::fused(R::constant(-0.000225), t462, t691); // right_hip_roll_link: sums of what it carries
     t693 = t424 - t474; // right_hip_roll_link: motion
     // right_hip_roll_link: sums of what it carries
-    t694 = R::fused(R::constant(0.00015000000000000001), t693, t692);
+    t694 = R::fused(R::constant(0.00015), t693, t692);
     t695 = t457 - t479;
     t696 = R::fused(R::constant(-0.009074), t695, t694);
-    t697 = R::constant(0.23809999999999998) * t453;
+    t697 = R::constant(0.2381) * t453;
     t698 = R::fused(R::constant(0.1718), t574, t697);
     t699 = t696 + t698;
     t700 = t690 - t699;

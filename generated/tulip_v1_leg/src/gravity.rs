@@ -58,15 +58,15 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t11 = R::fused(t7, cos_q_right_ankle_pitch, t10);
     let t12 = t0 * cos_q_right_ankle_roll; // right_foot: motion
     let t13 = R::fused(t9, sin_q_right_ankle_roll, t12); // right_foot: motion
-    let t14 = cos_q_right_hip_roll * R::constant(2.3357609999999998); // right_hip_roll_link
-    let t15 = R::fused(-sin_q_right_hip_roll, R::constant(1.6853580000000001), t14); // right_hip_roll_link
+    let t14 = cos_q_right_hip_roll * R::constant(2.335761); // right_hip_roll_link: wrench that its motion needs
+    let t15 = R::fused(-sin_q_right_hip_roll, R::constant(1.685358), t14); // right_hip_roll_link
     let t16 = R::constant(0.7908) * t3; // right_upper_leg: wrench that its motion needs
     let t17 = R::fused(R::constant(-0.012), t2, t16); // right_upper_leg: wrench that its motion needs
     let t18 = R::constant(0.28176) * t7; // right_lower_leg: wrench that its motion needs
     let t19 = R::fused(R::constant(-0.0054), t5, t18); // right_lower_leg: wrench that its motion needs
     let t20 = R::constant(0.02072) * t11; // right_ankle: wrench that its motion needs
     let t21 = R::fused(R::constant(-0.0125), t9, t20); // right_ankle: wrench that its motion needs
-    let t22 = sin_q_right_hip_roll * R::constant(0.12262500000000001); // right_ankle: wrench that its motion needs
+    let t22 = sin_q_right_hip_roll * R::constant(0.122625); // right_ankle: wrench that its motion needs
     let t23 = R::constant(0.015) * t13; // right_foot: wrench that its motion needs
     let t24 = R::constant(0.015) * t11; // right_foot: wrench that its motion needs
     let t25 = R::fused(sin_q_right_hip_roll, R::constant(0.2032632), t23); // right_foot: wrench handed to its parent
@@ -77,9 +77,9 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t29 = R::fused(-sin_q_right_ankle_pitch, t25, t28);
     let t30 = sin_q_right_ankle_pitch * t27;
     let t31 = R::fused(cos_q_right_ankle_pitch, t25, t30);
-    let t32 = R::fused(sin_q_right_hip_roll, R::constant(2.7640656000000003), t31);
+    let t32 = R::fused(sin_q_right_hip_roll, R::constant(2.7640656), t31);
     let t33 = t19 + t26;
-    let t34 = R::fused(sin_q_right_hip_roll, R::constant(0.05297400000000001), t29);
+    let t34 = R::fused(sin_q_right_hip_roll, R::constant(0.052974), t29);
     // right_lower_leg: wrench handed to its parent
     let t35 = cos_q_right_knee_pitch * t34;
     let t36 = R::fused(-sin_q_right_knee_pitch, t32, t35);

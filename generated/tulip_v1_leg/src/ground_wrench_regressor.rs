@@ -125,7 +125,7 @@ pub(super) fn ground_wrench_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     t37 = sin_q_right_hip_yaw * t31;
     t38 = R::fused(cos_q_right_hip_yaw, t33, t37);
     t39 = -t38;
-    t40 = a_right_hip_yaw * R::constant(0.0012250000000000002); // right_hip_roll_link: sums of what it carries
+    t40 = a_right_hip_yaw * R::constant(0.001225); // right_hip_roll_link: sums of what it carries
     t41 = R::fused(R::constant(0.0764), t25, t40);
     // right_hip_roll_link: motion
     t42 = v_right_hip_yaw * sin_q_right_hip_roll;

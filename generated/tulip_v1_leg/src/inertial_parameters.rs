@@ -37,20 +37,18 @@ pub fn inertial_parameters_into<R: Real>(out: &mut SMatrix<R, 60, 1>) {
 #[inline]
 pub(super) fn inertial_parameters_program<R: Real>(out: &mut [[R; 60]; 1]) {
     *out = [[
-        R::constant(0.55), R::constant(0.0), R::constant(-0.011000000000000001), R::constant(-0.011000000000000001),
-        R::constant(0.001035833333), R::constant(0.0), R::constant(0.0), R::constant(0.0006691666670000001),
-        R::constant(-0.00022000000000000003), R::constant(0.000815833333), R::constant(0.75), R::constant(-0.0075),
-        R::constant(-0.0225), R::constant(-0.015), R::constant(0.0017875), R::constant(-0.000225),
-        R::constant(-0.00015000000000000001), R::constant(0.00108125), R::constant(-0.00045),
-        R::constant(0.0016562500000000002), R::constant(2.4), R::constant(0.012), R::constant(0.0), R::constant(-0.312),
-        R::constant(0.06202500000000001), R::constant(0.0), R::constant(0.0015600000000000002),
-        R::constant(0.06246500000000001), R::constant(0.0), R::constant(0.003680000000000002), R::constant(0.9),
-        R::constant(0.0054), R::constant(0.0), R::constant(-0.1125), R::constant(0.019922175), R::constant(0.0),
-        R::constant(0.000675), R::constant(0.020052075000000003), R::constant(0.0), R::constant(0.0006699000000000013),
-        R::constant(0.12), R::constant(0.0), R::constant(0.0), R::constant(-0.0022199999999999998),
-        R::constant(0.00009107), R::constant(0.0), R::constant(0.0), R::constant(0.00009107), R::constant(0.0),
-        R::constant(0.00005), R::constant(0.5), R::constant(0.0125), R::constant(0.0), R::constant(-0.015),
-        R::constant(0.001116666667), R::constant(0.0), R::constant(0.000375), R::constant(0.0032291666700000003),
-        R::constant(0.0), R::constant(0.0033125000000000003),
+        R::constant(0.55), R::constant(0.0), R::constant(-0.011), R::constant(-0.011), R::constant(0.001035833333),
+        R::constant(0.0), R::constant(0.0), R::constant(0.000669166667), R::constant(-0.00022),
+        R::constant(0.000815833333), R::constant(0.75), R::constant(-0.0075), R::constant(-0.0225), R::constant(-0.015),
+        R::constant(0.0017875), R::constant(-0.000225), R::constant(-0.00015), R::constant(0.00108125),
+        R::constant(-0.00045), R::constant(0.00165625), R::constant(2.4), R::constant(0.012), R::constant(0.0),
+        R::constant(-0.312), R::constant(0.062025), R::constant(0.0), R::constant(0.00156), R::constant(0.062465),
+        R::constant(0.0), R::constant(0.00368), R::constant(0.9), R::constant(0.0054), R::constant(0.0),
+        R::constant(-0.1125), R::constant(0.019922175), R::constant(0.0), R::constant(0.000675),
+        R::constant(0.020052075), R::constant(0.0), R::constant(0.0006699), R::constant(0.12), R::constant(0.0),
+        R::constant(0.0), R::constant(-0.00222), R::constant(0.00009107), R::constant(0.0), R::constant(0.0),
+        R::constant(0.00009107), R::constant(0.0), R::constant(0.00005), R::constant(0.5), R::constant(0.0125),
+        R::constant(0.0), R::constant(-0.015), R::constant(0.001116666667), R::constant(0.0), R::constant(0.000375),
+        R::constant(0.00322916667), R::constant(0.0), R::constant(0.0033125),
     ]];
 }

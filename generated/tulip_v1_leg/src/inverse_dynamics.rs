@@ -106,9 +106,9 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     // right_hip_roll_link: wrench that its motion needs
     t34 = t15 - t17;
     t35 = t14 - t17;
-    t36 = R::constant(0.00015000000000000001) * t19;
+    t36 = R::constant(0.00015) * t19;
     t37 = t14 - t15;
-    t38 = R::constant(0.23809999999999998) * t11;
+    t38 = R::constant(0.2381) * t11;
     t39 = R::fused(R::constant(0.1718), t9, t38);
     // right_hip_roll_link: motion
     t40 = v_right_hip_yaw * v_right_hip_roll;
@@ -213,9 +213,9 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t134 = R::constant(0.015) * cos_q_right_ankle_roll;
     t135 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
     t136 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
-    t137 = R::constant(0.00008333333000000009) * t135;
-    t138 = R::constant(0.00008333333000000009) * t136;
-    t139 = R::constant(0.0005999999985000001) - t137;
+    t137 = R::constant(0.00008333333) * t135;
+    t138 = R::constant(0.00008333333) * t136;
+    t139 = R::constant(0.0005999999985) - t137;
     t140 = R::constant(0.0005166666685) + t137;
     t141 = R::constant(0.000375) * sin_q_right_ankle_roll;
     t142 = R::constant(0.000375) * cos_q_right_ankle_roll;
@@ -256,13 +256,13 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t176 = R::fused(R::constant(-0.02072), t112, t175);
     t177 = R::constant(0.0125) * t113;
     t178 = R::fused(R::constant(-0.02072), t114, t177);
-    t179 = t112 * R::constant(0.0007505700000000003);
+    t179 = t112 * R::constant(0.00075057);
     t180 = R::fused(R::constant(-0.0004625), t109, t179);
-    t181 = t92 * R::constant(0.0034880700015000013);
-    t182 = R::fused(t107, R::constant(0.0019869300015000007), t181);
+    t181 = t92 * R::constant(0.0034880700015);
+    t182 = R::fused(t107, R::constant(0.0019869300015), t181);
     t183 = t105 - t110;
     t184 = R::fused(R::constant(0.0004625), t183, t182);
-    t185 = t109 * R::constant(0.002737500001500001);
+    t185 = t109 * R::constant(0.0027375000015);
     t186 = R::fused(R::constant(-0.0004625), t112, t185);
     t187 = R::constant(0.02072) * t104;
     t188 = R::fused(R::constant(-0.0125), t102, t187);
@@ -300,7 +300,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t219 = t215 * R::constant(0.00135);
     t220 = R::fused(R::constant(0.065460255), t216, t219);
     t221 = R::constant(0.065860155) - t218;
-    t222 = R::constant(0.00039990000000000164) + t218;
+    t222 = R::constant(0.0003999) + t218;
     t223 = R::constant(0.000675) - t220;
     t224 = t73 * t214;
     t225 = R::fused(-t74, t212, t224);
@@ -310,7 +310,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t229 = R::fused(-t78, t212, t228);
     t230 = t76 * t221;
     t231 = R::fused(t75, t223, t230);
-    t232 = R::constant(0.06626005500000001) * t72;
+    t232 = R::constant(0.066260055) * t72;
     t233 = t221 - t222;
     t234 = R::fused(t12, t233, t232);
     t235 = R::fused(-t35, t223, t234);
@@ -346,12 +346,12 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t258 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
     t259 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
     t260 = R::constant(0.209167) * t258;
-    t261 = R::fused(-t259, R::constant(0.0031200000000000004), t260);
-    t262 = t258 * R::constant(0.0031200000000000004);
+    t261 = R::fused(-t259, R::constant(0.00312), t260);
+    t262 = t258 * R::constant(0.00312);
     t263 = R::fused(R::constant(0.209167), t259, t262);
     t264 = R::constant(0.211227) - t261;
-    t265 = R::constant(0.0020599999999999924) + t261;
-    t266 = R::constant(0.0015600000000000002) - t263;
+    t265 = R::constant(0.00206) + t261;
+    t266 = R::constant(0.00156) - t263;
     t267 = t53 * t257;
     t268 = R::fused(-t54, t255, t267);
     t269 = t55 * t257;
@@ -383,22 +383,22 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t295 = R::fused(R::constant(-0.04), t286, t290);
     t296 = R::fused(R::constant(0.055), t286, t291);
     // right_hip_roll_link: sums of what it carries
-    t297 = R::constant(0.23809999999999998) * t43;
+    t297 = R::constant(0.2381) * t43;
     t298 = R::fused(R::constant(0.1718), t44, t297);
-    t299 = a_right_hip_roll * R::constant(0.021832499999999977);
-    t300 = R::fused(t16, R::constant(0.008076000000000028), t299);
+    t299 = a_right_hip_roll * R::constant(0.0218325);
+    t300 = R::fused(t16, R::constant(0.008076), t299);
     t301 = R::fused(R::constant(0.000225), t46, t300);
-    t302 = R::fused(R::constant(-0.00015000000000000001), t45, t301);
+    t302 = R::fused(R::constant(-0.00015), t45, t301);
     t303 = R::fused(R::constant(0.009074), t34, -t302);
-    t304 = t44 * R::constant(0.006878249999999975);
+    t304 = t44 * R::constant(0.00687825);
     t305 = R::fused(R::constant(0.009074), t43, t304);
     t306 = R::fused(R::constant(0.000225), t20, -t305);
-    t307 = R::fused(R::constant(0.00015000000000000001), t35, -t306);
-    t308 = R::fused(t43, R::constant(0.014954250000000002), t36);
+    t307 = R::fused(R::constant(0.00015), t35, -t306);
+    t308 = R::fused(t43, R::constant(0.01495425), t36);
     t309 = R::fused(R::constant(0.009074), t44, t308);
     t310 = R::fused(R::constant(0.000225), t37, t309);
     t311 = t39 - t303;
-    t312 = R::fused(a_right_hip_yaw, R::constant(0.006013000000000001), -t307);
+    t312 = R::fused(a_right_hip_yaw, R::constant(0.006013), -t307);
     t313 = R::fused(a_right_hip_yaw, R::constant(0.0083335), -t310);
     t314 = t286 - t298;
     t315 = t294 + t311;
@@ -407,6 +407,6 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t318 = sin_q_right_hip_roll * t316;
     t319 = R::fused(cos_q_right_hip_roll, t317, t318);
     t320 = R::fused(R::constant(0.035), t314, t319);
-    t321 = R::fused(a_right_hip_yaw, R::constant(0.007011583333000004), t320); // right_hip_yaw_link
+    t321 = R::fused(a_right_hip_yaw, R::constant(0.007011583333), t320); // right_hip_yaw_link: sums of what it carries
     *out = [[t321, t315, t290, t247, t200, t168]];
 }

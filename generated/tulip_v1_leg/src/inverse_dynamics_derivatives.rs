@@ -104,7 +104,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t16 = t11 - t15; // right_foot: motion
     // right_foot: sums of what it carries
     t17 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
-    t18 = R::constant(0.00008333333000000009) * t17;
+    t18 = R::constant(0.00008333333) * t17;
     t19 = R::constant(0.0005166666685) + t18;
     t20 = t16 * t19;
     t21 = sin_q_right_hip_roll * t2; // right_hip_roll_link: motion
@@ -125,7 +125,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t36 = t34 * t14; // right_foot: motion
     t37 = t35 - t36; // right_foot: motion
     t38 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
-    t39 = R::constant(0.00008333333000000009) * t38;
+    t39 = R::constant(0.00008333333) * t38;
     t40 = R::fused(t37, t39, t20);
     t41 = t34 * t10; // right_ankle: motion
     t42 = sin_t1 * t25; // right_ankle: motion
@@ -199,8 +199,8 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t106 = t37 * t105;
     t107 = R::fused(-t16, t103, t106);
     t108 = R::fused(R::constant(-0.037), t107, t104);
-    t109 = t7 * R::constant(0.0034880700015000013); // right_ankle: sums of what it carries
-    t110 = R::fused(t100, R::constant(0.0019869300015000007), t109); // right_ankle: sums of what it carries
+    t109 = t7 * R::constant(0.0034880700015); // right_ankle: sums of what it carries
+    t110 = R::fused(t100, R::constant(0.0019869300015), t109); // right_ankle: sums of what it carries
     t111 = t13 * t13; // right_ankle: motion
     t112 = t49 - t111; // right_ankle: sums of what it carries
     t113 = R::fused(R::constant(0.0004625), t112, t110); // right_ankle: sums of what it carries
@@ -232,13 +232,13 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t138 = R::fused(-t75, t137, t135);
     t139 = t119 - t138;
     // right_lower_leg: sums of what it carries
-    t140 = R::constant(0.06626005500000001) * t6;
+    t140 = R::constant(0.066260055) * t6;
     t141 = sin_t0 * sin_t0;
     t142 = R::constant(0.065460255) * t141;
     t143 = sin_t0 * cos_t0;
     t144 = R::fused(-t143, R::constant(0.00135), t142);
     t145 = R::constant(0.065860155) - t144;
-    t146 = R::constant(0.00039990000000000164) + t144;
+    t146 = R::constant(0.0003999) + t144;
     t147 = t145 - t146;
     t148 = R::fused(t65, t147, t140);
     t149 = t141 * R::constant(0.00135);
@@ -268,14 +268,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t172 = sin_q_right_hip_pitch * sin_q_right_hip_pitch;
     t173 = R::constant(0.209167) * t172;
     t174 = sin_q_right_hip_pitch * cos_q_right_hip_pitch;
-    t175 = R::fused(-t174, R::constant(0.0031200000000000004), t173);
+    t175 = R::fused(-t174, R::constant(0.00312), t173);
     t176 = R::constant(0.211227) - t175;
-    t177 = R::constant(0.0020599999999999924) + t175;
+    t177 = R::constant(0.00206) + t175;
     t178 = t176 - t177;
     t179 = R::fused(t65, t178, t171);
-    t180 = t172 * R::constant(0.0031200000000000004);
+    t180 = t172 * R::constant(0.00312);
     t181 = R::fused(R::constant(0.209167), t174, t180);
-    t182 = R::constant(0.0015600000000000002) - t181;
+    t182 = R::constant(0.00156) - t181;
     t183 = R::fused(-t152, t182, t179);
     t184 = R::constant(0.7908) * cos_q_right_hip_pitch;
     t185 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t184);
@@ -290,14 +290,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t194 = t164 + t193;
     t195 = R::fused(R::constant(-0.04), t194, t191);
     // right_hip_roll_link: sums of what it carries
-    t196 = t85 * R::constant(0.006878249999999975);
+    t196 = t85 * R::constant(0.00687825);
     t197 = R::fused(R::constant(0.009074), t83, t196);
     t198 = R::fused(R::constant(-0.000225), t58, t197);
-    t199 = R::fused(R::constant(0.00015000000000000001), t152, t198);
-    t200 = R::fused(-a_right_hip_yaw, R::constant(0.006013000000000001), t199);
+    t199 = R::fused(R::constant(0.00015), t152, t198);
+    t200 = R::fused(-a_right_hip_yaw, R::constant(0.006013), t199);
     t201 = t195 + t200;
     t202 = cos_q_right_hip_roll * t201;
-    t203 = R::constant(0.0005999999985000001) - t18; // right_foot: sums of what it carries
+    t203 = R::constant(0.0005999999985) - t18; // right_foot: sums of what it carries
     t204 = t37 * t203; // right_foot: sums of what it carries
     t205 = t41 - t44; // right_foot: motion
     // right_foot: sums of what it carries
@@ -307,7 +307,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t209 = R::fused(-t46, t208, t207);
     t210 = R::fused(t102, t105, t209);
     t211 = R::fused(t34, t13, t30); // right_ankle: motion
-    t212 = t211 * R::constant(0.002737500001500001); // right_ankle: sums of what it carries
+    t212 = t211 * R::constant(0.0027375000015); // right_ankle: sums of what it carries
     t213 = t43 - t41; // right_ankle: motion
     t214 = R::fused(R::constant(-0.0004625), t213, t212); // right_ankle: sums of what it carries
     t215 = cos_q_right_hip_roll * t54; // right_hip_roll_link: motion
@@ -355,7 +355,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t255 = R::fused(t205, t103, t254); // right_foot: sums of what it carries
     t256 = R::fused(R::constant(-0.037), t255, t252); // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
-    t257 = t213 * R::constant(0.0007505700000000003);
+    t257 = t213 * R::constant(0.00075057);
     let (
         t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275,
         t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293,
@@ -397,15 +397,15 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t277 = t273 + t276;
     t278 = R::fused(R::constant(-0.055), t194, t277);
     // right_hip_roll_link: sums of what it carries
-    t279 = t83 * R::constant(0.014954250000000002);
-    t280 = R::fused(R::constant(0.00015000000000000001), t219, t279);
+    t279 = t83 * R::constant(0.01495425);
+    t280 = R::fused(R::constant(0.00015), t219, t279);
     t281 = R::fused(R::constant(0.009074), t85, t280);
     t282 = t60 - t61;
     t283 = R::fused(R::constant(0.000225), t282, t281);
     t284 = R::fused(-a_right_hip_yaw, R::constant(0.0083335), t283);
     t285 = t278 + t284;
     t286 = R::fused(sin_q_right_hip_roll, t285, t202);
-    t287 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0005549999999999999), t39); // right_foot
+    t287 = R::fused(-sin_q_right_ankle_roll, R::constant(0.000555), t39); // right_foot: sums of what it carries
     t288 = sin_t1 * t287; // right_ankle: sums of what it carries
     t289 = R::fused(cos_t1, t46, t288); // right_ankle: sums of what it carries
     t290 = R::fused(-t75, t105, t289); // right_ankle: sums of what it carries
@@ -423,10 +423,10 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t301 = sin_t1 * sin_t1;
     t302 = R::constant(2.0) * t300;
     t303 = t301 * t302;
-    t304 = cos_q_right_ankle_roll * R::constant(0.0011099999999999999); // right_foot: sums of what it carries
+    t304 = cos_q_right_ankle_roll * R::constant(0.00111); // right_foot: sums of what it carries
     t305 = R::constant(0.001116666667) + t304; // right_foot: sums of what it carries
-    t306 = R::constant(0.0007505700000000003) + t305;
-    t307 = R::constant(0.002737500001500001) + t203;
+    t306 = R::constant(0.00075057) + t305;
+    t307 = R::constant(0.0027375000015) + t203;
     t308 = t306 - t307;
     t309 = sin_t1 * cos_t1;
     t310 = R::fused(t308, t309, t303);
@@ -444,7 +444,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t321 = t317 - t320;
     t322 = t321 + t182; // right_upper_leg: sums of what it carries
     t323 = R::fused(R::constant(-0.04), t296, t322); // right_upper_leg: sums of what it carries
-    t324 = R::constant(0.00015000000000000001) - t323; // right_hip_roll_link: sums of what it carries
+    t324 = R::constant(0.00015) - t323; // right_hip_roll_link: sums of what it carries
     t325 = R::fused(cos_q_right_hip_roll, t324, t299); // right_hip_roll_link: sums of what it carries
     t326 = t53 * t325; // right_hip_roll_link: answer of the forces to its motion
     t327 = cos_t1 * t287; // right_ankle: sums of what it carries
@@ -464,7 +464,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t339 = t337 * t338;
     t340 = t19 + t304; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
-    t341 = R::constant(0.0034880700015000013) + t340;
+    t341 = R::constant(0.0034880700015) + t340;
     t342 = t75 * t294;
     t343 = R::constant(2.0) * t342;
     t344 = t79 * t313;
@@ -472,7 +472,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t346 = t343 + t345;
     t347 = t341 + t346;
     // right_lower_leg: sums of what it carries
-    t348 = R::constant(0.06626005500000001) + t347;
+    t348 = R::constant(0.066260055) + t347;
     t349 = t67 * t295;
     t350 = R::constant(2.0) * t349;
     t351 = t71 * t318;
@@ -482,7 +482,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t355 = R::constant(0.213287) + t354; // right_upper_leg: sums of what it carries
     t356 = t331 * R::constant(0.08); // right_upper_leg: sums of what it carries
     t357 = t355 + t356; // right_upper_leg: sums of what it carries
-    t358 = R::constant(0.006878249999999975) + t357; // right_hip_roll_link: sums of what it carries
+    t358 = R::constant(0.00687825) + t357; // right_hip_roll_link: sums of what it carries
     // right_ankle: sums of what it carries
     t359 = t308 * t301;
     t360 = R::fused(-t309, t302, t359);
@@ -494,7 +494,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t366 = sin_q_right_ankle_roll * R::constant(0.00165); // right_upper_leg: sums of what it carries
     t367 = t365 - t366; // right_upper_leg: sums of what it carries
     // right_hip_roll_link: sums of what it carries
-    t368 = R::constant(0.014954250000000002) + t367;
+    t368 = R::constant(0.01495425) + t367;
     t369 = t358 - t368;
     t370 = sin_q_right_hip_roll * cos_q_right_hip_roll;
     t371 = R::fused(t369, t370, t339);
@@ -508,7 +508,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t378 = R::fused(t14, t377, t376);
     t379 = cos_t1 * t378; // right_ankle: sums of what it carries
     t380 = t10 * t377;
-    t381 = t38 * R::constant(0.00016666666000000017);
+    t381 = t38 * R::constant(0.00016666666);
     t382 = R::fused(-t34, t381, t380);
     t383 = t34 * R::constant(0.074);
     t384 = R::fused(t105, t383, t382);
@@ -537,7 +537,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t406 = v_right_hip_roll * R::constant(0.11);
     t407 = R::fused(t105, t406, t405);
     t408 = t31 * R::constant(0.00045); // right_hip_roll_link: sums of what it carries
-    t409 = R::fused(-v_right_hip_roll, R::constant(0.029908500000000005), t408); // right_hip_roll_link
+    t409 = R::fused(-v_right_hip_roll, R::constant(0.0299085), t408); // right_hip_roll_link: sums of what it carries
     t410 = t407 + t409; // right_hip_roll_link: sums of what it carries
     // right_foot: sums of what it carries
     t411 = cos_q_right_ankle_roll * R::constant(0.00075);
@@ -550,11 +550,11 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t418 = R::fused(-t103, t417, t416);
     // right_ankle: sums of what it carries
     t419 = t10 * R::constant(0.000925);
-    t420 = R::fused(-t13, R::constant(0.0015011400000000006), t419);
+    t420 = R::fused(-t13, R::constant(0.00150114), t419);
     t421 = t418 + t420;
     t422 = cos_t1 * t421;
     t423 = t14 * t411; // right_foot: sums of what it carries
-    t424 = t10 * R::constant(0.005475000003000002);
+    t424 = t10 * R::constant(0.005475000003);
     t425 = R::fused(-t13, R::constant(0.000925), t424);
     t426 = t423 - t425;
     t427 = R::fused(-sin_t1, t426, t422);
@@ -598,8 +598,8 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t463 = t331 * t462;
     t464 = t461 + t463;
     // right_hip_roll_link: sums of what it carries
-    t465 = t8 * R::constant(0.00030000000000000003);
-    t466 = R::fused(-v_right_hip_roll, R::constant(0.01375649999999995), t465);
+    t465 = t8 * R::constant(0.0003);
+    t466 = R::fused(-v_right_hip_roll, R::constant(0.0137565), t465);
     t467 = t464 - t466;
     t468 = t467 + t410;
     t469 = t337 * t468;
@@ -684,10 +684,10 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t525 = R::fused(R::constant(-0.037), t398, t524);
     t526 = t103 * t383;
     t527 = t525 - t526;
-    t528 = R::fused(-t34, R::constant(0.0015011400000000006), t527); // right_ankle: sums of what it carries
+    t528 = R::fused(-t34, R::constant(0.00150114), t527); // right_ankle: sums of what it carries
     t529 = t14 * t375;
     // right_ankle: sums of what it carries
-    t530 = R::fused(t34, R::constant(0.005475000003000002), t529);
+    t530 = R::fused(t34, R::constant(0.005475000003), t529);
     t531 = t528 + t530;
     t532 = R::fused(-t309, t531, t522);
     t533 = t516 - t532;
@@ -711,7 +711,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t549 = t503 + t548;
     t550 = t547 - t549;
     // right_hip_roll_link: sums of what it carries
-    t551 = t31 * R::constant(0.00030000000000000003);
+    t551 = t31 * R::constant(0.0003);
     t552 = t551 - t508;
     t553 = t550 - t552;
     t554 = t510 - t553;
@@ -719,14 +719,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t556 = t410 - t555;
     t557 = R::fused(-v_right_hip_yaw, t556, t374); // right_hip_roll_link: answer of the forces to its motion
     t558 = t286 - t557; // right_hip_roll_link: answer of the forces to its motion
-    t559 = R::constant(0.23809999999999998) - t105;
+    t559 = R::constant(0.2381) - t105;
     t560 = sin_q_right_hip_roll * t559;
     t561 = R::constant(0.1718) + t331;
     t562 = R::fused(cos_q_right_hip_roll, t561, t560);
     t563 = a_right_hip_yaw * t562; // right_hip_roll_link: answer of the forces to its motion
     t564 = R::fused(-v_right_hip_roll, R::constant(0.3436), t460);
     t565 = sin_q_right_hip_roll * t564;
-    t566 = R::fused(v_right_hip_roll, R::constant(0.47619999999999996), t404);
+    t566 = R::fused(v_right_hip_roll, R::constant(0.4762), t404);
     t567 = R::fused(cos_q_right_hip_roll, t566, t565);
     t568 = R::fused(v_right_hip_yaw, t567, t563); // right_hip_roll_link: answer of the forces to its motion
     t569 = R::fused(R::constant(-0.035), t568, t558); // right_hip_roll_link: answer of the forces to its motion
@@ -741,7 +741,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t578 = t577 + t176; // right_upper_leg: sums of what it carries
     t579 = t366 - t356; // right_upper_leg: sums of what it carries
     t580 = t578 - t579; // right_upper_leg: sums of what it carries
-    t581 = R::constant(0.021832499999999977) + t580;
+    t581 = R::constant(0.0218325) + t580;
     t582 = t53 * t581; // right_hip_roll_link: answer of the forces to its motion
     t583 = cos_q_right_hip_roll * t298;
     t584 = R::fused(-sin_q_right_hip_roll, t324, t583);
@@ -754,7 +754,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t591 = R::fused(t32, t458, t487); // right_upper_leg: sums of what it carries
     t592 = R::fused(R::constant(-0.055), t591, t590); // right_upper_leg: sums of what it carries
     t593 = R::fused(t105, t502, t592); // right_upper_leg: sums of what it carries
-    t594 = t8 * R::constant(0.029908500000000005);
+    t594 = t8 * R::constant(0.0299085);
     t595 = R::fused(-t31, R::constant(0.018148), t594);
     t596 = t593 + t595;
     t597 = cos_q_right_hip_roll * t596;
@@ -772,7 +772,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t608 = R::fused(-t331, t502, t607); // right_upper_leg: sums of what it carries
     // right_hip_roll_link: sums of what it carries
     t609 = t8 * R::constant(0.018148);
-    t610 = R::fused(-t31, R::constant(0.01375649999999995), t609);
+    t610 = R::fused(-t31, R::constant(0.0137565), t609);
     t611 = t608 + t610;
     t612 = R::fused(-sin_q_right_hip_roll, t611, t597);
     t613 = R::fused(v_right_hip_yaw, t612, t586); // right_hip_roll_link: answer of the forces to its motion
@@ -860,7 +860,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t691 = R::fused(cos_q_right_hip_roll, t687, t690);
     t692 = R::fused(-t54, t691, t689);
     t693 = sin_t1 * t48;
-    t694 = R::fused(cos_q_right_ankle_roll, R::constant(0.0005549999999999999), R::constant(0.001116666667));
+    t694 = R::fused(cos_q_right_ankle_roll, R::constant(0.000555), R::constant(0.001116666667));
     t695 = R::fused(cos_t1, t694, t693);
     t696 = R::fused(t79, t103, t695);
     t697 = R::fused(t71, t103, t696);
@@ -1344,7 +1344,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1118 = R::fused(cos_q_right_hip_roll, t741, t1117); // right_foot: answer of the forces to its motion
     t1119 = R::fused(t1099, t688, t1118); // right_foot: answer of the forces to its motion
     t1120 = R::fused(t296, t462, t767); // right_upper_leg: sums of what it carries
-    t1121 = R::fused(v_right_hip_roll, R::constant(0.00030000000000000003), t1120); // right_hip_roll_link
+    t1121 = R::fused(v_right_hip_roll, R::constant(0.0003), t1120); // right_hip_roll_link: sums of what it carries
     t1122 = sin_q_right_hip_roll * t1121; // right_hip_roll_link: sums of what it carries
     t1123 = R::fused(-t296, t406, t802); // right_upper_leg: sums of what it carries
     t1124 = R::fused(-v_right_hip_roll, R::constant(0.00045), t1123); // right_hip_roll_link: sums of what it carries
@@ -1539,7 +1539,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1290 = R::constant(0.055) * t1264;
     t1291 = R::fused(R::constant(0.04), t393, t1290);
     t1292 = t1289 + t1291;
-    t1293 = R::constant(0.0025869300000000007) - t18; // right_foot: sums of what it carries
+    t1293 = R::constant(0.00258693) - t18; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t1294 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch;
     t1295 = t305 - t1293;
@@ -1548,7 +1548,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1298 = t300 * t1297;
     t1299 = R::fused(R::constant(-2.0), t1298, t1296);
     t1300 = t1293 + t1299;
-    t1301 = R::constant(0.06546025500000001) - t1300;
+    t1301 = R::constant(0.065460255) - t1300;
     t1302 = sin_q_right_knee_pitch * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t1303 = t305 - t1299;
     t1304 = t292 * cos_q_right_ankle_pitch;
@@ -1569,7 +1569,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1318 = t1316 * t1317;
     t1319 = R::fused(R::constant(-2.0), t1318, t1309);
     t1320 = t1301 - t1319;
-    t1321 = R::constant(0.20916700000000002) + t1320;
+    t1321 = R::constant(0.209167) + t1320;
     t1322 = t1307 - t1319;
     t1323 = R::constant(0.28176) + t1305; // right_ankle: sums of what it carries
     t1324 = t1323 * cos_q_right_knee_pitch;
@@ -1585,17 +1585,17 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1334 = t1323 * sin_q_right_knee_pitch;
     t1335 = R::fused(-t1325, cos_q_right_knee_pitch, t1334);
     t1336 = R::fused(R::constant(-0.315), t1335, t1333);
-    t1337 = R::constant(0.0015600000000000002) + t1336;
+    t1337 = R::constant(0.00156) + t1336;
     // right_upper_leg: sums of what it carries
     t1338 = t174 * t1337;
     t1339 = R::fused(R::constant(-2.0), t1338, t1330);
     t1340 = t1321 - t1339;
     t1341 = t366 + t1340;
-    t1342 = R::constant(0.00008333333000000009) - t18; // right_foot: sums of what it carries
+    t1342 = R::constant(0.00008333333) - t18; // right_foot: sums of what it carries
     t1343 = t304 - t1342; // right_foot: sums of what it carries
-    t1344 = R::constant(0.004088070000000001) + t1343; // right_foot: sums of what it carries
+    t1344 = R::constant(0.00408807) + t1343; // right_foot: sums of what it carries
     t1345 = t1344 + t1306; // right_ankle: sums of what it carries
-    t1346 = R::constant(0.06626005500000001) + t1345; // right_ankle: sums of what it carries
+    t1346 = R::constant(0.066260055) + t1345; // right_ankle: sums of what it carries
     t1347 = t1346 + t1327; // right_lower_leg: sums of what it carries
     t1348 = R::constant(0.213287) + t1347; // right_lower_leg: sums of what it carries
     t1349 = R::constant(0.7908) + t1326; // right_lower_leg: sums of what it carries
@@ -1604,7 +1604,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1352 = R::fused(sin_q_right_hip_pitch, t1351, t1350);
     t1353 = R::constant(0.08) * t1352;
     t1354 = t1348 + t1353;
-    t1355 = R::constant(0.28591372500000006) - t1354;
+    t1355 = R::constant(0.285913725) - t1354;
     t1356 = t1341 - t1355; // right_hip_roll_link: sums of what it carries
     t1357 = t337 * t1356; // right_hip_roll_link: sums of what it carries
     t1358 = t287 * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
@@ -1612,7 +1612,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1360 = t1359 * cos_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t1361 = t287 * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t1362 = R::fused(-t46, sin_q_right_ankle_pitch, t1361); // right_ankle: sums of what it carries
-    t1363 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0040950000000000005), t1362); // right_ankle
+    t1363 = R::fused(-sin_q_right_ankle_roll, R::constant(0.004095), t1362); // right_ankle: sums of what it carries
     t1364 = R::fused(t1363, sin_q_right_knee_pitch, t1360); // right_lower_leg: sums of what it carries
     t1365 = sin_q_right_hip_pitch * t1364;
     t1366 = t1359 * sin_q_right_knee_pitch; // right_lower_leg: sums of what it carries
@@ -1629,7 +1629,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1377 = R::constant(0.1718) + t1352;
     t1378 = R::fused(-sin_q_right_hip_roll, t1377, t570); // right_hip_roll_link: sums of what it carries
     t1379 = R::fused(R::constant(-0.07), t1378, t1376); // right_hip_roll_link: sums of what it carries
-    t1380 = R::constant(0.29980355833300004) - t1379; // right_hip_roll_link: sums of what it carries
+    t1380 = R::constant(0.299803558333) - t1379; // right_hip_roll_link: sums of what it carries
     t1381 = cos_q_right_hip_pitch * t1364;
     t1382 = R::fused(sin_q_right_hip_pitch, t1368, t1381);
     t1383 = sin_q_right_hip_pitch * t1349;
@@ -1641,7 +1641,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1389 = R::fused(R::constant(-2.0), t1388, t1337);
     t1390 = R::fused(-t174, t1329, t1389);
     t1391 = R::fused(R::constant(-0.04), t1384, t1390);
-    t1392 = R::constant(0.00015000000000000001) - t1391;
+    t1392 = R::constant(0.00015) - t1391;
     t1393 = R::fused(cos_q_right_hip_roll, t1392, t1387); // right_hip_roll_link: sums of what it carries
     t1394 = -t1393; // right_hip_roll_link: sums of what it carries
     // right_upper_leg: mass matrix
@@ -1696,7 +1696,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1440 = cos_q_right_knee_pitch * t1439;
     t1441 = t48 * sin_q_right_ankle_pitch;
     t1442 = R::fused(t694, cos_q_right_ankle_pitch, t1441);
-    t1443 = R::fused(cos_q_right_ankle_roll, R::constant(0.0040950000000000005), t1442);
+    t1443 = R::fused(cos_q_right_ankle_roll, R::constant(0.004095), t1442);
     t1444 = R::fused(-sin_q_right_knee_pitch, t1443, t1440);
     t1445 = cos_q_right_hip_pitch * t1444;
     t1446 = sin_q_right_knee_pitch * t1439;

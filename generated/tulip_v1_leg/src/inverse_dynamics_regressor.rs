@@ -85,7 +85,7 @@ pub(super) fn inverse_dynamics_regressor_program<R: Real>(
         t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
         t254, t255,
     );
-    t0 = a_right_hip_yaw * R::constant(0.0012250000000000002); // right_hip_roll_link: wrench handed to its parent
+    t0 = a_right_hip_yaw * R::constant(0.001225); // right_hip_roll_link: wrench handed to its parent
     t1 = v_right_hip_yaw * v_right_hip_yaw; // right_hip_yaw_link: motion
     t2 = t1 * R::constant(0.035); // right_hip_roll_link: motion
     t3 = t2 * sin_q_right_hip_roll; // right_hip_roll_link: motion

@@ -60,11 +60,11 @@ pub(super) fn potential_energy_program<R: Real>(q: &[R; NQ], out: &mut [[R; 1]; 
     // right_upper_leg: sums of what it carries
     let t13 = t12 * cos_q_right_hip_pitch;
     let t14 = R::fused(t11, sin_q_right_hip_pitch, t13);
-    let t15 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.23809999999999998));
+    let t15 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.2381));
     let t16 = R::constant(0.1718) + t14;
     let t17 = t15 * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     let t18 = R::fused(t16, cos_q_right_hip_roll, t17); // right_hip_roll_link: sums of what it carries
-    let t19 = R::constant(0.22114999999999999) + t18; // right_hip_roll_link: sums of what it carries
+    let t19 = R::constant(0.22115) + t18; // right_hip_roll_link: sums of what it carries
     let t20 = R::constant(9.81) * t19; // other
     let t21 = -t20; // other
     *out = [[t21]];
