@@ -129,3 +129,13 @@ fn folded_constants_have_no_dust() {
         }
     }
 }
+
+#[test]
+fn the_readme_shows_generated_code() {
+    let readme = include_str!("../../README.md");
+    let block = readme.split("```rust\n").find(|block| block.starts_with("pub(super) fn")).unwrap();
+    let shown = block.split("```").next().unwrap().split("    ...\n");
+    let sources = sources();
+    let (_, code) = sources.iter().find(|(path, _)| path.ends_with("five_link/src/bias.rs")).unwrap();
+    shown.for_each(|lines| assert!(code.contains(lines), "{lines}"));
+}
