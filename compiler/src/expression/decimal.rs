@@ -9,6 +9,10 @@ const SHORT: usize = 15;
 
 /// `x + y`
 pub fn sum(x: f64, y: f64) -> f64 {
+    // Most numbers of an inertia are zeros, and most rotations are by right angles: nothing is rounded then.
+    if x == 0.0 || y == 0.0 || x == -y {
+        return x + y;
+    }
     exactly(x, y, |(a, p), (b, q)| {
         let least = p.min(q);
         let scaled = |digits: i128, exponent: i32| {
@@ -23,6 +27,10 @@ pub fn sum(x: f64, y: f64) -> f64 {
 
 /// `x · y`
 pub fn product(x: f64, y: f64) -> f64 {
+    let plain = |x: f64| [0.0, 1.0, 2.0].contains(&x.abs());
+    if plain(x) || plain(y) {
+        return x * y;
+    }
     exactly(x, y, |(a, p), (b, q)| Some((a * b, p + q))).unwrap_or(x * y)
 }
 
