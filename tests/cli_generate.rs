@@ -164,6 +164,16 @@ fn elsewhere_the_crate_carries_its_runtime_and_builds() {
     check.env("RUSTFLAGS", "-D warnings").env("CARGO_PROFILE_DEV_DEBUG", "0");
     let checked = check.output().unwrap();
     assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+    // With a runtime of another form it does not build, and the error says what to do.
+    let path = moved.join("bipedc-runtime/src/format.rs");
+    let format = std::fs::read_to_string(&path).unwrap();
+    let line = |format: u32| format!("pub const FORMAT: u32 = {format};");
+    let other = format.replace(&line(bipedc_runtime::FORMAT), &line(bipedc_runtime::FORMAT + 1));
+    assert_ne!(other, format);
+    std::fs::write(&path, other).unwrap();
+    let refused = check.output().unwrap();
+    let words = String::from_utf8_lossy(&refused.stderr);
+    assert!(!refused.status.success() && words.contains("generate it again with `bipedc`"), "{words}");
 }
 
 #[test]

@@ -1,12 +1,10 @@
 //! For build scripts: a robot's code in Cargo's output folder.
 use crate::compile::crate_name;
 use crate::description::SourceFiles;
-use crate::emit::{ident, type_name};
-use crate::front::{Request, items_for, module};
+use crate::emit::{Text, documentation, ident, robot_type, type_name};
+use crate::front::{ATTRIBUTES, Request, items_for};
 use bipedc_effects::diagnostic::Diagnostics;
 use bipedc_effects::files::write_with_folders;
-use proc_macro2::TokenStream;
-use quote::quote;
 use std::path::{Path, PathBuf};
 
 /// Compiles a robot from a build script: its folder, its `biped.toml` or a URDF, relative to `Cargo.toml`.
@@ -69,25 +67,23 @@ pub fn write(path: &Path, request: &Request, folder: &Path) -> Result<Written, D
     let files = SourceFiles::load(path)?;
     let mut sources = vec![files.urdf_path.clone(), files.toml_path.clone()];
     sources.dedup();
-    let (name, tokens) = code(files, request)?;
-    let text = prettyplease::unparse(&syn::parse2(tokens).expect("emitted tokens are Rust"));
+    let (name, text) = code(files, request)?;
     let file = folder.join(format!("{name}.rs"));
     write_with_folders(&file, &text).map_err(|error| Diagnostics(vec![error]))?;
     Ok(Written { file, sources })
 }
 
-fn code(files: SourceFiles, request: &Request) -> Result<(String, TokenStream), Diagnostics> {
+fn code(files: SourceFiles, request: &Request) -> Result<(String, String), Diagnostics> {
     let compiled = request.compile(files)?;
     let name = crate_name(&compiled.name);
     let type_name = type_name(&name);
-    let (items, type_ident) = (items_for(&compiled, &type_name, request), ident(&type_name));
-    let doc = format!(" Robot `{}`; implements `bipedc_runtime::Model`.", compiled.name);
-    let content = quote! {
-        #[doc = #doc]
-        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-        pub struct #type_ident;
-        #items
-    };
-    let module_doc = format!(" Equations of motion of `{}`.", compiled.name);
-    Ok((name.clone(), module(&quote!(pub), &ident(&name), &module_doc, &content)))
+    let mut text = Text::default();
+    text.lines(ATTRIBUTES);
+    text.open(&format!("pub mod {} {{", ident(&name)));
+    documentation(&compiled, &mut text);
+    text.line("");
+    text.lines(&robot_type(&compiled, &type_name));
+    text.lines(&items_for(&compiled, &type_name, request));
+    text.close("}");
+    Ok((name, text.finish()))
 }

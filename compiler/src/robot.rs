@@ -13,9 +13,6 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use std::path::Path;
 
-/// Version of the emitted code's form; part of the hash, so that old output counts as stale.
-const FORMAT: u32 = 1;
-
 /// A robot as read from its folder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
@@ -146,7 +143,7 @@ impl Robot {
     pub fn hash(&self) -> String {
         let mut parts = vec![
             env!("CARGO_PKG_VERSION").to_owned(),
-            FORMAT.to_string(),
+            bipedc_runtime::FORMAT.to_string(),
             self.sources.urdf_text.clone(),
             self.sources.toml_text.clone(),
             // May differ from what the files say.

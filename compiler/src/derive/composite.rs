@@ -8,6 +8,7 @@ use crate::tree::Motion;
 pub fn composites<'g>(model: &RobotModel<'g, '_>) -> Vec<BodyInertia<'g>> {
     let mut out = model.inertias.clone();
     for index in (0..out.len()).rev() {
+        let _work = model.work(index, "sums of what it carries");
         if let Some(parent) = model.tree.bodies[index].parent {
             out[parent] = out[parent].plus(&out[index].in_parent(model, index));
         }
@@ -34,6 +35,7 @@ pub fn mass_matrix<'g>(model: &RobotModel<'g, '_>) -> Vec<Vec<Sym<'g>>> {
     let composite = composites(model);
     let mut d = vec![vec![model.constant(0.0); tree.nv]; tree.nv];
     for (index, body) in tree.bodies.iter().enumerate() {
+        let _work = model.work(index, "mass matrix");
         if body.motion == Motion::Free {
             free_block(&mut d, body.v_index, &composite[index]);
             continue;

@@ -17,6 +17,7 @@ pub struct Pose<'g> {
 pub fn world_poses<'g>(model: &RobotModel<'g, '_>) -> Vec<Pose<'g>> {
     let mut out: Vec<Pose<'g>> = Vec::new();
     for index in 0..model.tree.bodies.len() {
+        let _work = model.work(index, "pose in the world");
         let columns = |parent: Option<Matrix3<'g>>| {
             let rows = match parent {
                 // Row r of R_parent R_body is R_bodyᵀ applied to row r of R_parent.
@@ -63,6 +64,7 @@ pub fn jacobian<'g>(
     let zero = model.zero3();
     let mut columns = vec![(zero, zero); model.tree.nv];
     for index in body.into_iter().flat_map(|b| model.tree.path_to_root(b)) {
+        let _work = model.work(index, "Jacobian");
         let moved = &model.tree.bodies[index];
         let pose = poses[index];
         let arm = position - pose.position;
@@ -99,6 +101,7 @@ pub fn jacobian_rate_times_velocity<'g>(
     let Some(body) = frame.body else { return zero };
     let motion = forward(model, Motions { velocity: true, acceleration: false, gravity: false })[body];
     let shift = Vector3::constant(model.graph, frame.placement.translation);
+    let _work = model.work(body, "acceleration of the point");
     let linear = poses[body].rotation * (motion.acceleration + motion.u * shift);
     let angular = poses[body].rotation * motion.angular_acceleration;
     [linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]]

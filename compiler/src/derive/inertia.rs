@@ -143,13 +143,7 @@ pub fn regroup(tree: &Tree) -> Vec<Inertia> {
         before[index] = own;
         let Some(parent) = body.parent else { continue };
         let moved = movable_part(body.motion, &own);
-        let kept = Inertia {
-            mass: own.mass - moved.mass,
-            first_moment: [0, 1, 2].map(|i| own.first_moment[i] - moved.first_moment[i]),
-            second_moment: [0, 1, 2]
-                .map(|r| [0, 1, 2].map(|c| own.second_moment[r][c] - moved.second_moment[r][c])),
-        };
-        inertias[index] = kept;
+        inertias[index] = own.less(&moved);
         inertias[parent] = inertias[parent].plus(&moved.transformed(&body.placement));
     }
     inertias.iter().zip(&before).map(|(kept, before)| clean(kept, before)).collect()

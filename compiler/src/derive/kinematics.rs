@@ -58,6 +58,7 @@ pub fn forward<'g>(model: &RobotModel<'g, '_>, motions: Motions) -> Vec<BodyMoti
     let zero = model.zero3();
     let world = BodyMotion::new(zero, zero, if motions.gravity { -model.gravity() } else { zero });
     for index in 0..model.tree.bodies.len() {
+        let _work = model.work(index, "motion");
         let parent = model.tree.bodies[index].parent.map_or(&world, |p| &out[p]);
         let body = step(model, motions, index, parent);
         out.push(body);

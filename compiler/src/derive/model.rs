@@ -1,6 +1,6 @@
 //! A tree with its symbols: what all derivations start from.
 use super::inertia::{self, BodyInertia};
-use crate::expression::{Graph, Matrix3, Sym, Vector3};
+use crate::expression::{Graph, Matrix3, Purpose, Sym, Vector3, Work};
 use crate::tree::{Motion, Placement, Rotation, Tree};
 use bipedc_runtime::Argument;
 
@@ -44,6 +44,16 @@ impl<'g, 't> RobotModel<'g, 't> {
     /// the ten standard parameters of every body.
     pub fn with_base_parameters(graph: &'g Graph, tree: &'t Tree, leading: &[usize]) -> Self {
         Self { graph, tree, inertias: inertia::reduced(graph, tree, leading), offsets: Vec::new() }
+    }
+
+    /// While the guard lives, what is derived is a quantity of this body: generated code says so.
+    pub fn work(&self, body: usize, quantity: &'static str) -> Work<'g> {
+        self.graph.work(Purpose { body: Some(body), quantity })
+    }
+
+    /// The same for a quantity of the whole robot.
+    pub fn work_on_all(&self, quantity: &'static str) -> Work<'g> {
+        self.graph.work(Purpose { body: None, quantity })
     }
 
     /// A constant.

@@ -1,9 +1,10 @@
 //! Quantities of the whole robot (4.35–4.42): centre of mass, momentum, energy, zero moment point.
+use super::BodyInertia;
 use super::composite::{composites, unit_momentum};
 use super::frames::world_poses;
 use super::kinematics::{Motions, forward};
 use super::model::RobotModel;
-use super::newton_euler::body_wrench;
+use super::newton_euler::body_wrenches;
 use crate::expression::{Sym, Vector3};
 use crate::tree::Motion;
 use bipedc_runtime::Argument;
@@ -21,6 +22,7 @@ pub struct Wrench<'g> {
 fn sum_in_world<'g>(model: &RobotModel<'g, '_>, mut wrenches: Vec<(Vector3<'g>, Vector3<'g>)>) -> Wrench<'g> {
     let mut sum = (model.zero3(), model.zero3());
     for index in (0..wrenches.len()).rev() {
+        let _work = model.work(index, "sums of what it carries");
         let (force, moment) = wrenches[index];
         let (force, moment) = (model.up(index, force), model.up(index, moment));
         let carrier = match model.tree.bodies[index].parent {
@@ -36,6 +38,7 @@ fn sum_in_world<'g>(model: &RobotModel<'g, '_>, mut wrenches: Vec<(Vector3<'g>, 
 pub fn velocities<'g>(model: &RobotModel<'g, '_>) -> Vec<(Vector3<'g>, Vector3<'g>)> {
     let mut out: Vec<(Vector3<'g>, Vector3<'g>)> = Vec::new();
     for (index, body) in model.tree.bodies.iter().enumerate() {
+        let _work = model.work(index, "velocity");
         if body.motion == Motion::Free {
             let first = body.v_index;
             out.push((model.input3(Argument::V, first), model.input3(Argument::V, first + 3)));
@@ -58,7 +61,11 @@ pub fn velocities<'g>(model: &RobotModel<'g, '_>) -> Vec<(Vector3<'g>, Vector3<'
 /// Linear momentum ρ (4.38) and angular momentum σ about the world's origin (4.39).
 pub fn momentum<'g>(model: &RobotModel<'g, '_>) -> Wrench<'g> {
     let moving = velocities(model);
-    let each = model.inertias.iter().zip(&moving).map(|(body, &(u, w))| body.momentum(u, w)).collect();
+    let of_body = |(index, (body, &(u, w))): (usize, (&BodyInertia<'g>, &(Vector3<'g>, Vector3<'g>)))| {
+        let _work = model.work(index, "momentum");
+        body.momentum(u, w)
+    };
+    let each = model.inertias.iter().zip(&moving).enumerate().map(of_body).collect();
     sum_in_world(model, each)
 }
 
@@ -66,12 +73,12 @@ pub fn momentum<'g>(model: &RobotModel<'g, '_>) -> Wrench<'g> {
 /// provide instead.
 pub fn momentum_rate<'g>(model: &RobotModel<'g, '_>, gravity: bool) -> Wrench<'g> {
     let moving = forward(model, Motions { velocity: true, acceleration: true, gravity });
-    let each = model.inertias.iter().zip(&moving).map(|(body, motion)| body_wrench(body, motion)).collect();
-    sum_in_world(model, each)
+    sum_in_world(model, body_wrenches(model, &moving))
 }
 
 /// The same about the centre of mass.
 pub fn about_center_of_mass<'g>(model: &RobotModel<'g, '_>, about_origin: Wrench<'g>) -> Wrench<'g> {
+    let _work = model.work_on_all("moment about the centre of mass");
     let arm = center_of_mass(model);
     Wrench { angular: about_origin.angular - arm.cross(about_origin.linear), ..about_origin }
 }
@@ -82,6 +89,7 @@ pub fn first_moment<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
         model.inertias.iter().map(|body| (body.mass, body.first_moment)).collect();
     let mut sum = model.zero3();
     for index in (0..moments.len()).rev() {
+        let _work = model.work(index, "sums of what it carries");
         let (mass, moment) = moments[index];
         let above = model.up(index, moment) + model.offset(index).scale(mass);
         match model.tree.bodies[index].parent {
@@ -98,7 +106,9 @@ pub fn first_moment<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
 /// Centre of mass in the world (4.35), m.
 pub fn center_of_mass<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
     let per_mass = model.constant(1.0) / model.total_mass();
-    first_moment(model).scale(per_mass)
+    let moment = first_moment(model);
+    let _work = model.work_on_all("centre of mass");
+    moment.scale(per_mass)
 }
 
 /// Jacobian of the centre of mass with respect to `v`: one column per element of `v`, world axes.
@@ -108,6 +118,7 @@ pub fn center_of_mass_jacobian<'g>(model: &RobotModel<'g, '_>) -> Vec<Vector3<'g
     let per_mass = model.constant(1.0) / model.total_mass();
     let mut columns = vec![model.zero3(); model.tree.nv];
     for (index, body) in model.tree.bodies.iter().enumerate() {
+        let _work = model.work(index, "Jacobian of the centre of mass");
         let rotation = poses[index].rotation;
         let inertia = &composite[index];
         if body.motion == Motion::Free {
@@ -136,11 +147,14 @@ pub fn center_of_mass_acceleration<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g
 
 /// Kinetic energy (4.36, corrected: ½ Σ (a + b)), J.
 pub fn kinetic_energy<'g>(model: &RobotModel<'g, '_>) -> Sym<'g> {
-    let twice =
-        model.inertias.iter().zip(velocities(model)).fold(model.constant(0.0), |sum, (body, (u, w))| {
+    let twice = model.inertias.iter().zip(velocities(model)).enumerate().fold(
+        model.constant(0.0),
+        |sum, (index, (body, (u, w)))| {
+            let _work = model.work(index, "kinetic energy");
             let (linear, angular) = body.momentum(u, w);
             sum + u.dot(linear) + w.dot(angular)
-        });
+        },
+    );
     twice * 0.5
 }
 

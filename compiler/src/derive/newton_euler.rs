@@ -27,6 +27,18 @@ pub fn body_wrench<'g>(body: &BodyInertia<'g>, motion: &BodyMotion<'g>) -> (Vect
     (force, euler + l.cross(motion.acceleration))
 }
 
+/// [`body_wrench`] of all bodies.
+pub fn body_wrenches<'g>(
+    model: &RobotModel<'g, '_>,
+    moving: &[BodyMotion<'g>],
+) -> Vec<(Vector3<'g>, Vector3<'g>)> {
+    let of_body = |(index, (body, motion))| {
+        let _work = model.work(index, "wrench that its motion needs");
+        body_wrench(body, motion)
+    };
+    model.inertias.iter().zip(moving).enumerate().map(of_body).collect()
+}
+
 /// Generalised forces that `motions` need, in the order of `v`, less what external forces at the contact
 /// points (world axes) contribute.
 ///
@@ -38,8 +50,7 @@ pub fn generalised_forces<'g>(
     external_forces: bool,
 ) -> Vec<Sym<'g>> {
     let moving = forward(model, motions);
-    let mut wrenches: Vec<_> =
-        model.inertias.iter().zip(&moving).map(|(body, motion)| body_wrench(body, motion)).collect();
+    let mut wrenches = body_wrenches(model, &moving);
     if external_forces {
         subtract_external(model, &mut wrenches);
     }
@@ -53,6 +64,7 @@ pub fn project<'g>(
 ) -> Vec<Sym<'g>> {
     let mut out = vec![model.constant(0.0); model.tree.nv];
     for (index, body) in model.tree.bodies.iter().enumerate().rev() {
+        let _work = model.work(index, "wrench handed to its parent");
         let (force, moment) = wrenches[index];
         match body.motion {
             Motion::Free => {
@@ -77,6 +89,7 @@ fn subtract_external<'g>(model: &RobotModel<'g, '_>, wrenches: &mut [(Vector3<'g
     let poses = frames::world_poses(model);
     for (k, point) in model.tree.points.iter().enumerate() {
         let Some(body) = point.body else { continue };
+        let _work = model.work(body, "external forces");
         let force = poses[body].rotation.transpose() * model.input3(Argument::Forces, 3 * k);
         let arm = Vector3::constant(model.graph, point.placement.translation);
         let (f, n) = wrenches[body];

@@ -1,6 +1,6 @@
 //! Factorisation of the mass matrix by the tree's sparsity: D = Lᵀ Δ L, leaves first.
 use super::model::RobotModel;
-use crate::expression::Sym;
+use crate::expression::{Purpose, Sym, Work};
 
 /// Degrees of freedom from the root outwards, each with its chain of supporting ones.
 pub struct Topology {
@@ -61,6 +61,10 @@ impl Topology {
     }
 }
 
+fn substitution<'g>(b: &[Sym<'g>]) -> Option<Work<'g>> {
+    b.first().map(|x| x.graph.work(Purpose { body: None, quantity: "solved by the factors" }))
+}
+
 /// `D = Lᵀ Δ L` with unit lower-triangular `L` that is as sparse as the tree.
 pub struct Factor<'g> {
     topology: Topology,
@@ -81,6 +85,7 @@ impl<'g> Factor<'g> {
         let n = topology.order.len();
         let mut h: Vec<Vec<Sym<'g>>> =
             (0..n).map(|r| (0..n).map(|c| d[topology.order[r]][topology.order[c]]).collect()).collect();
+        let _work = model.work_on_all("factors of the mass matrix");
         let mut inverse_diagonal = vec![model.constant(1.0); n];
         for k in (0..n).rev() {
             inverse_diagonal[k] = model.constant(1.0) / h[k][k];
@@ -105,6 +110,7 @@ impl<'g> Factor<'g> {
 
     /// `L⁻ᵀ b`, in the topology's order; `bᵀ D⁻¹ c` is the Δ⁻¹-weighted product of two of these.
     pub fn half_solve(&self, b: &[Sym<'g>]) -> Vec<Sym<'g>> {
+        let _work = substitution(b);
         let mut x: Vec<Sym<'g>> = self.topology.order.iter().map(|&v| b[v]).collect();
         for k in (0..x.len()).rev() {
             for &i in &self.topology.supports[k] {
@@ -117,6 +123,7 @@ impl<'g> Factor<'g> {
     /// `L⁻¹ y` from the topology's order into the order of `v`.
     pub fn back_solve(&self, y: Vec<Sym<'g>>) -> Vec<Sym<'g>> {
         let mut x = y;
+        let _work = substitution(&x);
         for k in 0..x.len() {
             for &i in self.topology.supports[k].iter().rev() {
                 x[k] = x[k] - self.lower[k][i] * x[i];

@@ -1,8 +1,12 @@
 //! One function: its public faces on nalgebra's matrices, by value and in place.
-use super::program::{program, program_name};
+use super::names::Names;
+use super::program::{Head, program};
+use super::sizes::Size;
+use super::text::Text;
 use crate::compile::{CompiledModel, Function};
-use proc_macro2::{Ident, Literal, Span, TokenStream};
-use quote::{format_ident, quote};
+use proc_macro2::{Ident, Span};
+use quote::format_ident;
+use std::collections::BTreeSet;
 
 pub fn ident(name: &str) -> Ident {
     // Names of functions and arguments come from link names: a keyword gets an underscore.
@@ -13,78 +17,101 @@ pub fn ident(name: &str) -> Ident {
     }
 }
 
-fn documentation(function: &Function) -> Vec<String> {
-    let (rows, columns) = (function.rows.len(), function.columns.len());
-    let mut lines = vec![format!(" {}", function.summary), String::new()];
-    if let Some(subject) = &function.subject {
-        lines.push(format!(" Of `{subject}`."));
-        lines.push(String::new());
+/// Functions whose rows are the inertial parameters, which others have as columns.
+const PARAMETERS: [&str; 2] = ["inertial_parameters", "base_parameters"];
+
+/// What its rows or columns are: `what` is the word for them.
+fn elements(model: &CompiledModel, f: &Function, (what, size): (&str, Size), names: &[String]) -> String {
+    let of_v = "all the elements of [`v`](super::V_NAMES)";
+    let (first, last) = (names[0].as_str(), names[names.len() - 1].as_str());
+    match size {
+        Size::Nq => format!("{what}: all the elements of [`q`](super::Q_NAMES), `{first}` to `{last}`"),
+        Size::Nv(1) => format!("{what}: {of_v}, `{first}` to `{last}`"),
+        Size::Nv(n) => {
+            let block = |k: usize| names[k * names.len() / n].split('/').next().unwrap_or_default();
+            let blocks: Vec<String> = (0..n).map(|k| format!("`{}/`", block(k))).collect();
+            format!("{what}: {}, each before {of_v}", blocks.join(", "))
+        }
+        Size::Number(_) => {
+            let same = |g: &&Function| PARAMETERS.contains(&g.family) && g.name != f.name && g.rows == names;
+            if let Some(list) = model.functions.iter().find(same) {
+                return format!("{what}: the rows of [`{0}`](fn@super::{0})", list.name);
+            }
+            let (v, nv) = (model.tree.row_names(), model.tree.nv);
+            match names.strip_prefix(v.as_slice()) {
+                Some(rest) if nv > 0 => format!("{what}: {of_v}, then {}", listed(rest)),
+                _ => format!("{what}: {}", listed(names)),
+            }
+        }
     }
-    let units: Vec<&str> = {
-        let mut units: Vec<&str> = function.row_units.iter().map(String::as_str).collect();
-        units.dedup();
-        units
-    };
-    lines.push(format!(
-        " Shape {rows} × {columns}; rows in {}. Source: {}.",
-        units.join(", then "),
-        function.source
-    ));
-    lines.push(format!(" {}.", function.operations));
-    for note in &function.notes {
-        lines.push(String::new());
-        lines.push(format!(" {note}"));
+}
+
+fn listed(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// Units of the rows: in their order while that is short.
+fn units(f: &Function) -> String {
+    let mut units: Vec<&str> = f.row_units.iter().map(String::as_str).collect();
+    units.dedup();
+    if units.len() <= 6 {
+        return units.join(", then ");
     }
-    lines
+    let mut seen = BTreeSet::new();
+    units.retain(|unit| seen.insert(*unit));
+    units.join(", ")
+}
+
+fn documentation(model: &CompiledModel, f: &Function, text: &mut Text) {
+    text.doc("///", f.summary);
+    if let Some(subject) = &f.subject {
+        text.doc("///", "");
+        text.doc("///", &format!("Of `{subject}`."));
+    }
+    let (rows, columns) = Size::of_result(model, f);
+    text.doc("///", "");
+    text.doc("///", &format!("{}; {}.", elements(model, f, ("Rows", rows), &f.rows), units(f)));
+    if f.columns.len() > 1 {
+        text.doc("///", &format!("{}.", elements(model, f, ("Columns", columns), &f.columns)));
+    }
+    text.doc("///", &format!("Source: {}.", f.source));
+    text.doc("///", &format!("{}.", f.operations));
+    for note in &f.notes {
+        text.doc("///", "");
+        text.doc("///", note);
+    }
 }
 
 /// The program and its public functions on nalgebra's static matrices.
-pub fn function(model: &CompiledModel, f: &Function, limit: usize) -> TokenStream {
-    let (name, into, program_name) = (ident(&f.name), format_ident!("{}_into", f.name), program_name(f));
-    let docs = documentation(f);
-    let into_doc = format!(
-        " [`{name}`], written in place: large results are costly to move, and the compiler moves those returned by value."
-    );
-    let (rows, columns) =
-        (Literal::usize_unsuffixed(f.rows.len()), Literal::usize_unsuffixed(f.columns.len()));
-    let arguments: Vec<TokenStream> = f
+pub fn function(model: &CompiledModel, names: &Names, f: &Function, limit: usize, text: &mut Text) {
+    let (rows, columns) = Size::of_result(model, f);
+    let matrix = format!("SMatrix<R, {}, {}>", rows.generic(), columns.generic());
+    let mut parameters: Vec<String> = f
         .program
         .arguments()
-        .map(|argument| {
-            let name = ident(argument.name());
-            let n = Literal::usize_unsuffixed(model.argument_length(argument));
-            quote!(#name: &::bipedc_runtime::nalgebra::SVector<R, #n>)
-        })
+        .map(|a| format!("{}: &SVector<R, {}>", a.name(), Size::of(model, a).generic()))
         .collect();
-    let passed: Vec<TokenStream> = f
-        .program
-        .arguments()
-        .map(|argument| {
-            let name = ident(argument.name());
-            quote!(&#name.data.0[0],)
-        })
-        .collect();
-    let body = program(model, f, limit);
-    quote! {
-        #(#[doc = #docs])*
-        #[inline]
-        pub fn #name<R: ::bipedc_runtime::Real>(
-            #(#arguments),*
-        ) -> ::bipedc_runtime::nalgebra::SMatrix<R, #rows, #columns> {
-            let mut out = [[R::constant(0.0); #rows]; #columns];
-            #program_name(#(#passed)* &mut out);
-            ::bipedc_runtime::nalgebra::SMatrix::from_array_storage(
-                ::bipedc_runtime::nalgebra::ArrayStorage(out),
-            )
-        }
-        #[doc = #into_doc]
-        #[inline]
-        pub fn #into<R: ::bipedc_runtime::Real>(
-            #(#arguments,)*
-            out: &mut ::bipedc_runtime::nalgebra::SMatrix<R, #rows, #columns>,
-        ) {
-            #program_name(#(#passed)* &mut out.data.0);
-        }
-        #body
-    }
+    let passed = |out: &str| -> Vec<String> {
+        let arguments = f.program.arguments().map(|a| format!("&{}.data.0[0]", a.name()));
+        arguments.chain([out.to_owned()]).collect()
+    };
+    let call = format!("{}_program(", f.name);
+    let (name, into) = (&f.name, format!("{}_into", f.name));
+    let result = format!(" -> {matrix}");
+    documentation(model, f, text);
+    text.line("#[inline]");
+    Head { visibility: "pub ", name, parameters: parameters.clone(), result: &result }.open(text);
+    text.line(&format!("let mut out = [[R::constant(0.0); {rows}]; {columns}];"));
+    text.list(&call, &passed("&mut out"), ");");
+    text.line("SMatrix::from_array_storage(ArrayStorage(out))");
+    text.close("}");
+    text.line("");
+    text.doc("///", &format!("[`{name}`] in place: large results are costly to move."));
+    text.line("#[inline]");
+    parameters.push(format!("out: &mut {matrix}"));
+    Head { visibility: "pub ", name: &into, parameters, result: "" }.open(text);
+    text.list(&call, &passed("&mut out.data.0"), ");");
+    text.close("}");
+    text.line("");
+    program(model, names, f, limit, text);
 }

@@ -1,12 +1,20 @@
-//! From compiled models to Rust tokens: used alike by the command line, the derive macro and build scripts.
+//! From compiled models to Rust text: used alike by the command line, the derive macro and build scripts.
 mod files;
 mod function;
+mod layout;
 mod model;
+mod names;
 mod package;
 mod program;
+mod sizes;
 mod split;
+mod statements;
+mod text;
 
 pub use files::{Difference, is_generated};
 pub(crate) use function::ident;
+pub(crate) use layout::documentation;
 pub use model::{Model, Options, items, model};
+pub(crate) use package::robot_type;
 pub use package::{CARRIED, Origin, Package, Runtime, package, type_name};
+pub(crate) use text::Text;

@@ -1,10 +1,12 @@
 //! All functions of a robot, its constants, and its implementation of [`bipedc_runtime::Model`].
 use super::function::{function, ident};
-use super::program::program_name;
-use crate::compile::{CompiledModel, Function, distinct, identifier};
+use super::layout;
+use super::names::Names;
+use super::sizes::Size;
+use super::text::{Text, quoted};
+use crate::compile::{CompiledModel, Function};
 use bipedc_runtime::Argument;
-use proc_macro2::{Ident, Literal, TokenStream};
-use quote::{format_ident, quote};
+use std::collections::BTreeSet;
 
 /// What the emitted items look like.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,156 +27,154 @@ impl Options {
     }
 }
 
-/// The modules of a model, by name: one per family of functions, then `layout` and the trait.
+/// A model as Rust. The type itself is the caller's.
 pub struct Model {
-    /// (module name, items), in order.
-    pub modules: Vec<(String, TokenStream)>,
-    /// Constants and `impl Model` for the type.
-    pub items: TokenStream,
+    /// (module name, items), in order: one per family of functions, then the trait's.
+    pub modules: Vec<(String, String)>,
+    /// What stands beside the modules: constants, and what the modules hold for others.
+    pub items: String,
 }
+
+/// The module with signatures and trait.
+const TRAIT: &str = "model";
 
 /// Emits a model; `struct #type_name;` itself is the caller's.
 pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
-    let mut modules: Vec<(String, TokenStream)> = Vec::new();
-    for f in &compiled.functions {
-        let tokens = function(compiled, f, options.split_above);
-        match modules.last_mut() {
-            Some((name, items)) if name == f.family => items.extend(tokens),
-            _ => modules.push((f.family.to_owned(), tokens)),
+    let names = Names::new(compiled);
+    let mut modules: Vec<(String, String)> = Vec::new();
+    for family in compiled.functions.chunk_by(|f, g| f.family == g.family) {
+        let mut text = Text::default();
+        imports(compiled, family, &mut text);
+        for f in family {
+            text.line("");
+            function(compiled, &names, f, options.split_above, &mut text);
         }
+        modules.push((family[0].family.to_owned(), text.finish()));
     }
-    let names: Vec<Ident> = modules.iter().map(|(name, _)| ident(name)).collect();
-    let layout = layout(compiled);
-    let implementation = implementation(compiled, options);
-    let items = quote! {
-        #(pub use self::#names::*;)*
-        #layout
-        #implementation
-    };
-    Model { modules, items }
+    let mut text = Text::default();
+    layout::constants(compiled, &mut text);
+    text.line("");
+    let mut public: Vec<String> = modules.iter().map(|(name, _)| format!("{name}::*")).collect();
+    public.push(format!("{TRAIT}::SIGNATURES"));
+    text.list("pub use self::{", &public, "};");
+    text.line("");
+    text.line("// Whether runtime and code are of one form.");
+    text.line(&format!("const _: () = ::bipedc_runtime::require_format({});", bipedc_runtime::FORMAT));
+    modules.push((TRAIT.to_owned(), implementation(compiled, options)));
+    Model { modules, items: text.finish() }
 }
 
-fn layout(compiled: &CompiledModel) -> TokenStream {
-    let tree = &compiled.tree;
-    let (nq, nv) = (Literal::usize_unsuffixed(tree.nq), Literal::usize_unsuffixed(tree.nv));
-    let joints: Vec<&str> = tree.joints.iter().map(|j| j.name.as_str()).collect();
-    let count = Literal::usize_unsuffixed(joints.len());
-    let base_nq = tree.nq - joints.len();
-    let names = distinct(tree.joints.iter().map(|joint| identifier(&joint.name).to_uppercase()));
-    let indices = tree.joints.iter().zip(names).enumerate().map(|(k, (joint, name))| {
-        let name = ident(&name);
-        let (q, v) = (Literal::usize_unsuffixed(base_nq + k), Literal::usize_unsuffixed(joint.v_index));
-        let doc = format!(" Index of joint `{}` in (`q`, `v`).", joint.name);
-        quote! {
-            #[doc = #doc]
-            pub const #name: (usize, usize) = (#q, #v);
-        }
-    });
-    quote! {
-        /// Length of the configuration `q`.
-        pub const NQ: usize = #nq;
-        /// Length of the velocity `v`.
-        pub const NV: usize = #nv;
-        /// Joints, in their order in `q` and `v` after the base.
-        pub const JOINTS: [&str; #count] = [#(#joints),*];
-        /// Where each joint stands in `q` and in `v`.
-        pub mod joint {
-            #(#indices)*
-        }
+/// What the functions of a family need from elsewhere, and nothing more.
+fn imports(compiled: &CompiledModel, family: &[Function], text: &mut Text) {
+    let mut sizes = BTreeSet::new();
+    for f in family {
+        let (rows, columns) = Size::of_result(compiled, f);
+        sizes.extend([rows, columns]);
+        sizes.extend(f.program.arguments().map(|a| Size::of(compiled, a)));
     }
+    let mut lengths = Vec::new();
+    if sizes.contains(&Size::Nq) {
+        lengths.push("NQ".to_owned());
+    }
+    if sizes.iter().any(|size| matches!(size, Size::Nv(_))) {
+        lengths.push("NV".to_owned());
+    }
+    if !lengths.is_empty() {
+        text.list("use super::{", &lengths, "};");
+    }
+    let takes = family.iter().any(|f| f.program.arguments().next().is_some());
+    let vector = if takes { ", SVector" } else { "" };
+    text.line("use ::bipedc_runtime::Real;");
+    text.line(&format!("use ::bipedc_runtime::nalgebra::{{ArrayStorage, SMatrix{vector}}};"));
 }
 
-fn signature(f: &Function) -> TokenStream {
-    let name = &f.name;
-    let (rows, columns) =
-        (Literal::usize_unsuffixed(f.rows.len()), Literal::usize_unsuffixed(f.columns.len()));
-    let arguments = f.program.arguments().map(|a| format_ident!("{a:?}"));
-    quote! {
-        ::bipedc_runtime::Signature {
-            name: #name,
-            arguments: ::bipedc_runtime::Arguments::of(&[#(::bipedc_runtime::Argument::#arguments),*]),
-            rows: #rows,
-            columns: #columns,
-        }
+fn implementation(compiled: &CompiledModel, options: &Options) -> String {
+    let mut text = Text::default();
+    let functions = &compiled.functions;
+    let used: Vec<Argument> =
+        Argument::ALL.into_iter().filter(|&a| functions.iter().any(|f| f.program.arguments.has(a))).collect();
+    text.doc("//!", "All functions by index: their signatures, and the implementation of `Model`.");
+    text.line("use super::{JOINTS, NQ, NV};");
+    let variants: Vec<String> = used.iter().map(|a| format!("{a:?}")).collect();
+    if !variants.is_empty() {
+        text.list("use ::bipedc_runtime::Argument::{", &variants, "};");
+        text.line("use ::bipedc_runtime::model::argument;");
     }
+    if !functions.is_empty() {
+        text.line("use ::bipedc_runtime::model::columns;");
+    }
+    text.line("use ::bipedc_runtime::{Argument, CallError, Model, Real, Signature, State};");
+    text.line("");
+    text.doc("///", "All functions, in the order of their index in the `Model` trait.");
+    text.open(&format!("pub const SIGNATURES: [Signature<'static>; {}] = [", functions.len()));
+    functions.iter().for_each(|f| text.line(&signature(compiled, f)));
+    text.close("];");
+    text.line("");
+    let lengths = Argument::ALL.map(|a| Size::of(compiled, a).to_string());
+    text.list("const ARGUMENT_LENGTHS: [usize; Argument::COUNT] = [", &lengths, "];");
+    text.line("");
+    text.open(&format!("impl<R: Real> Model<R> for super::{} {{", ident(&options.type_name)));
+    text.lines(ACCESSORS);
+    text.open("fn evaluate(&self, function: usize, state: &State<'_, R>, output: &mut [R]) -> Result<(), CallError> {");
+    if used.is_empty() {
+        // Where nothing moves no function takes anything.
+        text.line("let _ = (&state, &output);");
+    }
+    text.open("match function {");
+    functions.iter().enumerate().for_each(|(k, f)| arm(k, f, &mut text));
+    text.line("_ => return Err(CallError::UnknownFunction),");
+    text.close("}");
+    text.line("Ok(())");
+    text.close("}");
+    text.close("}");
+    text.finish()
 }
 
-fn arm(index: usize, f: &Function) -> TokenStream {
-    let (index, program) = (Literal::usize_unsuffixed(index), program_name(f));
-    let (family, columns) = (ident(f.family), Literal::usize_unsuffixed(f.columns.len()));
-    let arguments = f.program.arguments().map(|a| {
-        let variant = format_ident!("{a:?}");
-        quote!(::bipedc_runtime::model::argument(state, ::bipedc_runtime::Argument::#variant)?,)
-    });
-    quote! {
-        #index => #family::#program(#(#arguments)* ::bipedc_runtime::model::columns::<R, _, #columns>(output)?)
-    }
+/// What `Model` asks besides functions.
+const ACCESSORS: &str = "\
+fn nq(&self) -> usize {
+    NQ
+}
+fn nv(&self) -> usize {
+    NV
+}
+fn joint_name(&self, index: usize) -> Option<&str> {
+    JOINTS.get(index).copied()
+}
+fn joints(&self) -> usize {
+    JOINTS.len()
+}
+fn signature(&self, index: usize) -> Option<Signature<'_>> {
+    SIGNATURES.get(index).copied()
+}
+fn argument_length(&self, argument: Argument) -> usize {
+    ARGUMENT_LENGTHS[argument as usize]
+}
+";
+
+fn signature(compiled: &CompiledModel, f: &Function) -> String {
+    let arguments: Vec<String> = f.program.arguments().map(|a| format!("{a:?}")).collect();
+    let (rows, columns) = Size::of_result(compiled, f);
+    format!("Signature::new({}, &[{}], {rows}, {columns}),", quoted(&f.name), arguments.join(", "))
 }
 
-fn implementation(compiled: &CompiledModel, options: &Options) -> TokenStream {
-    let type_name = ident(&options.type_name);
-    let count = Literal::usize_unsuffixed(compiled.functions.len());
-    let signatures = compiled.functions.iter().map(signature);
-    let arms = compiled.functions.iter().enumerate().map(|(k, f)| arm(k, f));
-    let lengths = Argument::ALL.map(|a| Literal::usize_unsuffixed(compiled.argument_length(a)));
-    let arguments = Argument::COUNT;
-    // Where nothing moves no function takes anything.
-    let takes = compiled.functions.iter().any(|f| f.program.arguments().next().is_some());
-    let unused = (!takes).then(|| quote!(let _ = (&state, &output);));
-    quote! {
-        /// All functions, in the order of their index in the `Model` trait.
-        pub const SIGNATURES: [::bipedc_runtime::Signature<'static>; #count] = [#(#signatures),*];
-        const ARGUMENT_LENGTHS: [usize; #arguments] = [#(#lengths),*];
-        impl<R: ::bipedc_runtime::Real> ::bipedc_runtime::Model<R> for #type_name {
-            fn nq(&self) -> usize {
-                NQ
-            }
-            fn nv(&self) -> usize {
-                NV
-            }
-            fn joint_name(&self, index: usize) -> ::core::option::Option<&str> {
-                JOINTS.get(index).copied()
-            }
-            fn joints(&self) -> usize {
-                JOINTS.len()
-            }
-            fn signature(&self, index: usize) -> ::core::option::Option<::bipedc_runtime::Signature<'_>> {
-                SIGNATURES.get(index).copied()
-            }
-            fn argument_length(&self, argument: ::bipedc_runtime::Argument) -> usize {
-                ARGUMENT_LENGTHS[argument as usize]
-            }
-            fn evaluate(
-                &self,
-                function: usize,
-                state: &::bipedc_runtime::State<'_, R>,
-                output: &mut [R],
-            ) -> ::core::result::Result<(), ::bipedc_runtime::CallError> {
-                #unused
-                match function {
-                    #(#arms,)*
-                    _ => return ::core::result::Result::Err(::bipedc_runtime::CallError::UnknownFunction),
-                }
-                ::core::result::Result::Ok(())
-            }
-        }
-    }
+fn arm(index: usize, f: &Function, text: &mut Text) {
+    let mut passed: Vec<String> = f.program.arguments().map(|a| format!("argument(state, {a:?})?")).collect();
+    passed.push("columns(output)?".to_owned());
+    text.list(&format!("{index} => super::{}::{}_program(", f.family, f.name), &passed, "),");
 }
 
-/// The whole model as items, its families as inline modules: what the derive macro and build scripts emit.
-pub fn items(compiled: &CompiledModel, options: &Options) -> TokenStream {
+/// The whole model as items, its modules inline: what the derive macro and build scripts emit.
+pub fn items(compiled: &CompiledModel, options: &Options) -> String {
     let Model { modules, items } = model(compiled, options);
-    let modules = modules.into_iter().map(|(name, tokens)| {
-        let name = ident(&name);
-        quote! {
-            #[rustfmt::skip]
-            mod #name {
-                #tokens
-            }
-        }
-    });
-    quote! {
-        #(#modules)*
-        #items
+    let mut text = Text::default();
+    text.lines(&items);
+    for (name, items) in &modules {
+        text.line("");
+        text.line("#[rustfmt::skip]");
+        text.open(&format!("mod {name} {{"));
+        text.lines(items);
+        text.close("}");
     }
+    text.finish()
 }

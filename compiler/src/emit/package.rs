@@ -1,7 +1,8 @@
 //! A complete crate: its files as text.
-use super::model::{Options, model};
+use super::layout;
+use super::model::{Model, Options, model};
+use super::text::Text;
 use crate::compile::{CompiledModel, crate_name};
-use quote::quote;
 use std::collections::BTreeMap;
 
 /// Files of a crate, by path relative to its folder.
@@ -41,9 +42,6 @@ impl From<&str> for Runtime {
 }
 
 /// Emits a crate.
-///
-/// # Panics
-/// Never on tokens that this crate produced.
 pub fn package(compiled: &CompiledModel, origin: &Origin) -> Package {
     let name = crate_name(&compiled.name);
     let type_name = type_name(&name);
@@ -51,34 +49,40 @@ pub fn package(compiled: &CompiledModel, origin: &Origin) -> Package {
     let header = header(origin);
     let mut files = BTreeMap::new();
     files.insert("Cargo.toml".to_owned(), manifest(&name, origin));
-    let (mut names, mut declared) = (Vec::new(), Vec::new());
-    for (module, tokens) in &model.modules {
-        let file = syn::parse2(tokens.clone()).expect("emitted tokens are Rust");
-        files.insert(format!("src/{module}.rs"), format!("{header}\n{}", prettyplease::unparse(&file)));
-        names.push(module.clone());
-        declared.push(super::function::ident(module));
+    for (module, text) in &model.modules {
+        files.insert(format!("src/{module}.rs"), format!("{header}\n{text}"));
     }
-    let (items, type_ident) = (model.items, super::function::ident(&type_name));
-    let doc = format!(" Robot `{}`; implements `bipedc_runtime::Model`.", compiled.name);
-    let crate_doc = format!(" Equations of motion of `{}` as allocation-free Rust.", compiled.name);
-    let root = quote! {
-        #![doc = #crate_doc]
-        #![no_std]
-        #![cfg_attr(rustfmt, rustfmt::skip)]
-        #![allow(clippy::all, clippy::approx_constant)]
-        #(#[rustfmt::skip] mod #declared;)*
-        #[doc = #doc]
-        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-        pub struct #type_ident;
-        #items
-    };
-    let file = syn::parse2(root).expect("emitted tokens are Rust");
-    files.insert("src/lib.rs".to_owned(), format!("{header}\n{}", prettyplease::unparse(&file)));
+    let root = root(compiled, &type_name, &model);
+    files.insert("src/lib.rs".to_owned(), format!("{header}\n{root}"));
     if origin.runtime == Runtime::Carried {
         let core = bipedc_runtime::source::core_crate().into_iter();
         files.extend(core.map(|(path, text)| (format!("{CARRIED}/{path}"), text)));
     }
     Package { files }
+}
+
+fn root(compiled: &CompiledModel, type_name: &str, model: &Model) -> String {
+    let mut text = Text::default();
+    layout::documentation(compiled, &mut text);
+    text.line("#![no_std]");
+    text.line("#![cfg_attr(rustfmt, rustfmt::skip)]");
+    text.line("#![allow(clippy::all, clippy::approx_constant)]");
+    text.line("");
+    text.lines(&robot_type(compiled, type_name));
+    text.lines(&model.items);
+    text.line("");
+    model.modules.iter().for_each(|(module, _)| text.line(&format!("#[rustfmt::skip] mod {module};")));
+    text.finish()
+}
+
+/// The type that stands for the robot.
+pub fn robot_type(compiled: &CompiledModel, type_name: &str) -> String {
+    let mut text = Text::default();
+    text.doc("///", &format!("Robot `{}`; implements `bipedc_runtime::Model`.", compiled.name));
+    text.line("#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]");
+    text.line(&format!("pub struct {};", super::function::ident(type_name)));
+    text.line("");
+    text.finish()
 }
 
 fn header(origin: &Origin) -> String {

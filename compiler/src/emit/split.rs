@@ -3,14 +3,11 @@
 //! rustc takes more than linear time for a function: 30 000 instructions on end cost minutes. Parts of a few
 //! thousand, never inlined, hand values on through a workspace; every operation stays as it was, so the
 //! results have the same bits.
-use super::function::ident;
-use super::program::{
-    Reads, bindings, constant, operand, output_parameter, parameters, program_name, statements,
-};
-use crate::compile::{CompiledModel, Function};
+use super::program::{Head, output_parameter, parameters};
+use super::statements::{Code, Reads, constant};
+use super::text::{Text, harmless};
+use crate::compile::Function;
 use crate::program::{Instruction, Operand, Program};
-use proc_macro2::{Literal, TokenStream};
-use quote::{format_ident, quote};
 use std::ops::Range;
 
 /// A value and its place in the workspace.
@@ -127,142 +124,98 @@ impl Plan {
     }
 }
 
-/// The names a part may take besides the robot's arguments.
-fn extras(p: &Program, part: &Part, reads: &Reads) -> (bool, bool, bool, bool) {
-    let workspace = !part.loads.is_empty() || !part.stores.is_empty();
-    (reads.any_sine() && !p.angles.is_empty(), reads.any_cosine(), workspace, !part.outputs.is_empty())
-}
-
-/// One part as a function, and the call of it.
-fn part(model: &CompiledModel, f: &Function, plan: &Plan, index: usize) -> (TokenStream, TokenStream) {
-    let (p, part) = (&f.program, &plan.parts[index]);
+/// One part as a function; what it is called with.
+fn part(code: &Code<'_>, f: &Function, plan: &Plan, index: usize, text: &mut Text) -> String {
+    let (p, part) = (code.program, &plan.parts[index]);
     let reads = Reads::of(operands(p, &part.instructions).chain(part.outputs.iter().map(|&o| p.outputs[o])));
-    let (sines, cosines, workspace, out) = extras(p, part, &reads);
-    let (mut taken, mut passed, mut opened) = (Vec::new(), Vec::new(), Vec::new());
+    let mut taken = parameters(code.model, reads.arguments());
+    let mut passed: Vec<&str> = reads.arguments().map(|a| a.name()).collect();
     let count = p.angles.len();
-    let length = Literal::usize_unsuffixed(count);
-    if sines {
-        let pattern = reads.sine_pattern(count);
-        taken.push(quote!(sin: &[R; #length]));
-        passed.push(quote!(&sin));
-        opened.push(quote!(let &#pattern = sin;));
-    }
-    if cosines {
-        let pattern = reads.cosine_pattern(count);
-        taken.push(quote!(cos: &[R; #length]));
-        passed.push(quote!(&cos));
-        opened.push(quote!(let &#pattern = cos;));
-    }
-    if workspace {
-        let places = Literal::usize_unsuffixed(plan.places);
-        taken.push(quote!(w: &mut [R; #places]));
-        passed.push(quote!(&mut w));
-    }
-    if out {
-        taken.push(output_parameter(f));
-        passed.push(quote!(out));
-    }
-    let name = format_ident!("{}_part_{index}", f.name);
-    let parameters = parameters(model, reads.arguments());
-    let arguments = reads.arguments().map(|a| ident(a.name()));
-    let (inputs, body) = (reads.destructured(model), part_body(f, part));
-    let function = quote! {
-        #[inline(never)]
-        fn #name<R: ::bipedc_runtime::Real>(#parameters #(#taken),*) {
-            #inputs
-            #(#opened)*
-            #body
+    let (loaded, stored) = (!part.loads.is_empty(), !part.stores.is_empty());
+    for (taken_too, parameter, argument) in [
+        (reads.any_sine(), format!("sin: &[R; {count}]"), "&sin"),
+        (reads.any_cosine(), format!("cos: &[R; {count}]"), "&cos"),
+        (loaded || stored, format!("w: &mut [R; {}]", plan.places), "&mut w"),
+        (!part.outputs.is_empty(), output_parameter(code.model, f), "out"),
+    ] {
+        if taken_too {
+            taken.push(parameter);
+            passed.push(argument);
         }
-    };
-    (function, quote!(#name(#(#arguments,)* #(#passed),*);))
+    }
+    let name = format!("{}_part_{index}", f.name);
+    text.line("#[inline(never)]");
+    Head { visibility: "", name: &name, parameters: taken, result: "" }.open(text);
+    reads.name_inputs(code, text);
+    reads.name_angles(code, text);
+    part_body(code, f, part, text);
+    text.close("}");
+    format!("{name}({});", passed.join(", "))
 }
 
-fn part_body(f: &Function, part: &Part) -> TokenStream {
-    let p = &f.program;
-    let place = |slot: &Slot| (operand(Operand::Value(slot.value)), Literal::usize_unsuffixed(slot.place));
-    let loads: Vec<(TokenStream, TokenStream)> = part
-        .loads
-        .iter()
-        .map(|slot| {
-            let (name, place) = place(slot);
-            (name, quote!(w[#place]))
-        })
-        .collect();
-    let (loads, statements) = (bindings(&loads), statements(p, part.instructions.clone()));
-    let stores = part.stores.iter().map(|slot| {
-        let (name, place) = place(slot);
-        quote!(w[#place] = #name;)
-    });
+fn part_body(code: &Code<'_>, f: &Function, part: &Part, text: &mut Text) {
+    let place =
+        |value: usize| part.loads.iter().find(|slot| slot.value as usize == value).map_or(0, |s| s.place);
+    let loads = part.loads.iter().map(|slot| slot.value as usize);
+    code.bindings(text, loads, |_, text, k, start| text.line(&format!("{start}t{k} = w[{}];", place(k))));
+    code.statements(text, part.instructions.clone());
+    for slot in &part.stores {
+        text.line(&format!("w[{}] = t{};", slot.place, slot.value));
+    }
     let rows = f.rows.len().max(1);
-    let outputs = part.outputs.iter().map(|&o| {
-        let (value, row, column) =
-            (operand(p.outputs[o]), Literal::usize_unsuffixed(o % rows), Literal::usize_unsuffixed(o / rows));
-        quote!(out[#column][#row] = #value;)
-    });
-    quote! {
-        #loads
-        #statements
-        #(#stores)*
-        #(#outputs)*
+    let mut column = None;
+    for &o in &part.outputs {
+        if f.columns.len() > 1 && column.replace(o / rows) != Some(o / rows) {
+            text.line(&format!("// {}", harmless(&f.columns[o / rows])));
+        }
+        let value = code.operand(code.program.outputs[o]);
+        text.line(&format!("out[{}][{}] = {value};", o / rows, o % rows));
     }
 }
 
 /// Sines and cosines between the parts.
-fn trigonometry(p: &Program, plan: &Plan, used: (bool, bool)) -> TokenStream {
+fn trigonometry(code: &Code<'_>, plan: &Plan, text: &mut Text) {
+    let p = code.program;
     if p.angles.is_empty() {
-        return TokenStream::new();
+        return;
     }
-    let angles = p.angles.iter().map(|&o| match o {
-        Operand::Input(argument, k) => {
-            let (name, k) = (ident(argument.name()), Literal::u32_unsuffixed(k));
-            quote!(#name[#k])
-        }
+    let angle = |&o: &Operand| match o {
+        Operand::Input(argument, k) => format!("{}[{k}]", argument.name()),
         Operand::Value(v) => {
             let slot = plan.angles.iter().find(|slot| slot.value == v).expect("angles have places");
-            let place = Literal::usize_unsuffixed(slot.place);
-            quote!(w[#place])
+            format!("w[{}]", slot.place)
         }
         Operand::Constant(x) => constant(x),
         Operand::Sin(_) | Operand::Cos(_) => unreachable!("angles come before all sines and cosines"),
-    });
-    let sin = if used.0 { quote!(sin) } else { quote!(_) };
-    let cos = if used.1 { quote!(cos) } else { quote!(_) };
-    quote!(let (#sin, #cos) = R::sin_cos_all([#(#angles),*]);)
+    };
+    let angles: Vec<String> = p.angles.iter().map(angle).collect();
+    let operands = p.instructions.iter().flat_map(Instruction::operands);
+    let reads = Reads::of(operands.chain(p.outputs.iter().copied()));
+    let sin = if reads.any_sine() { "sin" } else { "_" };
+    let cos = if reads.any_cosine() { "cos" } else { "_" };
+    text.list(&format!("let ({sin}, {cos}) = R::sin_cos_all(["), &angles, "]);");
 }
 
-/// The program as parts of at most `limit` instructions, and the function that calls them in turn.
-pub fn program(model: &CompiledModel, f: &Function, limit: usize) -> TokenStream {
-    let p = &f.program;
-    let plan = Plan::new(p, limit);
-    let (functions, calls): (Vec<TokenStream>, Vec<TokenStream>) =
-        (0..plan.parts.len()).map(|k| part(model, f, &plan, k)).unzip();
+/// The program as parts of at most `limit` instructions, and the function that calls them in turn, whose head is given.
+pub fn program(code: &Code<'_>, f: &Function, limit: usize, head: &Head<'_>, text: &mut Text) {
+    let plan = Plan::new(code.program, limit);
+    let calls: Vec<String> = (0..plan.parts.len()).map(|k| part(code, f, &plan, k, text)).collect();
     let (before, after) = calls.split_at(plan.before);
-    let everything =
-        || operands(p, &(0..p.instructions.len())).chain(p.outputs.iter().copied()).collect::<Vec<_>>();
-    let reads = Reads::of(everything().into_iter());
-    let trigonometry = trigonometry(p, &plan, (reads.any_sine(), reads.any_cosine()));
-    let workspace = if plan.places > 0 {
-        let places = Literal::usize_unsuffixed(plan.places);
-        quote!(let mut w = [R::constant(0.0); #places];)
-    } else {
-        TokenStream::new()
-    };
-    let (name, parameters, out) = (program_name(f), parameters(model, p.arguments()), output_parameter(f));
-    quote! {
-        #(#functions)*
-        #[inline]
-        pub(super) fn #name<R: ::bipedc_runtime::Real>(#parameters #out) {
-            #workspace
-            #(#before)*
-            #trigonometry
-            #(#after)*
-        }
+    text.line("#[inline]");
+    head.open(text);
+    if plan.places > 0 {
+        text.line(&format!("let mut w = [R::constant(0.0); {}];", plan.places));
     }
+    before.iter().for_each(|call| text.line(call));
+    trigonometry(code, &plan, text);
+    after.iter().for_each(|call| text.line(call));
+    text.close("}");
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::expression::Purpose;
     use bipedc_runtime::{Argument, Arguments};
 
     /// Every value is used by its neighbour and by one far away; angles and outputs are computed.
@@ -278,6 +231,7 @@ mod tests {
             angles: vec![value(3), value(9), first],
             angles_ready: 10,
             instructions: instructions.collect(),
+            purposes: vec![Purpose::default(); 200],
             outputs: vec![value(5), Operand::Constant(0.0), value(199), Operand::Cos(0), value(5)],
             arguments: Arguments::of(&[Argument::Q]),
         }

@@ -1,5 +1,5 @@
 //! Nodes, edges that carry a sign, and the identities applied while the graph is built.
-use super::exact_sin_cos;
+use super::{Purpose, decimal, exact_sin_cos};
 use bipedc_runtime::Argument;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -175,15 +175,18 @@ impl Key {
 #[derive(Default)]
 struct Store {
     nodes: Vec<Node>,
+    /// What each node was made for.
+    purposes: Vec<Purpose>,
     ids: HashMap<Key, u32>,
 }
 
 impl Store {
-    fn intern(&mut self, node: Node) -> Expr {
+    fn intern(&mut self, node: Node, purpose: Purpose) -> Expr {
         let next = self.nodes.len() as u32;
         let id = *self.ids.entry(Key::of(node)).or_insert(next);
         if id == next {
             self.nodes.push(node);
+            self.purposes.push(purpose);
         }
         Expr::new(id as usize)
     }
@@ -196,6 +199,7 @@ pub struct Graph {
     store: RefCell<Store>,
     exact: bool,
     divided_by_zero: Cell<bool>,
+    pub(super) purpose: Cell<Purpose>,
 }
 
 impl Default for Graph {
@@ -219,7 +223,12 @@ impl Graph {
     }
 
     fn with_exactness(exact: bool) -> Self {
-        let graph = Self { store: RefCell::default(), exact, divided_by_zero: Cell::new(false) };
+        let graph = Self {
+            store: RefCell::default(),
+            exact,
+            divided_by_zero: Cell::new(false),
+            purpose: Cell::default(),
+        };
         assert_eq!(graph.intern(Node::Constant(0.0)), Expr::ZERO);
         assert_eq!(graph.intern(Node::Constant(1.0)), Expr::ONE);
         graph
@@ -245,7 +254,7 @@ impl Graph {
     }
 
     fn intern(&self, node: Node) -> Expr {
-        self.store.borrow_mut().intern(node)
+        self.store.borrow_mut().intern(node, self.purpose.get())
     }
 
     /// Number of nodes so far.
@@ -266,6 +275,11 @@ impl Graph {
     /// A copy of all nodes, operands before users.
     pub fn nodes(&self) -> Vec<Node> {
         self.store.borrow().nodes.clone()
+    }
+
+    /// What each node was made for, by index.
+    pub fn purposes(&self) -> Vec<Purpose> {
+        self.store.borrow().purposes.clone()
     }
 
     /// The value of a constant expression.
@@ -307,7 +321,7 @@ impl Graph {
         if let (Some(x), Some(y)) = (self.constant_value(a), self.constant_value(b))
             && self.may_fold(x, y)
         {
-            return self.constant(x + y);
+            return self.constant(decimal::sum(x, y));
         }
         if self.is_sine_and_cosine_squared(a, b) {
             return Expr::ONE;
@@ -351,7 +365,9 @@ impl Graph {
         }
         let (a, b) = if a <= b { (a, b) } else { (b, a) };
         match (self.constant_value(a), self.constant_value(b)) {
-            (Some(x), Some(y)) if self.may_fold(x, y) => self.constant(x * y).negate_if(negated),
+            (Some(x), Some(y)) if self.may_fold(x, y) => {
+                self.constant(decimal::product(x, y)).negate_if(negated)
+            }
             (Some(_), Some(_)) => self.intern(Node::Mul(a, b)).negate_if(negated),
             (Some(x), None) => self.scale(x, a, b).negate_if(negated),
             (None, Some(y)) => self.scale(y, b, a).negate_if(negated),
@@ -366,7 +382,7 @@ impl Graph {
                 if let Some(value) = self.constant_value(inner)
                     && self.may_fold(factor, value)
                 {
-                    return self.mul(self.constant(factor * value), rest);
+                    return self.mul(self.constant(decimal::product(factor, value)), rest);
                 }
             }
         }

@@ -47,7 +47,9 @@ impl LinearForm {
 /// The index of the first output that is not linear in the parameters.
 pub fn separate(graph: &Graph, outputs: &[Expr]) -> Result<Vec<LinearForm>, usize> {
     let mut forms: BTreeMap<usize, Option<LinearForm>> = BTreeMap::new();
+    let purposes = graph.purposes();
     for index in reachable(graph, outputs) {
+        let _work = graph.work(purposes[index]);
         let form = separate_node(graph, &forms, index);
         forms.insert(index, form);
     }

@@ -1,10 +1,12 @@
 //! Expressions as one hash-consed graph: equal expressions share one node, so common subexpressions are
 //! found while deriving.
 mod angle;
+pub mod decimal;
 mod display;
 mod formula;
 mod graph;
 mod linear;
+mod purpose;
 mod symbol;
 mod vector;
 
@@ -13,5 +15,6 @@ pub use display::{Written, write_infix};
 pub(crate) use formula::{Sloped, ValuedFormula};
 pub use graph::{Call, Expr, Graph, Input, Node};
 pub use linear::{LinearForm, separate};
+pub use purpose::{Purpose, Work};
 pub use symbol::Sym;
 pub use vector::{Matrix3, Vector3};

@@ -28,7 +28,8 @@ fn robot(input: &DeriveInput, folder: &Path) -> syn::Result<TokenStream> {
     let tracked = tracked(&keys.source, &sources);
     let compiled = keys.request.compile(sources).map_err(failed)?;
     let (visibility, name) = (&input.vis, &input.ident);
-    let items = items_for(&compiled, &name.to_string(), &keys.request);
+    let items: TokenStream =
+        items_for(&compiled, &name.to_string(), &keys.request).parse().expect("emitted text is Rust");
     let content = quote! {
         use super::#name;
         #tracked

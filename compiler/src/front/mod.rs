@@ -84,24 +84,23 @@ fn unknown_functions(names: &[String]) -> Vec<Diagnostic> {
 
 /// Attributes of a module that lands in a user's crate: nobody uses all functions of a robot, and style is
 /// not the user's concern there. Unused variables stay an error of ours.
-pub(crate) fn module(
-    visibility: &TokenStream,
-    name: &Ident,
-    doc: &str,
-    content: &TokenStream,
-) -> TokenStream {
+pub(crate) const ATTRIBUTES: &str =
+    "#[rustfmt::skip]\n#[allow(dead_code, unused_imports, clippy::all, clippy::pedantic)]";
+
+/// A module that lands in a user's crate.
+fn module(visibility: &TokenStream, name: &Ident, doc: &str, content: &TokenStream) -> TokenStream {
+    let attributes: TokenStream = ATTRIBUTES.parse().expect("attributes are Rust");
     quote! {
         #[doc = #doc]
-        #[rustfmt::skip]
-        #[allow(dead_code, unused_imports, clippy::all, clippy::pedantic)]
+        #attributes
         #visibility mod #name {
             #content
         }
     }
 }
 
-/// The items of a robot for a type.
-pub(crate) fn items_for(compiled: &CompiledModel, type_name: &str, request: &Request) -> TokenStream {
+/// The items of a robot for a type, as text.
+pub(crate) fn items_for(compiled: &CompiledModel, type_name: &str, request: &Request) -> String {
     let usual = Options::new(type_name);
     items(compiled, &Options { split_above: request.split_above.unwrap_or(usual.split_above), ..usual })
 }

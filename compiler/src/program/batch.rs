@@ -97,11 +97,13 @@ fn alive(program: &Program) -> Program {
         Operand::Value(k) => Operand::Value(places[k as usize]),
         other => other,
     };
+    let purposes = program.purposes.iter().zip(&needed).filter(|(_, needed)| **needed);
     let kept = program.instructions.iter().zip(&needed).filter(|(_, needed)| **needed);
     Program {
         angles: program.angles.iter().map(|&o| renamed(o)).collect(),
         angles_ready: program.angles_ready,
         instructions: kept.map(|(instruction, _): (&Instruction, _)| instruction.renamed(renamed)).collect(),
+        purposes: purposes.map(|(&purpose, _)| purpose).collect(),
         outputs: program.outputs.iter().map(|&o| renamed(o)).collect(),
         arguments: program.arguments,
     }

@@ -1,7 +1,7 @@
 //! From expressions to instructions: only what is needed, products fused into sums, in an order that keeps
 //! values short-lived.
 use super::{Instruction, Operand, Program, schedule};
-use crate::expression::{Expr, Graph, Node};
+use crate::expression::{Expr, Graph, Node, Purpose};
 use bipedc_runtime::{Argument, Arguments};
 use std::collections::HashMap;
 
@@ -23,10 +23,12 @@ pub fn lower(graph: &Graph, outputs: &[Expr], order: Order) -> Program {
     let uses = count_uses(&nodes, outputs);
     let mut lowering = Lowering {
         nodes: &nodes,
+        purpose_of: &graph.purposes(),
         uses: &uses,
         angle_of: HashMap::new(),
         angles: Vec::new(),
         instructions: Vec::new(),
+        purposes: Vec::new(),
         value_of: HashMap::new(),
         arguments: Vec::new(),
     };
@@ -46,6 +48,7 @@ pub fn lower(graph: &Graph, outputs: &[Expr], order: Order) -> Program {
         angles: lowering.angles,
         angles_ready,
         instructions: lowering.instructions,
+        purposes: lowering.purposes,
         outputs,
         arguments,
     };
@@ -87,24 +90,28 @@ fn angle_nodes(nodes: &[Node], uses: &[u32]) -> Vec<usize> {
 
 struct Lowering<'a> {
     nodes: &'a [Node],
+    purpose_of: &'a [Purpose],
     uses: &'a [u32],
     angle_of: HashMap<usize, u32>,
     angles: Vec<Operand>,
     instructions: Vec<Instruction>,
+    purposes: Vec<Purpose>,
     value_of: HashMap<usize, Operand>,
     arguments: Vec<Argument>,
 }
 
 impl Lowering<'_> {
-    fn push(&mut self, instruction: Instruction) -> Operand {
+    /// `node`: of the graph, that the instruction belongs to.
+    fn push(&mut self, node: usize, instruction: Instruction) -> Operand {
         self.instructions.push(instruction);
+        self.purposes.push(self.purpose_of[node]);
         Operand::Value(self.instructions.len() as u32 - 1)
     }
 
     fn signed_value(&mut self, e: Expr) -> Operand {
         match (self.value(e.abs()), e.is_negated()) {
             (Operand::Constant(x), true) => Operand::Constant(-x),
-            (operand, true) => self.push(Instruction::Neg(operand)),
+            (operand, true) => self.push(e.node(), Instruction::Neg(operand)),
             (operand, false) => operand,
         }
     }
@@ -181,25 +188,25 @@ impl Lowering<'_> {
             }
             Node::Sin(e) => Operand::Sin(self.angle_of[&e.node()]),
             Node::Cos(e) => Operand::Cos(self.angle_of[&e.node()]),
-            Node::Mul(a, b) => self.push(Instruction::Mul(value(self, a), value(self, b))),
-            Node::Div(a, b) => self.push(Instruction::Div(value(self, a), value(self, b))),
+            Node::Mul(a, b) => self.push(index, Instruction::Mul(value(self, a), value(self, b))),
+            Node::Div(a, b) => self.push(index, Instruction::Div(value(self, a), value(self, b))),
             Node::Sqrt(a) => {
                 let operand = self.signed_value(a);
-                self.push(Instruction::Sqrt(operand))
+                self.push(index, Instruction::Sqrt(operand))
             }
             Node::Call(call, a) => {
                 let operand = self.signed_value(a);
-                self.push(Instruction::Call(call, operand))
+                self.push(index, Instruction::Call(call, operand))
             }
             Node::Larger(a, b) => {
                 let (a, b) = (self.signed_value(a), self.signed_value(b));
-                self.push(Instruction::Larger(a, b))
+                self.push(index, Instruction::Larger(a, b))
             }
-            Node::Add(a, b) => self.emit_sum(a, b),
+            Node::Add(a, b) => self.emit_sum(index, a, b),
         }
     }
 
-    fn emit_sum(&mut self, a: Expr, b: Expr) -> Operand {
+    fn emit_sum(&mut self, index: usize, a: Expr, b: Expr) -> Operand {
         let value = |e: Expr| self.value_of[&e.node()];
         let instruction = match (self.fusible(a), self.fusible(b)) {
             (_, Some((x, y))) => Instruction::Fused {
@@ -219,6 +226,6 @@ impl Lowering<'_> {
             (None, None) if b.is_negated() => Instruction::Sub(value(a), value(b)),
             (None, None) => Instruction::Add(value(a), value(b)),
         };
-        self.push(instruction)
+        self.push(index, instruction)
     }
 }

@@ -13,7 +13,7 @@ pub use evaluate::Evaluator;
 pub use lower::{Order, lower};
 pub use schedule::schedule;
 
-use crate::expression::Call;
+use crate::expression::{Call, Purpose};
 use bipedc_runtime::{Argument, Arguments};
 
 /// Where an operand comes from.
@@ -105,6 +105,8 @@ pub struct Program {
     pub angles_ready: usize,
     /// In order of execution.
     pub instructions: Vec<Instruction>,
+    /// What each instruction was derived for.
+    pub purposes: Vec<Purpose>,
     /// Results, column after column.
     pub outputs: Vec<Operand>,
     /// Arguments that are read.

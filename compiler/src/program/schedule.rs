@@ -30,6 +30,9 @@ pub fn schedule(program: &mut Program) {
     let mut instructions = program.instructions[..first].to_vec();
     instructions.extend(order.iter().map(|&old| program.instructions[old].renamed(renamed)));
     program.instructions = instructions;
+    let mut purposes = program.purposes[..first].to_vec();
+    purposes.extend(order.iter().map(|&old| program.purposes[old]));
+    program.purposes = purposes;
     for output in &mut program.outputs {
         *output = renamed(*output);
     }

@@ -1,6 +1,7 @@
 //! Barycentric inertial parameters: all of them add up and are linear in the equations of motion.
-use super::placement::{Placement, matrix_vector};
+use super::placement::Placement;
 use crate::description::model::Inertial;
+use crate::expression::decimal::{dot, product, sum};
 use crate::tree::Rotation;
 
 /// Mass, first moment and inertia about the frame's origin.
@@ -16,13 +17,14 @@ pub struct Inertia {
 
 /// `m |d|² 1 − m d dᵀ`
 fn point_inertia(mass: f64, d: [f64; 3]) -> [[f64; 3]; 3] {
-    let square = d.iter().map(|x| x * x).sum::<f64>();
-    [0, 1, 2].map(|r| [0, 1, 2].map(|c| mass * (if r == c { square } else { 0.0 } - d[r] * d[c])))
+    let square = dot(d, d);
+    let of = |r: usize, c: usize| sum(if r == c { square } else { 0.0 }, -product(d[r], d[c]));
+    [0, 1, 2].map(|r| [0, 1, 2].map(|c| product(mass, of(r, c))))
 }
 
 fn rotate(m: &[[f64; 3]; 3], i: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let half = [0, 1, 2].map(|r| matrix_vector(i, m[r]));
-    [0, 1, 2].map(|r| [0, 1, 2].map(|c| (0..3).map(|k| m[c][k] * half[r][k]).sum::<f64>()))
+    let half = [0, 1, 2].map(|r| i.map(|row| dot(row, m[r])));
+    [0, 1, 2].map(|r| [0, 1, 2].map(|c| dot(m[c], half[r])))
 }
 
 impl Inertia {
@@ -37,8 +39,8 @@ impl Inertia {
         let shift = point_inertia(inertial.mass, c);
         Self {
             mass: inertial.mass,
-            first_moment: c.map(|x| inertial.mass * x),
-            second_moment: [0, 1, 2].map(|r| [0, 1, 2].map(|k| about_com[r][k] + shift[r][k])),
+            first_moment: c.map(|x| product(inertial.mass, x)),
+            second_moment: [0, 1, 2].map(|r| [0, 1, 2].map(|k| sum(about_com[r][k], shift[r][k]))),
         }
     }
 
@@ -46,17 +48,19 @@ impl Inertia {
     pub fn transformed(&self, placement: &Placement) -> Self {
         let m = placement.rotation.matrix();
         let p = placement.translation;
-        let l = matrix_vector(&m, self.first_moment);
+        let l = m.map(|row| dot(row, self.first_moment));
         let turned = rotate(&m, &self.second_moment);
-        let dot = (0..3).map(|i| p[i] * l[i]).sum::<f64>();
+        let twice = product(2.0, dot(p, l));
         let shift = point_inertia(self.mass, p);
         Self {
             mass: self.mass,
-            first_moment: [0, 1, 2].map(|i| l[i] + self.mass * p[i]),
+            first_moment: [0, 1, 2].map(|i| sum(l[i], product(self.mass, p[i]))),
             second_moment: [0, 1, 2].map(|r| {
                 [0, 1, 2].map(|c| {
-                    let diagonal = if r == c { 2.0 * dot } else { 0.0 };
-                    turned[r][c] + diagonal - p[r] * l[c] - l[r] * p[c] + shift[r][c]
+                    let diagonal = if r == c { twice } else { 0.0 };
+                    [diagonal, -product(p[r], l[c]), -product(l[r], p[c]), shift[r][c]]
+                        .into_iter()
+                        .fold(turned[r][c], sum)
                 })
             }),
         }
@@ -65,11 +69,20 @@ impl Inertia {
     /// Both bodies together, in the same frame.
     pub fn plus(&self, other: &Self) -> Self {
         Self {
-            mass: self.mass + other.mass,
-            first_moment: [0, 1, 2].map(|i| self.first_moment[i] + other.first_moment[i]),
+            mass: sum(self.mass, other.mass),
+            first_moment: [0, 1, 2].map(|i| sum(self.first_moment[i], other.first_moment[i])),
             second_moment: [0, 1, 2]
-                .map(|r| [0, 1, 2].map(|c| self.second_moment[r][c] + other.second_moment[r][c])),
+                .map(|r| [0, 1, 2].map(|c| sum(self.second_moment[r][c], other.second_moment[r][c]))),
         }
+    }
+
+    /// What is left of it without another, in the same frame.
+    pub fn less(&self, other: &Self) -> Self {
+        self.plus(&Self {
+            mass: -other.mass,
+            first_moment: other.first_moment.map(|x| -x),
+            second_moment: other.second_moment.map(|row| row.map(|x| -x)),
+        })
     }
 
     /// The ten standard parameters: m, m c_x, m c_y, m c_z, L_xx, L_xy, L_xz, L_yy, L_yz, L_zz.

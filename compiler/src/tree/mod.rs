@@ -170,6 +170,17 @@ impl Tree {
         base.iter().map(|s| (*s).to_owned()).chain(self.joints.iter().map(|j| j.name.clone())).collect()
     }
 
+    /// Names of the elements of `q`: `base/x`, …, then joints.
+    pub fn coordinate_names(&self) -> Vec<String> {
+        let base: &[&str] = match self.base {
+            BaseKind::Floating => &["base/x", "base/y", "base/z", "base/qx", "base/qy", "base/qz", "base/qw"],
+            BaseKind::Planar => &["base/x", "base/z", "base/pitch"],
+            BaseKind::Fixed => &[],
+            BaseKind::Pivot => &["base/pivot"],
+        };
+        base.iter().map(|s| (*s).to_owned()).chain(self.joints.iter().map(|j| j.name.clone())).collect()
+    }
+
     /// Whether the row of `v` is a translation.
     pub fn row_is_linear(&self, row: usize) -> bool {
         match (self.base, row) {

@@ -3,6 +3,7 @@
 //! The crate is `no_std` (but with the feature `std`), never allocates and never panics on finite input.
 #![cfg_attr(not(feature = "std"), no_std)]
 
+pub mod format;
 pub mod lanes;
 pub mod math;
 pub mod model;
@@ -11,6 +12,7 @@ pub mod real;
 #[cfg(feature = "source")]
 pub mod source;
 
+pub use format::{FORMAT, require_format};
 pub use model::{Argument, Arguments, CallError, Model, Signature, State};
 pub use real::Real;
 

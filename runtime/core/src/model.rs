@@ -89,6 +89,13 @@ pub struct Signature<'a> {
     pub columns: usize,
 }
 
+impl<'a> Signature<'a> {
+    /// Of these arguments and shape.
+    pub const fn new(name: &'a str, arguments: &[Argument], rows: usize, columns: usize) -> Self {
+        Self { name, arguments: Arguments::of(arguments), rows, columns }
+    }
+}
+
 /// The arguments of one call; those that the function does not read may be empty.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct State<'a, R> {

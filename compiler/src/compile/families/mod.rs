@@ -13,7 +13,7 @@ use crate::derive::{
 };
 use crate::expression::{Expr, Sym};
 use crate::program::{Operations, Order, lower};
-use crate::tree::{BaseKind, Frame, Tree};
+use crate::tree::{Frame, Tree};
 use bipedc_runtime::Argument;
 
 /// Units of generalised forces, by row.
@@ -22,23 +22,16 @@ fn force_units(tree: &Tree) -> Vec<String> {
 }
 /// Units of a configuration, by element.
 fn configuration_names(tree: &Tree) -> (Vec<String>, Vec<String>) {
-    let mut names: Vec<&str> = match tree.base {
-        BaseKind::Floating => vec!["x", "y", "z", "qx", "qy", "qz", "qw"],
-        BaseKind::Planar => vec!["x", "z", "pitch"],
-        BaseKind::Fixed => vec![],
-        BaseKind::Pivot => vec!["pivot"],
-    };
-    let unit = |name: &str| match name {
-        "x" | "y" | "z" => "m",
-        "qx" | "qy" | "qz" | "qw" => "1",
+    let names = tree.coordinate_names();
+    let base = tree.nq - tree.joints.len();
+    let unit = |name: &String| match name.as_str() {
+        "base/x" | "base/y" | "base/z" => "m",
+        "base/qx" | "base/qy" | "base/qz" | "base/qw" => "1",
         _ => "rad",
     };
-    let mut units: Vec<String> = names.iter().map(|name| unit(name).to_owned()).collect();
+    let mut units: Vec<String> = names[..base].iter().map(|name| unit(name).to_owned()).collect();
     units.extend(tree.joints.iter().map(|joint| if joint.prismatic { "m" } else { "rad" }.to_owned()));
-    names.extend(tree.joints.iter().map(|joint| joint.name.as_str()));
-    let base = tree.nq - tree.joints.len();
-    let full = |(k, name): (usize, &&str)| if k < base { format!("base/{name}") } else { (*name).to_owned() };
-    (names.iter().enumerate().map(full).collect(), units)
+    (names, units)
 }
 /// Units of generalised accelerations, by row.
 fn acceleration_units(tree: &Tree) -> Vec<String> {

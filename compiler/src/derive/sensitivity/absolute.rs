@@ -58,6 +58,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
         let mut out = vec![self.model.constant(0.0); self.model.tree.nv];
         let mut moments: Vec<_> = self.cores.iter().map(|core| core.1.1).collect();
         for index in 0..self.links.len() {
+            let _work = self.model.work(index, "moment in absolute angles");
             if let Some(parent) = self.absolute_parent(index) {
                 moments[parent] = moments[parent] + self.links[index].arm.cross(self.wrenches[index].0);
             }
@@ -79,6 +80,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
         let nv = self.model.tree.nv;
         let mut d = vec![vec![self.model.constant(0.0); nv]; nv];
         for (index, body) in self.model.tree.bodies.iter().enumerate() {
+            let _work = self.model.work(index, "mass matrix in absolute angles");
             let Motion::Revolute { axis, .. } = body.motion else {
                 for (k, change) in self.units(index).iter().enumerate() {
                     let wrench = self.subtrees[index].response(change);

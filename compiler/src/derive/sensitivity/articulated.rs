@@ -119,6 +119,7 @@ pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sy
     let mut pivots: Vec<Option<Pivot<'g>>> = vec![None; bodies.len()];
     let mut rests = forces.to_vec();
     for index in (0..bodies.len()).rev() {
+        let _work = model.work(index, "articulated inertia");
         let mut sum = Some(body(robot, index, own[index].as_ref()));
         if let Some(carried) = joined[index] {
             add(&mut sum, carried);
@@ -183,6 +184,7 @@ fn accelerate<'g>(
     let mut out = rests.to_vec();
     let mut motions: Vec<Wrench<'g>> = Vec::new();
     for (index, body) in bodies.iter().enumerate() {
+        let _work = model.work(index, "acceleration");
         let axes = robot.axes[index];
         let Some((inverse, force, moment)) = pivots[index] else {
             motions.push(free_root(&inertias[index], body.v_index, &mut out));

@@ -90,6 +90,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
         let bodies = &self.model.tree.bodies;
         let mut carried = vec![Carried::default(); bodies.len()];
         for index in (0..bodies.len()).rev() {
+            let _work = self.model.work(index, "sums of what it carries");
             let (single, mut all) = self.body(index, carried[index].own.as_ref());
             add(&mut all, carried[index].beside.as_ref());
             self.single.push(single);
@@ -220,6 +221,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
         let nv = self.model.tree.nv;
         let mut d = vec![vec![self.model.constant(0.0); nv]; nv];
         for index in 0..self.links.len() {
+            let _work = self.model.work(index, "mass matrix");
             for (k, change) in self.units(index).iter().enumerate() {
                 let column = self.model.tree.bodies[index].v_index + k;
                 self.walk(index, self.subtrees[index].response(change), |_, row, x| {
@@ -251,6 +253,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
             (0..tree.bodies.len()).map(|index| self.changes(index, column)).collect();
         let mut out = vec![vec![self.model.constant(0.0); tree.nv]; tree.nv];
         for (index, body) in tree.bodies.iter().enumerate() {
+            let _work = self.model.work(index, "answer of the forces to its motion");
             for (k, change) in changes[index].iter().enumerate() {
                 let wrench = self.subtrees[index].response(change);
                 self.walk(index, wrench, |_, row, x| out[row][body.v_index + k] = x);
@@ -275,6 +278,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     /// One change per degree of freedom of the body.
     fn changes(&self, index: usize, column: Column) -> Vec<Change<'g>> {
         let model = self.model;
+        let _work = model.work(index, "change of its motion");
         if model.tree.bodies[index].motion == Motion::Free {
             return self.free_changes(index, column);
         }

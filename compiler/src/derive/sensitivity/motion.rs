@@ -56,6 +56,7 @@ pub(super) fn forward<'g>(
     let world = Moving::new(zero, zero, if gravity { -model.gravity() } else { zero });
     let mut out: Vec<Link<'g>> = Vec::new();
     for (index, body) in model.tree.bodies.iter().enumerate() {
+        let _work = model.work(index, "motion");
         let hub = match body.parent {
             Some(p) if axes[index].joined => out[p].joint,
             Some(p) => out[p].own,
