@@ -116,22 +116,17 @@ pub struct Excite {
     json: bool,
 }
 
-/// More rows than this are a mistake.
-const ROWS: f64 = 1e7;
-
 impl Excite {
     /// Reads, searches, writes, prints.
     pub fn run(self) -> Outcome {
-        let request = self.request()?;
+        let options = self.options()?;
         let bench = self.robot.open()?;
         let mut ledger = bench.ledger();
         ledger.writes("--out", &self.out)?;
         self.postures.note(&mut ledger)?;
-        if let Some(options) = self.postures.options(&request, self.gap, self.evaluations) {
+        if let Some(options) = self.postures.options(&options, self.evaluations) {
             return self.print(&bench.design_postures(&options, &self.out)?);
         }
-        let (joints, acceleration) = (self.joints.clone(), self.acceleration);
-        let options = Options { joints, acceleration, gap: self.gap, rate: self.rate, request };
         match self.separate.options() {
             Some(asked) => self.print(&bench.separate_effects(&options, &asked, &self.out)?),
             None => self.print(&bench.design_motion(&options, &self.out)?),
@@ -148,9 +143,21 @@ impl Excite {
     }
 
     /// What is wanted, in the library's words.
-    fn request(&self) -> Result<Request, Diagnostic> {
-        let time_limit = self.check()?;
-        Ok(Request {
+    fn options(&self) -> Result<Options, Diagnostic> {
+        let mut options = Options {
+            joints: self.joints.clone(),
+            acceleration: self.acceleration,
+            gap: self.gap,
+            rate: self.rate,
+            request: self.request(),
+        };
+        options.check()?;
+        options.request.time_limit = self.limits()?;
+        Ok(options)
+    }
+
+    fn request(&self) -> Request {
+        Request {
             family: match (self.degree5, self.at_rest) {
                 (true, true) => Family::RestingPolynomial(5),
                 (true, false) => Family::Polynomial(5),
@@ -166,33 +173,17 @@ impl Excite {
             seed: self.seed,
             starts: self.starts,
             evaluations: self.evaluations.unwrap_or(400),
-            time_limit,
-        })
+            time_limit: None,
+        }
     }
 
-    /// Refuses numbers that have no meaning; the time limit.
-    fn check(&self) -> Result<Option<Duration>, Diagnostic> {
+    /// Refuses what only arguments can get wrong; the time limit.
+    fn limits(&self) -> Result<Option<Duration>, Diagnostic> {
         let refuse = |what: &str, value: f64, help: &str| {
             Err(Diagnostic::error(format!("{what} is {value}")).help(help.to_owned()))
         };
-        if !(self.duration.is_finite() && self.duration > 0.0) {
-            return refuse("--duration", self.duration, "give a time above 0 s; 10 is usual");
-        }
-        if !(self.rate.is_finite() && self.rate > 0.0) {
-            return refuse("--rate", self.rate, "give a frequency above 0 Hz");
-        }
-        if self.duration * self.rate > ROWS {
-            return refuse(
-                "--rate times --duration",
-                self.duration * self.rate,
-                "give at most ten million rows",
-            );
-        }
         if !(0.0..=90.0).contains(&self.margin) {
             return refuse("--margin", self.margin, "give 0 to 90 per cent");
-        }
-        if let Some(limit) = self.acceleration.filter(|limit| !(limit.is_finite() && *limit > 0.0)) {
-            return refuse("--acceleration", limit, "give a number above 0 rad/s²");
         }
         let seconds = |limit: f64| Duration::try_from_secs_f64(limit).ok().filter(|limit| !limit.is_zero());
         match self.time_limit {

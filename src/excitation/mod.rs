@@ -29,7 +29,35 @@ pub struct Options {
     pub request: Request,
 }
 
+/// More rows than this are a mistake.
+const ROWS: f64 = 1e7;
+
 impl Options {
+    /// Refuses numbers that have no meaning.
+    ///
+    /// # Errors
+    /// Duration, rate or acceleration that are not above zero; more than ten million rows.
+    pub fn check(&self) -> Result<(), Diagnostic> {
+        let refuse = |what: &str, value: f64, help: &str| {
+            Err(Diagnostic::error(format!("{what} is {value}")).help(help.to_owned()))
+        };
+        let is_positive = |value: f64| value.is_finite() && value > 0.0;
+        let duration = self.request.duration;
+        if !is_positive(duration) {
+            return refuse("--duration", duration, "give a time above 0 s; 10 is usual");
+        }
+        if !is_positive(self.rate) {
+            return refuse("--rate", self.rate, "give a frequency above 0 Hz");
+        }
+        if duration * self.rate > ROWS {
+            return refuse("--rate times --duration", duration * self.rate, "give at most ten million rows");
+        }
+        match self.acceleration.filter(|limit| !is_positive(*limit)) {
+            Some(limit) => refuse("--acceleration", limit, "give a number above 0 rad/s²"),
+            None => Ok(()),
+        }
+    }
+
     /// Of the trajectory's file.
     fn rows(&self) -> usize {
         (self.request.duration * self.rate).round() as usize + 1

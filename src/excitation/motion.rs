@@ -73,6 +73,7 @@ pub fn design_motion(
     out: &Path,
     run: &Run<'_>,
 ) -> Result<DesignedMotion, Diagnostics> {
+    options.check()?;
     let derive = || Excited::new(robot, &options.joints, options.acceleration, options.gap);
     let mut excited = run.progress.stage("deriving", derive)?;
     let assumptions = excited.assumptions.clone();

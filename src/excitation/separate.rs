@@ -77,6 +77,7 @@ pub fn separate_effects(
     out: &Path,
     run: &Run<'_>,
 ) -> Result<SeparatingMotion, Diagnostics> {
+    options.check()?;
     let (request, rows, progress) = (&options.request, options.rows(), run.progress);
     let derive = || Excited::new(robot, &options.joints, options.acceleration, options.gap);
     let mut excited = progress.stage("deriving", derive)?;

@@ -111,6 +111,10 @@ pub fn identify(
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Identified, Diagnostics> {
+    options.check()?;
+    if logs.is_empty() {
+        return Err(Diagnostic::error("no log was given").help("give at least one that teaches").into());
+    }
     let mut job = Job { robot, logs, judge, options, progress, warnings: Vec::new() };
     let found = match options.method {
         Method::Torque => torque::run(&mut job),

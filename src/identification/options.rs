@@ -111,6 +111,28 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Refuses numbers that have no meaning.
+    pub(super) fn check(&self) -> Result<(), Diagnostic> {
+        let refuse = |what: &str, value: f64, help: &str| {
+            Err(Diagnostic::error(format!("{what} is {value}")).help(help.to_owned()))
+        };
+        let is_positive = |value: f64| value.is_finite() && value > 0.0;
+        if let Some(cutoff) = self.reading.cutoff_hz.filter(|cutoff| !is_positive(*cutoff)) {
+            return refuse("the cut-off of the filter", cutoff, "give a frequency in Hz");
+        }
+        if let Some(slow) = self.slow.filter(|slow| !(0.0..0.5).contains(slow)) {
+            return refuse("the part of a slow joint's speed", slow, "give a fraction below 0.5");
+        }
+        let trim = self.reading.trim_s;
+        if !(trim.is_finite() && trim >= 0.0) {
+            return refuse("what is left out at the ends", trim, "give a time in s");
+        }
+        match self.weight.filter(|weight| !is_positive(*weight)) {
+            Some(weight) => refuse("the weight of the description", weight, "give a positive number"),
+            None => Ok(()),
+        }
+    }
+
     /// With what the joints of this robot add.
     pub(super) fn of_joints(&self, subject: &JointLayout) -> Result<identify::Options, Diagnostic> {
         Ok(identify::Options { extras: self.extras(subject)?, ..self.estimation()? })

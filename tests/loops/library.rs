@@ -1,9 +1,10 @@
 //! Whether the library says what the command says, step by step.
 use super::explain::explain;
 use crate::loops::cli::{bipedc, scratch, text};
-use bipedc::Workbench;
 use bipedc::progress::Progress;
+use bipedc::{Workbench, comparison, excitation, identification};
 use bipedc_analysis::diagnose::{Diagnosis, Found};
+use bipedc_analysis::identify::excite::{Criterion, Family, Request, Scaling};
 use bipedc_effects::effect::{Effect, Location, kinds};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -54,7 +55,7 @@ fn the_example_says_what_the_commands_say() {
 #[test]
 fn a_comparison_is_the_json_that_the_command_prints() {
     let bench = Workbench::open("robots/tulip").unwrap();
-    let options = bipedc::comparison::Options { places: true, free_run: Some(0.5), ..Default::default() };
+    let options = comparison::Options { places: true, free_run: Some(0.5), ..Default::default() };
     let compared = bench.compare_with(&bench.log(JUDGE).unwrap(), &options).unwrap();
     let command = bipedc(&["compare", "robots/tulip", JUDGE, "--where", "--free-run", "0.5", "--json"]);
     assert_eq!(json(&compared), command.ok().out);
@@ -113,6 +114,42 @@ fn errors_name_their_place_and_progress_is_told() {
     assert!(Workbench::open("no/such").is_err());
     bench.compare(&bench.log(JUDGE).unwrap()).unwrap();
     assert_eq!(*heard.0.lock().unwrap(), ["+deriving", "-", "+reading and comparing", "-"]);
+}
+
+/// What the command's arguments never are, the library's options may be.
+#[test]
+fn options_without_meaning_are_errors() {
+    let bench = Workbench::open("robots/tulip").unwrap();
+    let errors = bench.identify(&[], None).unwrap_err();
+    assert!(errors.to_string().contains("no log was given"), "{errors}");
+    let log = bench.log(TRAIN).unwrap();
+    for (cutoff_hz, slow, weight) in [(f64::NAN, 0.0, 1.0), (10.0, 0.7, 1.0), (10.0, 0.0, -1.0)] {
+        let mut options = identification::Options::default();
+        options.reading.cutoff_hz = Some(cutoff_hz);
+        (options.slow, options.weight) = (Some(slow), Some(weight));
+        assert!(bench.identify_with(&[&log], None, &options).is_err(), "{options:?}");
+    }
+    let request = Request {
+        family: Family::Fourier(3),
+        duration: 10.0,
+        margin: 0.05,
+        scaling: Scaling::Unit,
+        criterion: Criterion::Condition,
+        seed: 1,
+        starts: 1,
+        evaluations: 1,
+        time_limit: None,
+    };
+    for (rate, acceleration) in [(f64::INFINITY, 1.0), (1e12, 1.0), (200.0, -1.0)] {
+        let (joints, acceleration) = (Vec::new(), Some(acceleration));
+        let options = excitation::Options { joints, acceleration, gap: 0.02, rate, request };
+        assert!(bench.design_motion(&options, "/nowhere/at/all.csv").is_err(), "{options:?}");
+    }
+    for cutoff in [f64::NAN, -1.0, 0.0] {
+        let mut options = comparison::Options { free_run: Some(cutoff), ..Default::default() };
+        options.reading.cutoff_hz = Some(cutoff);
+        assert!(bench.compare_with(&log, &options).is_err(), "{options:?}");
+    }
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! `bipedc excite ROBOT --postures N`: static postures on two feet from which first moments can be told.
-use bipedc::excitation::PostureOptions;
-use bipedc_analysis::identify::excite::Request;
+use bipedc::excitation::{Options, PostureOptions};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::Ledger;
 use clap::Args;
@@ -45,8 +44,9 @@ impl PostureArguments {
         self.plot.as_ref().map_or(Ok(()), |plot| ledger.writes("--plot", plot))
     }
 
-    /// What is asked for, if it is postures; `gap` is the least distance between the soles, m.
-    pub fn options(&self, request: &Request, gap: f64, evaluations: Option<usize>) -> Option<PostureOptions> {
+    /// What is asked for, if it is postures; the rest of it as for trajectories.
+    pub fn options(&self, motion: &Options, evaluations: Option<usize>) -> Option<PostureOptions> {
+        let request = &motion.request;
         Some(PostureOptions {
             postures: self.postures?,
             placements: self.placements,
@@ -55,7 +55,7 @@ impl PostureArguments {
             mass_error: self.mass_error,
             center_error: self.center_error,
             margin: request.margin,
-            gap,
+            gap: motion.gap,
             criterion: request.criterion,
             seed: request.seed,
             starts: request.starts,
