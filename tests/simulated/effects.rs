@@ -19,6 +19,7 @@ fn at_joints(kind: &str) -> String {
         "stribeck_friction" => joint("coulomb = 0.8\nstatic = 1.6\nstribeck_velocity = 0.5"),
         "load_dependent_friction" => joint("coefficient = 0.2"),
         "rotor_inertia" => joint("inertia = 0.08"),
+        "quadratic_drag" => joint("drag = 0.6"),
         "parallel_spring" => joint("stiffness = 40.0\nrest_angle = 0.2"),
         "torque_gain" => joint("gain = 0.85"),
         "torque_bias" => joint("bias = 0.9"),
