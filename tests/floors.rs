@@ -225,6 +225,60 @@ fn the_library_reads_no_arguments_and_prints_nothing() {
     }
 }
 
+/// Texts in quotes, without those of what is compiled for tests only.
+fn quoted(tokens: TokenStream, found: &mut Names) {
+    let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+    let mut k = 0;
+    while k < tokens.len() {
+        let next = tokens.get(k + 1).map(|token| token.to_string().replace(' ', ""));
+        match &tokens[k] {
+            TokenTree::Punct(mark) if mark.as_char() == '#' && next.as_deref() == Some("[cfg(test)]") => {
+                let body = |token: &TokenTree| {
+                    matches!(token, TokenTree::Group(g) if g.delimiter() == Delimiter::Brace)
+                        || token.to_string() == ";"
+                };
+                k += 2;
+                k += tokens[k..].iter().position(body).unwrap();
+            }
+            TokenTree::Group(group) => quoted(group.stream(), found),
+            token => drop(found.insert(token.to_string())),
+        }
+        k += 1;
+    }
+}
+
+/// Numbers of a drive are called like the effects that they are; a formula is an option and a key, too.
+fn means_no_kind(name: &str, file: &Path) -> bool {
+    let of_drives = ["settings/drives.rs", "scenario/motor.rs", "identify/elastic/"];
+    let file = file.to_str().unwrap();
+    match name {
+        "rotor_inertia" | "viscous_friction" | "coulomb_friction" => {
+            of_drives.iter().any(|f| file.contains(f))
+        }
+        "formula" => file.contains("src/commands/"),
+        _ => false,
+    }
+}
+
+/// A kind of effect is a statement of the library: whoever knows it by its name knows it twice.
+#[test]
+fn only_the_library_names_kinds_of_effects() {
+    for folder in ["compiler", "runtime/core", "runtime/analysis", "macros", "."] {
+        let mut files = Vec::new();
+        sources(&root().join(folder).join("src"), &mut files);
+        // Files of unit tests are named after what they hold.
+        for file in files.iter().filter(|file| !file.ends_with("tests.rs") && !file.ends_with("support.rs")) {
+            let mut found = Names::new();
+            quoted(fs::read_to_string(file).unwrap().parse().unwrap(), &mut found);
+            let kinds = bipedc_effects::effect::KINDS.iter().map(|kind| kind.name);
+            let named: Vec<&str> = kinds
+                .filter(|kind| found.contains(&format!("\"{kind}\"")) && !means_no_kind(kind, file))
+                .collect();
+            assert!(named.is_empty(), "{}: {named:?}", file.display());
+        }
+    }
+}
+
 /// The reader of imports sees what it must see.
 #[test]
 fn imports_are_read() {
