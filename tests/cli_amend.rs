@@ -394,6 +394,24 @@ fn a_diagnosis_is_taken_with_its_errors() {
     assert!(paths == 3 && svg.contains("Coulomb friction at left_knee_pitch"), "{svg}");
 }
 
+#[test]
+fn corrections_of_inertias_are_refused_with_what_to_change() {
+    let folder = robot("amend_corrections");
+    let file = diagnosis(&folder);
+    let mut value: Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+    value["inertial_corrections"] = json!([{"kind": "inertial_correction", "link": "torso",
+        "parameters": {"mass": 0.25, "x": 0.002, "y": 0.0, "z": -0.001}}]);
+    std::fs::write(&file, value.to_string()).unwrap();
+    let before = read(&folder, "biped.toml");
+    bipedc(&["amend", text(&folder), "--from", text(&file), "--with-corrections"]).fails_with(&[
+        "no words for corrections",
+        "torso +0.2500 kg, centre of mass +0.00200 +0.00000 -0.00100 m",
+        "--write-urdf",
+    ]);
+    assert_eq!(read(&folder, "biped.toml"), before);
+    bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+}
+
 #[cfg(unix)]
 #[test]
 fn a_diagnosis_may_come_through_a_pipe_and_a_robot_not() {

@@ -3,6 +3,7 @@ use super::history::{ChannelError, Fall};
 use super::{Proposal, Proposed, Wish, is_same};
 use bipedc_analysis::diagnose::{Diagnosis, Fall as Measured, Found};
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::kinds;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -73,6 +74,7 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
     }
     let (errors, note) = errors(diagnosis, &effects, selection.corrections);
     if selection.corrections {
+        refuse_untold(&diagnosis.inertial_corrections)?;
         effects.extend(diagnosis.inertial_corrections.iter().map(|found| proposed(found, None, wish)));
     }
     // Effects that stood already and were estimated again belong to the estimates of the others.
@@ -80,6 +82,23 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
     let training = (!diagnosis.training.file.is_empty()).then(|| diagnosis.training.clone());
     let validation = diagnosis.validation.clone();
     Ok(Proposal { effects, origin: origin.to_owned(), training, validation, errors, note })
+}
+
+/// Corrections by mass and centre of mass are no effects that a description could state.
+fn refuse_untold(corrections: &[Found]) -> Result<(), Diagnostic> {
+    let link = |found: &&Found| found.effect.kind == &kinds::INERTIAL_CORRECTION;
+    let change = |found: &Found| {
+        let [mass, x, y, z] = ["mass", "x", "y", "z"].map(|name| found.effect.value(name));
+        format!("{} {mass:+.4} kg, centre of mass {x:+.5} {y:+.5} {z:+.5} m", found.effect.location)
+    };
+    let changes: Vec<String> = corrections.iter().filter(link).map(change).collect();
+    if changes.is_empty() {
+        return Ok(());
+    }
+    Err(Diagnostic::error("biped.toml has no words for corrections of masses and centres of mass").help(format!(
+        "leave out --with-corrections, and change the URDF: {}; or let `bipedc identify --write-urdf` do it",
+        changes.join("; ")
+    )))
 }
 
 fn proposed(found: &Found, error: Option<ChannelError>, wish: Wish) -> Proposed {

@@ -17,7 +17,7 @@ use crate::expression::{Sloped, Sym, ValuedFormula};
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::formula::Formula;
-use bipedc_effects::effect::{Effect, Law};
+use bipedc_effects::effect::{Effect, Law, Simulation};
 use bipedc_runtime::Argument;
 use std::collections::BTreeMap;
 
@@ -39,6 +39,8 @@ pub enum Seed {
 struct TorqueLaw {
     text: ValuedFormula,
     other: Option<usize>,
+    /// A coupling of the library by everything but the accelerations.
+    without_inertia: bool,
 }
 
 /// What stands between true and reported torque.
@@ -125,10 +127,8 @@ impl JointLaws {
         };
         let formula = Formula::parse(text).map_err(|error| problem(error.to_string()).help(error.help))?;
         let names = formula.names().iter();
-        let parameters: BTreeMap<String, f64> = names
-            .filter(|name| kind.parameter(name).is_some() || effect.parameters.contains_key(*name))
-            .map(|name| (name.clone(), effect.value(name)))
-            .collect();
+        let parameters: BTreeMap<String, f64> =
+            names.filter_map(|name| Some((name.clone(), effect.known(name)?))).collect();
         let text = ValuedFormula { formula, parameters };
         let other = effect.location.other_joint.as_ref().map(row).transpose()?;
         let joint = self.joint(name, row(name)?);
@@ -136,7 +136,8 @@ impl JointLaws {
             Law::Reading(_) => joint.signals.push(Signal::Reading(text)),
             Law::TrueTorque(_) => joint.signals.push(Signal::True(text)),
             _ => {
-                joint.torques.push(TorqueLaw { text, other });
+                let without_inertia = matches!(kind.simulation, Simulation::Coupling { inertia } if effect.value(inertia) == 0.0);
+                joint.torques.push(TorqueLaw { text, other, without_inertia });
                 joint.watch(other);
             }
         }
@@ -214,9 +215,7 @@ impl JointLaws {
 impl TorqueLaw {
     fn uses(&self, name: &str) -> bool {
         let stands = self.text.formula.names().iter().any(|n| n == name);
-        // The library's coupling with no inertia has none.
-        let vanishes = name.ends_with("acceleration") && self.text.parameters.get("inertia") == Some(&0.0);
-        stands && !(vanishes && self.text.parameters.contains_key("coulomb"))
+        stands && !(self.without_inertia && name.ends_with("acceleration"))
     }
 }
 

@@ -2,7 +2,7 @@
 use crate::measure::Motion;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Effect, Kind, Location};
+use bipedc_effects::effect::{Effect, Evidence, Kind, Location, sought};
 use serde::Serialize;
 
 /// What kind of quantity a row is.
@@ -165,4 +165,12 @@ pub trait Experiment: Sync {
     fn bodies(&self) -> &[String] {
         &[]
     }
+}
+
+/// The kinds that a search looks for in such evidence, each at the places where it may show.
+pub(crate) fn sought_at(
+    evidence: Evidence,
+    places: impl Fn(&'static Kind) -> Vec<Location>,
+) -> Vec<(&'static Kind, Location)> {
+    sought(evidence).flat_map(|kind| places(kind).into_iter().map(move |place| (kind, place))).collect()
 }

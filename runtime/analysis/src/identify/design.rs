@@ -1,6 +1,6 @@
 //! The regression: which unknowns act in which rows, and the numbers of a batch of samples.
 use super::triangle::Triangle;
-use super::unknowns::{BaseSet, Extra, Part, Source, Unknown, plain};
+use super::unknowns::{BaseSet, Extra, ExtraTorque, Part, Source, Unknown, plain};
 use crate::experiments::{Channel as Kind, Experiment, Row};
 use crate::robot::{Batch, JointLayout};
 use nalgebra::DVector;
@@ -42,6 +42,8 @@ pub struct Design<'a> {
     pub subject: &'a JointLayout,
     /// What joints add.
     pub extras: Vec<Extra>,
+    /// Their torques, in the same order.
+    torques: Vec<ExtraTorque>,
     /// Columns.
     pub unknowns: Vec<Unknown>,
     /// Rows.
@@ -77,7 +79,8 @@ impl<'a> Design<'a> {
             .collect();
         let unknowns = plain(base, &extras, subject);
         let regressor = Some(regressor);
-        let mut design = Self { subject, extras, unknowns, channels: Vec::new(), regressor, starts };
+        let torques = extras.iter().map(|extra| extra.torque()).collect();
+        let mut design = Self { subject, extras, torques, unknowns, channels: Vec::new(), regressor, starts };
         design.channels = rows.iter().map(|&row| design.channel(row)).collect();
         design.group(rows);
         design
@@ -98,7 +101,15 @@ impl<'a> Design<'a> {
             Some(Channel { name: of.name.clone(), unit: of.unit, row, joint: None, places, sources })
         };
         let channels = experiment.rows().iter().enumerate().filter_map(channel).collect();
-        Self { subject, extras: Vec::new(), unknowns, channels, regressor: None, starts: Vec::new() }
+        Self {
+            subject,
+            extras: Vec::new(),
+            torques: Vec::new(),
+            unknowns,
+            channels,
+            regressor: None,
+            starts: Vec::new(),
+        }
     }
 
     fn pattern(&self) -> &[Vec<usize>] {
@@ -219,7 +230,7 @@ impl<'a> Design<'a> {
                     out.extend_from_slice(&work.entries[start..start + count]);
                 }
                 Source::Extra(k) => {
-                    let (torque, joint) = (self.extras[k].torque(), channel.joint.unwrap_or(usize::MAX));
+                    let (torque, joint) = (&self.torques[k], channel.joint.unwrap_or(usize::MAX));
                     let joints = |values: &'_ [f64], i: usize| -> std::ops::Range<usize> {
                         debug_assert!(values.len() >= (i + 1) * nv);
                         i * nv + nb..(i + 1) * nv

@@ -1,10 +1,7 @@
 //! Smooth laws of effects at joints, with their slopes: what a step needs to take them at its middle.
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::formula::{Bound, Formula, SMOOTHING};
-use bipedc_effects::effect::{Acts, Effect, Simulation, VARIABLES};
-
-/// Default of `smoothing` in users' formulas, rad/s.
-const DEFAULT_SMOOTHING: f64 = 0.02;
+use bipedc_effects::effect::formula::Formula;
+use bipedc_effects::effect::{Acts, BoundLaw, Effect, Simulation, VARIABLES};
 
 /// State of a joint and of another one, in the order of [`VARIABLES`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -28,11 +25,10 @@ pub(super) struct Resistance {
     pub acceleration: f64,
 }
 
-/// A law and its values (variables, then parameters).
+/// A law with room for its slopes.
 #[derive(Debug, Clone)]
 pub(super) struct Smooth {
-    law: Bound,
-    values: Vec<f64>,
+    law: BoundLaw,
     gradient: Vec<f64>,
     /// The other joint of a pair.
     pub other: Option<usize>,
@@ -51,40 +47,26 @@ impl Smooth {
             return refuse("nothing is known of its law");
         }
         let Some(text) = effect.law_text() else { return refuse("it has no formula") };
-        let Ok(formula) = Formula::parse(text) else { return refuse("its formula does not read") };
-        let user = effect.torque.is_some();
-        if user && formula.names().iter().any(|name| name == "other_acceleration") {
+        let law = match BoundLaw::new(text, &VARIABLES, effect) {
+            Ok(law) => law,
+            Err(why) => return refuse(&why),
+        };
+        let across = Formula::parse(text)
+            .is_ok_and(|formula| formula.names().iter().any(|name| name == "other_acceleration"));
+        if effect.torque.is_some() && across {
             return refuse(
                 "an acceleration of another joint makes the mass matrix unsymmetric: write two `coupling` effects with equal `inertia`",
             );
         }
-        let mut names = VARIABLES.to_vec();
-        let mut values = vec![0.0; VARIABLES.len()];
-        for name in formula.names().iter().filter(|name| !VARIABLES.contains(&name.as_str())) {
-            let known = effect.parameters.contains_key(name) || effect.kind.parameter(name).is_some();
-            if !known && name != SMOOTHING {
-                return refuse(&format!("its formula has the unknown name `{name}`"));
-            }
-            names.push(name);
-            values.push(if known { effect.value(name) } else { DEFAULT_SMOOTHING });
-        }
-        let Ok(law) = formula.bind(&names) else { return refuse("its formula has unknown names") };
-        let gradient = vec![0.0; values.len()];
-        Ok(Self {
-            law,
-            values,
-            gradient,
-            other,
-            on_motor: effect.kind.simulation == Simulation::MotorFormula,
-        })
+        let gradient = vec![0.0; law.width()];
+        Ok(Self { law, gradient, other, on_motor: effect.kind.simulation == Simulation::MotorFormula })
     }
 
     /// Around a state.
     pub fn at(&mut self, state: &Variables) -> Resistance {
         let [q, v, a] = state.own;
         let variables = [q, v, a, state.load, state.other[0], state.other[1], 0.0];
-        self.values[..VARIABLES.len()].copy_from_slice(&variables);
-        let value = self.law.gradient(&self.values, &mut self.gradient);
+        let value = self.law.gradient(&variables, &mut self.gradient);
         let [velocity, acceleration] = [self.gradient[1], self.gradient[2]];
         // A slope against which nothing is damped is left to the held torque.
         Resistance { value: value - acceleration * a, velocity: velocity.max(0.0), acceleration }

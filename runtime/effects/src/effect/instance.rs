@@ -102,6 +102,12 @@ impl Effect {
         })
     }
 
+    /// A parameter that the kind or the author of the formula knows, as [`Effect::value`]; `None` for other names.
+    pub fn known(&self, name: &str) -> Option<f64> {
+        let known = self.parameters.contains_key(name) || self.kind.parameter(name).is_some();
+        known.then(|| self.value(name))
+    }
+
     /// Unit of a parameter: of the library, or as the author of the formula says; `1` if nobody says.
     pub fn unit(&self, name: &str) -> &str {
         let own = || self.own.get(name).map(|own| own.unit.as_str());

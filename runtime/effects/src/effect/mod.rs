@@ -8,6 +8,7 @@
 //! # Signs
 //! With `u` the torque that a log reports and `ID` the rigid-body model's inverse dynamics, a law of
 //! [`Law::Torque`] is *added*: `u = ID + law`. A law of [`Law::Reading`] maps the true torque to the reported one.
+mod bound_law;
 pub mod formula;
 mod instance;
 mod kind;
@@ -17,6 +18,7 @@ mod search;
 mod simulation;
 mod unit_torque;
 
+pub use bound_law::BoundLaw;
 pub use instance::{Effect, Location, OwnParameter};
 pub use kind::{Acts, Confounder, Identified, Kind, Law, Parameter, Place, Role, Size};
 pub use library::{KINDS, VARIABLES, kind, kinds, sought};

@@ -26,7 +26,9 @@ pub enum Evidence {
 pub struct Search {
     /// Where it is looked for.
     pub sought: &'static [Evidence],
-    /// Values of the parameter that does not enter linearly, from which the search starts.
+    /// The parameter that does not enter linearly.
+    pub nonlinear: Option<&'static str>,
+    /// Its values, from which the search starts.
     pub starts: Starts,
     /// What enters linearly.
     pub columns: Columns,
@@ -73,17 +75,35 @@ pub enum Columns {
 impl Search {
     /// By its parameters, which all enter linearly.
     pub const fn linear(sought: &'static [Evidence]) -> Self {
-        Self { sought, starts: Starts::None, columns: Columns::Parameters, refused: |_, _| None }
+        Self {
+            sought,
+            nonlinear: None,
+            starts: Starts::None,
+            columns: Columns::Parameters,
+            refused: |_, _| None,
+        }
     }
 
     /// By small steps of its parameters.
     pub const fn slopes(sought: &'static [Evidence], step: f64) -> Self {
-        Self { sought, starts: Starts::None, columns: Columns::Slopes(step), refused: |_, _| None }
+        Self {
+            sought,
+            nonlinear: None,
+            starts: Starts::None,
+            columns: Columns::Slopes(step),
+            refused: |_, _| None,
+        }
     }
 
     /// Not at all.
     pub const fn none() -> Self {
-        Self { sought: &[], starts: Starts::None, columns: Columns::None, refused: |_, _| None }
+        Self {
+            sought: &[],
+            nonlinear: None,
+            starts: Starts::None,
+            columns: Columns::None,
+            refused: |_, _| None,
+        }
     }
 }
 

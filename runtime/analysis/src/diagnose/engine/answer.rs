@@ -9,7 +9,7 @@ use super::words;
 use crate::diagnose::{Diagnosis, Fall, Found, Rejected, Step};
 use crate::experiments::{Channel, Experiment};
 use crate::robot::link_inertias::CadError;
-use bipedc_effects::effect::{Effect, Kind, Location, Role};
+use bipedc_effects::effect::{Effect, Kind, Location};
 use std::collections::BTreeMap;
 
 /// Most searches with a lower floor.
@@ -357,7 +357,7 @@ fn grouped(
 
 fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
     let mut doubts = Vec::new();
-    for parameter in effect.kind.parameters.iter().filter(|p| p.role == Role::Estimated) {
+    for parameter in effect.kind.estimated() {
         let value = effect.value(parameter.name);
         let (low, high) = parameter.plausible;
         if value < low || value > high {

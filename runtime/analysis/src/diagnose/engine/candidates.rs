@@ -34,8 +34,9 @@ pub(super) fn candidates_of(
 }
 
 fn forms_of(experiment: &dyn Experiment, kind: &'static Kind, location: &Location) -> Vec<Form> {
-    let guess = experiment.guess(kind, location).and_then(|e| e.parameters.get("limit").copied());
-    match experiment.seeds(kind, location).or(guess.map(|limit| vec![limit])) {
+    let guess = experiment.guess(kind, location).zip(kind.search.nonlinear);
+    let guess = guess.and_then(|(effect, name)| effect.parameters.get(name).copied());
+    match experiment.seeds(kind, location).or(guess.map(|value| vec![value])) {
         Some(seeds) => {
             seeds.into_iter().filter_map(|seed| Form::new(experiment, kind, location, seed)).collect()
         }

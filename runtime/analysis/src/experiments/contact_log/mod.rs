@@ -47,6 +47,7 @@ pub use forces::{CUTOFF_HZ, ContactRecording};
 pub use quantities::Quantity;
 pub use walking::WalkingExperiment;
 
+use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::measure::Motion;
 use crate::robot::Robot;
@@ -54,7 +55,7 @@ use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
-use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place, sought};
+use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place};
 use effects::Change;
 use nalgebra::Vector3;
 use rows::Component;
@@ -147,7 +148,6 @@ impl Experiment for ContactExperiment<'_> {
     }
     fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         let links = self.robot.link_places(|body| self.shows(body));
-        let mut out = Vec::new();
         let sensors = |kind: &Kind| {
             let shows = |(foot, sensor): (usize, usize)| {
                 kind.law != Law::ForceSensorSaturation || self.clipped(foot, sensor).is_some()
@@ -155,19 +155,15 @@ impl Experiment for ContactExperiment<'_> {
             let shown = self.sensors().into_iter().filter(move |(foot, sensor, _)| shows((*foot, *sensor)));
             shown.map(|(_, _, name)| Location::sensor(name)).collect::<Vec<_>>()
         };
-        for kind in sought(Evidence::Contact) {
-            let places = match kind.place {
-                Place::Link => links.clone(),
-                Place::Joint => self.robot.joint_places().collect(),
-                Place::Robot if kind.law == Law::GroundCompliance && self.soles.is_empty() => Vec::new(),
-                Place::Robot => vec![Location::default()],
-                Place::Sensor if kind.law == Law::ForceSensorSaturation => sensors(kind),
-                Place::Sensor => std::iter::once(Location::default()).chain(sensors(kind)).collect(),
-                Place::JointPair => Vec::new(),
-            };
-            out.extend(places.into_iter().map(|place| (kind, place)));
-        }
-        out
+        sought_at(Evidence::Contact, |kind| match kind.place {
+            Place::Link => links.clone(),
+            Place::Joint => self.robot.joint_places().collect(),
+            Place::Robot if kind.law == Law::GroundCompliance && self.soles.is_empty() => Vec::new(),
+            Place::Robot => vec![Location::default()],
+            Place::Sensor if kind.law == Law::ForceSensorSaturation => sensors(kind),
+            Place::Sensor => std::iter::once(Location::default()).chain(sensors(kind)).collect(),
+            Place::JointPair => Vec::new(),
+        })
     }
     fn guess(&self, kind: &'static Kind, place: &Location) -> Option<Effect> {
         if kind.law != Law::ForceSensorSaturation {

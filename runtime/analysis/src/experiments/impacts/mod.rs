@@ -18,13 +18,14 @@
 mod load;
 mod map;
 
+use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::robot::Robot;
 use crate::robot::calls::{Calls, joint};
 use crate::robot::feet::FootCalls;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
-use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place, Simulation, sought};
+use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place, Simulation};
 use map::Contact;
 
 /// Ratio of neighbouring values from which the search of a limit starts,
@@ -136,22 +137,19 @@ impl Experiment for ImpactExperiment<'_> {
         .collect()
     }
     fn candidates(&self) -> Vec<(&'static Kind, Location)> {
-        let mut out = Vec::new();
         let links = self
             .robot
             .link_places(|body| self.inertial.iter().any(|i| i.columns.iter().any(|c| c / 10 == body)));
-        for kind in sought(Evidence::Impacts) {
+        sought_at(Evidence::Impacts, |kind| {
             let turns = self.flat && !self.robot.planar();
-            let places = match kind.place {
+            match kind.place {
                 Place::Link => links.clone(),
                 Place::Joint => self.robot.joint_places().collect(),
                 Place::Robot if kind.law == Law::SpinFriction && !turns => Vec::new(),
                 Place::Robot => vec![Location::default()],
                 Place::JointPair | Place::Sensor => Vec::new(),
-            };
-            out.extend(places.into_iter().map(|place| (kind, place)));
-        }
-        out
+            }
+        })
     }
     /// A turning foot: what would hold it tells in which range its limit shows.
     fn seeds(&self, kind: &'static Kind, _location: &Location) -> Option<Vec<f64>> {

@@ -1,5 +1,5 @@
 //! Joint torques as an [`Experiment`].
-use super::laws::{Ready, Strided, advanced, torque_law};
+use super::laws::{Strided, advanced, torque_law};
 use super::places;
 use super::rigid::Rigid;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
@@ -8,7 +8,7 @@ use crate::measure::recording::Recording;
 use crate::robot::link_inertias::{CadError, LinkInertias};
 use crate::robot::{BaseKind, JointLayout};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location, Starts};
+use bipedc_effects::effect::{Acts, BoundLaw, Effect, Kind, Law, Location, Starts};
 use bipedc_runtime::model::Model;
 use std::sync::OnceLock;
 
@@ -270,12 +270,12 @@ impl<'a> MotionExperiment<'a> {
         for effect in &here {
             match effect.kind.law {
                 Law::Reading(text) => {
-                    if let Some(mut law) = Ready::new(text, &["torque"], effect) {
+                    if let Ok(mut law) = BoundLaw::new(text, &["torque"], effect) {
                         torque.iter_mut().for_each(|t| *t = law.at(&[*t], &mut work));
                     }
                 }
                 Law::TrueTorque(text) => {
-                    if let Some(mut law) = Ready::new(text, &["reading"], effect) {
+                    if let Ok(mut law) = BoundLaw::new(text, &["reading"], effect) {
                         measured.iter_mut().for_each(|u| *u = law.at(&[*u], &mut work));
                     }
                 }
@@ -290,7 +290,14 @@ impl<'a> MotionExperiment<'a> {
         measured.iter().zip(&torque).map(|(u, t)| u - t).collect()
     }
 
-    fn add_torque(&self, joint: usize, effect: &Effect, mut law: Ready, rigid: &[f64], torque: &mut [f64]) {
+    fn add_torque(
+        &self,
+        joint: usize,
+        effect: &Effect,
+        mut law: BoundLaw,
+        rigid: &[f64],
+        torque: &mut [f64],
+    ) {
         let (bq, bv) = (self.subject.base.nq(), self.subject.base.nv());
         let (nq, nv) = (self.rigid.nq, self.rigid.nv);
         let r = &self.recording;

@@ -1,55 +1,11 @@
 //! Laws of effects at one joint over all samples.
-use bipedc_effects::effect::formula::{Bound, Formula, SMOOTHING};
-use bipedc_effects::effect::{Effect, Law, VARIABLES};
+use bipedc_effects::effect::{Acts, BoundLaw, Effect, VARIABLES};
 use std::ops::Range;
 
-/// Default of `smoothing` in users' formulas, rad/s.
-const DEFAULT_SMOOTHING: f64 = 0.02;
-
-/// A law with its parameters' values filled in.
-pub(super) struct Ready {
-    bound: Bound,
-    /// Variables first, then parameters.
-    values: Vec<f64>,
-}
-
-impl Ready {
-    /// The law `text` in these variables with the effect's parameters; `None` if it has no meaning.
-    pub fn new(text: &str, variables: &[&str], effect: &Effect) -> Option<Self> {
-        let formula = Formula::parse(text).ok()?;
-        let mut names = variables.to_vec();
-        let mut values = vec![0.0; variables.len()];
-        for name in formula.names() {
-            if names.contains(&name.as_str()) {
-                continue;
-            }
-            let value = match effect.kind.parameter(name) {
-                Some(_) => effect.value(name),
-                None if name == SMOOTHING => {
-                    effect.parameters.get(SMOOTHING).copied().unwrap_or(DEFAULT_SMOOTHING)
-                }
-                None => *effect.parameters.get(name)?,
-            };
-            names.push(name);
-            values.push(value);
-        }
-        Some(Self { bound: formula.bind(&names).ok()?, values })
-    }
-
-    /// The value where the variables have these values.
-    pub fn at(&mut self, variables: &[f64], work: &mut Vec<f64>) -> f64 {
-        self.values[..variables.len()].copy_from_slice(variables);
-        self.bound.run(&self.values, work)
-    }
-}
-
 /// A torque law of an effect, from the library or the user's own.
-pub(super) fn torque_law(effect: &Effect) -> Option<Ready> {
-    match effect.kind.law {
-        Law::Torque(text) => Ready::new(text, &VARIABLES, effect),
-        Law::Formula => Ready::new(effect.torque.as_deref()?, &VARIABLES, effect),
-        _ => None,
-    }
+pub(super) fn torque_law(effect: &Effect) -> Option<BoundLaw> {
+    let acts = effect.kind.law.acts() == Acts::Torque;
+    BoundLaw::new(effect.law_text().filter(|_| acts)?, &VARIABLES, effect).ok()
 }
 
 /// Motion of one joint over all samples, as slices with a stride.

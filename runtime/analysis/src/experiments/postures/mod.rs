@@ -15,13 +15,14 @@ mod moments;
 mod noise;
 mod predict;
 
+use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::robot::Robot;
 use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
-use bipedc_effects::effect::{Effect, Evidence, Kind, Law, Location, Place, sought};
+use bipedc_effects::effect::{Effect, Evidence, Kind, Law, Location, Place};
 pub(crate) use load::normalise;
 pub use moments::{Moments, SolePose};
 use nalgebra::Vector3;
@@ -124,7 +125,6 @@ impl Experiment for PostureExperiment<'_> {
         .collect()
     }
     fn candidates(&self) -> Vec<(&'static Kind, Location)> {
-        let mut out = Vec::new();
         let links = self.robot.link_places(|body| self.shows(body));
         let sensors = |kind: &Kind| {
             let shows = |reading: &&Reading| {
@@ -133,21 +133,17 @@ impl Experiment for PostureExperiment<'_> {
             let shown = self.corners.iter().filter(shows);
             shown.map(|reading| Location::sensor(self.sensor(reading))).collect::<Vec<_>>()
         };
-        for kind in sought(Evidence::Postures) {
-            let places = match kind.place {
-                Place::Link => links.clone(),
-                Place::Joint => self.robot.joint_places().collect(),
-                Place::Robot if !self.can_show(kind.law) => Vec::new(),
-                Place::Robot => vec![Location::default()],
-                Place::Sensor if kind.law == Law::ForceSensorGain && !self.corners.is_empty() => {
-                    std::iter::once(Location::default()).chain(sensors(kind)).collect()
-                }
-                Place::Sensor => sensors(kind),
-                Place::JointPair => Vec::new(),
-            };
-            out.extend(places.into_iter().map(|place| (kind, place)));
-        }
-        out
+        sought_at(Evidence::Postures, |kind| match kind.place {
+            Place::Link => links.clone(),
+            Place::Joint => self.robot.joint_places().collect(),
+            Place::Robot if !self.can_show(kind.law) => Vec::new(),
+            Place::Robot => vec![Location::default()],
+            Place::Sensor if kind.law == Law::ForceSensorGain && !self.corners.is_empty() => {
+                std::iter::once(Location::default()).chain(sensors(kind)).collect()
+            }
+            Place::Sensor => sensors(kind),
+            Place::JointPair => Vec::new(),
+        })
     }
     fn guess(&self, kind: &'static Kind, place: &Location) -> Option<Effect> {
         let meant = |r: &&Reading| place.sensor.as_deref().is_none_or(|name| name == self.sensor(r));

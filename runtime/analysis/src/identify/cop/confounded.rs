@@ -1,6 +1,6 @@
 //! Which physical causes the forces of the ground cannot tell apart.
 use crate::experiments::{Channel, Experiment};
-use bipedc_effects::effect::{Effect, Kind, Location, kinds};
+use bipedc_effects::effect::{Effect, Kind, Location, Size, kinds};
 use serde::Serialize;
 
 /// Causes whose marks are more alike than this cannot be told apart.
@@ -47,69 +47,48 @@ pub struct Confounded {
     pub pairs_in_forces: Vec<Pair>,
 }
 
+/// A parameter that is tried, with a step that is small against what is usual; at the root link, or everywhere.
 struct Trial {
     kind: &'static Kind,
     parameter: &'static str,
-    unit: &'static str,
     step: f64,
-    neutral: f64,
     at_root: bool,
 }
 
-/// Parameters that ground forces might show, with a step that is small against what is usual.
-const TRIALS: [Trial; 9] = [
-    Trial { kind: &kinds::PAYLOAD, parameter: "mass", unit: "kg", step: 0.01, neutral: 0.0, at_root: true },
-    Trial { kind: &kinds::COM_OFFSET, parameter: "x", unit: "m", step: 1e-3, neutral: 0.0, at_root: true },
-    Trial { kind: &kinds::COM_OFFSET, parameter: "y", unit: "m", step: 1e-3, neutral: 0.0, at_root: true },
-    Trial {
-        kind: &kinds::GRAVITY_TILT,
-        parameter: "roll",
-        unit: "rad",
-        step: 1e-3,
-        neutral: 0.0,
-        at_root: false,
-    },
-    Trial {
-        kind: &kinds::GRAVITY_TILT,
-        parameter: "pitch",
-        unit: "rad",
-        step: 1e-3,
-        neutral: 0.0,
-        at_root: false,
-    },
-    Trial {
-        kind: &kinds::FORCE_SENSOR_GAIN,
-        parameter: "gain",
-        unit: "1",
-        step: 1e-3,
-        neutral: 1.0,
-        at_root: false,
-    },
-    Trial {
-        kind: &kinds::FORCE_SENSOR_BIAS,
-        parameter: "x",
-        unit: "N",
-        step: 0.1,
-        neutral: 0.0,
-        at_root: false,
-    },
-    Trial {
-        kind: &kinds::FORCE_SENSOR_BIAS,
-        parameter: "y",
-        unit: "N",
-        step: 0.1,
-        neutral: 0.0,
-        at_root: false,
-    },
-    Trial {
-        kind: &kinds::FORCE_SENSOR_BIAS,
-        parameter: "z",
-        unit: "N",
-        step: 0.1,
-        neutral: 0.0,
-        at_root: false,
-    },
+const fn at_root(kind: &'static Kind, parameter: &'static str, step: f64) -> Trial {
+    Trial { kind, parameter, step, at_root: true }
+}
+
+const fn everywhere(kind: &'static Kind, parameter: &'static str, step: f64) -> Trial {
+    Trial { kind, parameter, step, at_root: false }
+}
+
+/// What ground forces might show.
+static TRIALS: [Trial; 9] = [
+    at_root(&kinds::PAYLOAD, "mass", 0.01),
+    at_root(&kinds::COM_OFFSET, "x", 1e-3),
+    at_root(&kinds::COM_OFFSET, "y", 1e-3),
+    everywhere(&kinds::GRAVITY_TILT, "roll", 1e-3),
+    everywhere(&kinds::GRAVITY_TILT, "pitch", 1e-3),
+    everywhere(&kinds::FORCE_SENSOR_GAIN, "gain", 1e-3),
+    everywhere(&kinds::FORCE_SENSOR_BIAS, "x", 0.1),
+    everywhere(&kinds::FORCE_SENSOR_BIAS, "y", 0.1),
+    everywhere(&kinds::FORCE_SENSOR_BIAS, "z", 0.1),
 ];
+
+impl Trial {
+    /// Its value where there is no such cause.
+    fn neutral(&self) -> f64 {
+        match self.kind.parameter(self.parameter).map(|parameter| parameter.size) {
+            Some(Size::NothingAt(value)) => value,
+            _ => 0.0,
+        }
+    }
+
+    fn unit(&self) -> &'static str {
+        self.kind.parameter(self.parameter).map_or("1", |parameter| parameter.unit)
+    }
+}
 
 /// Tries every cause on the rows of these kinds; `root` is the link that carries the base.
 ///
@@ -138,8 +117,8 @@ pub fn confounded(experiment: &dyn Experiment, channels: &[Channel], root: &str)
             parameter: trial.parameter,
             place: trial.at_root.then(|| root.to_owned()),
             rows: marked(experiment, &rows, &mark),
-            value: trial.neutral + value,
-            unit: trial.unit,
+            value: trial.neutral() + value,
+            unit: trial.unit(),
             explains: value * value * size / total,
         };
         if cause.explains >= WORTH {
@@ -184,7 +163,7 @@ fn mark(
     (rows, weights): (&[usize], &[f64]),
 ) -> Vec<f64> {
     let place = if trial.at_root { Location::link(root) } else { Location::default() };
-    let effect = Effect::new(trial.kind, place, &[(trial.parameter, trial.neutral + trial.step)]);
+    let effect = Effect::new(trial.kind, place, &[(trial.parameter, trial.neutral() + trial.step)]);
     let response = experiment.response(&[effect]);
     let count = experiment.time().len();
     rows.iter()

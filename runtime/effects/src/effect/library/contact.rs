@@ -42,6 +42,7 @@ pub static GROUND_COMPLIANCE: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: ON_THE_GROUND,
+        nonlinear: None,
         starts: Starts::None,
         // What enters linearly is 1/k and d/k².
         columns: Columns::Combined {
@@ -101,6 +102,7 @@ pub static FOOT_SLIP: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: &[Evidence::Impacts],
+        nonlinear: Some("friction"),
         starts: Starts::At(&[0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8]),
         columns: only_start!("friction"),
         refused: beyond_the_limit,
@@ -136,6 +138,7 @@ pub static SPIN_FRICTION: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: &[Evidence::Impacts],
+        nonlinear: Some("radius"),
         starts: Starts::At(&[0.005, 0.01, 0.02, 0.05]),
         columns: only_start!("radius"),
         refused: beyond_the_limit,

@@ -14,6 +14,7 @@ pub static PARALLEL_SPRING: Kind = Kind {
     simulation: Simulation::Formula,
     search: Search {
         sought: MOTION,
+        nonlinear: None,
         starts: Starts::None,
         columns: Columns::Combined {
             probes: |_| {
@@ -57,6 +58,7 @@ pub static SERIES_ELASTICITY: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: MOTION,
+        nonlinear: None,
         starts: Starts::None,
         columns: Columns::Combined {
             probes: |_| vec![unit("stiffness")],
@@ -122,6 +124,7 @@ pub static TORQUE_GAIN: Kind = Kind {
     simulation: Simulation::Gain("gain"),
     search: Search {
         sought: MOTION,
+        nonlinear: None,
         starts: Starts::None,
         // 1/gain − 1 enters linearly.
         columns: Columns::Combined {
@@ -174,6 +177,7 @@ pub static TORQUE_SATURATION: Kind = Kind {
     simulation: Simulation::Limit("limit"),
     search: Search {
         sought: MOTION,
+        nonlinear: Some("limit"),
         starts: Starts::Limits,
         columns: only_start!("limit"),
         refused: beyond_the_limit,
@@ -201,6 +205,7 @@ pub static TORQUE_RIPPLE: Kind = Kind {
     simulation: Simulation::MotorFormula,
     search: Search {
         sought: MOTION,
+        nonlinear: Some("periods_per_turn"),
         starts: Starts::Periods,
         columns: Columns::Combined {
             probes: |periods| {
@@ -242,6 +247,7 @@ pub static ACTUATOR_DELAY: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: MOTION,
+        nonlinear: Some("delay"),
         starts: Starts::At(&[0.001, 0.004, 0.015]),
         columns: Columns::Combined {
             probes: |delay| vec![slope("delay", delay)],
@@ -301,6 +307,7 @@ pub static COUPLING: Kind = Kind {
     simulation: Simulation::Coupling { inertia: "inertia" },
     search: Search {
         sought: MOTION,
+        nonlinear: Some("differential"),
         starts: Starts::Neighbours(&[0.0, 1.0, -1.0]),
         columns: Columns::Combined {
             probes: |differential| {

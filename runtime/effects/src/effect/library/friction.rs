@@ -140,6 +140,7 @@ pub static STRIBECK_FRICTION: Kind = Kind {
     }),
     search: Search {
         sought: MOTION,
+        nonlinear: Some("stribeck_velocity"),
         starts: Starts::At(&[0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0]),
         columns: Columns::Combined {
             probes: |speed| {

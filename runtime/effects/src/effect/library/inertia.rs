@@ -47,6 +47,7 @@ pub static PAYLOAD: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: EVERYWHERE,
+        nonlinear: None,
         starts: Starts::None,
         columns: Columns::Combined {
             probes: |_| {
@@ -193,6 +194,7 @@ pub static INERTIA_ERROR: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: &[Evidence::Motion, Evidence::Contact, Evidence::Impacts],
+        nonlinear: None,
         starts: Starts::None,
         columns: Columns::Inertial,
         refused: |_, _| None,

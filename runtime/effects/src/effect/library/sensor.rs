@@ -66,6 +66,7 @@ pub static FORCE_SENSOR_GAIN: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: ON_THE_GROUND,
+        nonlinear: None,
         starts: Starts::None,
         columns: Columns::Combined {
             probes: |_| vec![vec![(1e4, vec![("gain", 1.0001)])]],
@@ -118,6 +119,7 @@ pub static FORCE_SENSOR_SATURATION: Kind = Kind {
     simulation: Simulation::Law,
     search: Search {
         sought: ON_THE_GROUND,
+        nonlinear: Some("limit"),
         starts: Starts::Limits,
         columns: only_start!("limit"),
         refused: beyond_the_limit,

@@ -54,8 +54,7 @@ impl Candidate {
             .map(|p| (p.name, if p.size == Size::NothingAt(1.0) { 1.1 } else { p.example() }))
             .collect();
         let usual = Effect::new(kind, location, &usual);
-        let setting = ["stribeck_velocity", "periods_per_turn", "delay"];
-        let setting = setting.iter().find_map(|name| usual.parameters.get(*name).copied());
+        let setting = kind.search.nonlinear.and_then(|name| usual.parameters.get(name).copied());
         Ok(Self { usual, kind, setting: setting.unwrap_or(0.0) })
     }
 
