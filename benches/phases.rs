@@ -1,7 +1,7 @@
 //! One hybrid step of the five-link walker, from landing to landing, with the emitted model: `cargo bench --bench phases`.
 use bipedc::simulation::{plant, walker};
 use bipedc_analysis::simulate::Scenario;
-use bipedc_analysis::simulate::control::Controller;
+use bipedc_analysis::simulate::control::VirtualConstraints;
 use bipedc_analysis::simulate::phases::{Assumptions, Effort, End, PhasedRobot, Precision, Start, walk};
 use bipedc_compiler::Robot;
 use five_link::FiveLink;
@@ -19,12 +19,10 @@ fn main() {
     let phases = walker(&robot).unwrap().phases;
     let outputs = scenario.outputs.as_ref().unwrap();
     let names: Vec<&str> = phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-    let controller = Controller::new(&FiveLink, plant.subject.base, outputs, &names).unwrap();
-    let none = |_: usize, _: f64, _: &[f64], _: &[f64], _: &mut [f64]| ();
+    let controller = VirtualConstraints::new(&FiveLink, plant.subject.base, outputs, &names).unwrap();
     let assumptions = Assumptions { friction: 0.6, ..Assumptions::default() };
-    let robot = PhasedRobot::new(&FiveLink, plant.subject.base, &plant.feet, phases, assumptions, &none)
-        .unwrap()
-        .driven_by(&controller);
+    let robot = PhasedRobot::new(&FiveLink, plant.subject.base, &plant.feet, phases, assumptions, controller)
+        .unwrap();
     // A landing of the gait: after five steps from the scenario's beginning.
     let (mut x, _) = robot.standing(&plant, &scenario).unwrap();
     let precision =

@@ -7,6 +7,7 @@ use bipedc_analysis::simulate::{Plant, Scenario, Summary};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
+use bipedc_runtime::control::Controller;
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -92,8 +93,27 @@ impl Scene {
     /// Functions that cannot be derived, motions without solution, files that cannot be written.
     pub fn simulate(&self, out: &Path, options: &Options, run: &Run<'_>) -> Result<Simulated, Diagnostics> {
         match &self.scenario.events {
-            Some(events) => self.walk(events, out, options, run),
-            None => self.step(out, options, run),
+            Some(events) => self.walk(events, None, out, options, run),
+            None => self.step(None, out, options, run),
+        }
+    }
+
+    /// The same under a controller of one's own, over the scenario's servos and instead of its outputs. In time stepping it is
+    /// told the true state once per step, always in phase 0; from event to event it acts all the time, on the robot
+    /// as its phases name it.
+    ///
+    /// # Errors
+    /// As [`Scene::simulate`]; the controller has no command for a state.
+    pub fn simulate_with(
+        &self,
+        controller: &mut dyn Controller<f64>,
+        out: &Path,
+        options: &Options,
+        run: &Run<'_>,
+    ) -> Result<Simulated, Diagnostics> {
+        match &self.scenario.events {
+            Some(events) => self.walk(events, Some(controller), out, options, run),
+            None => self.step(Some(controller), out, options, run),
         }
     }
 }

@@ -4,12 +4,13 @@ use super::{Options, Outcome, Scene, Simulated, driven_model, energies, filmed_m
 use crate::film::Recorder;
 use crate::progress::Run;
 use bipedc_analysis::report::{Fact, Film};
-use bipedc_analysis::simulate::control::Driven;
+use bipedc_analysis::simulate::control::PhasedController;
 use bipedc_analysis::simulate::phases::PhaseSpec;
 use bipedc_analysis::simulate::{self, Mechanics, Scenario, Simulation, Summary};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
+use bipedc_runtime::control::{Controller, JointCommand, Observation};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -18,6 +19,7 @@ impl Scene {
     /// Steps, writes.
     pub(super) fn step(
         &self,
+        own: Option<&mut dyn Controller<f64>>,
         out: &Path,
         options: &Options,
         run: &Run<'_>,
@@ -30,8 +32,17 @@ impl Scene {
         let recorder = || Recorder::new(robot, mechanics, scenario.duration, rows(scenario));
         let mut recorder = options.film.then(recorder).transpose()?;
         let mut simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
-        if let Some(outputs) = &scenario.outputs {
-            simulation = simulation.driven(Driven::new(&model, plant, &phases, outputs, scenario.phase)?);
+        if let Some(own) = own {
+            let command = |seen: &Observation<'_, f64>, to: &mut [JointCommand<f64>]| own.command(seen, to);
+            simulation = simulation.controlled(command);
+        } else if let Some(outputs) = &scenario.outputs {
+            simulation = simulation.phased(PhasedController::of_outputs(
+                &model,
+                plant,
+                &phases,
+                outputs,
+                scenario.phase,
+            )?);
         }
         if let Some(recorder) = &mut recorder {
             simulation = simulation.watched(|sample| recorder.take(sample));

@@ -6,8 +6,9 @@ use crate::film::Recorder;
 use crate::progress::Run;
 use bipedc_analysis::report::{Fact, Film};
 use bipedc_analysis::simulate::phases::{FootImpulse, Projected, Violation, WalkSummary, Walking, columns};
-use bipedc_analysis::simulate::{self, EventDriven, Mechanics};
+use bipedc_analysis::simulate::{self, EventDriven, Mechanics, Sample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_runtime::control::{Controller, JointCommand, Observation};
 use comfy_table::{CellAlignment, Table};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -21,6 +22,7 @@ impl Scene {
     pub(super) fn walk(
         &self,
         events: &EventDriven,
+        own: Option<&mut dyn Controller<f64>>,
         out: &Path,
         options: &Options,
         run: &Run<'_>,
@@ -42,11 +44,14 @@ impl Scene {
         let summary = run.progress.counted("walking", |progress| {
             let mut row = |values: &[f64]| log.row(values);
             let mut run = simulate::Run { row: &mut row, progress, stop: run.stop };
-            walking.run(&mut run, &mut |sample| {
+            let mut watch = |sample: &Sample| {
                 if let Some(recorder) = &mut recorder {
                     recorder.take(sample);
                 }
-            })
+            };
+            let Some(own) = own else { return walking.run(&mut run, &mut watch) };
+            let command = |seen: &Observation<'_, f64>, to: &mut [JointCommand<f64>]| own.command(seen, to);
+            walking.run_with(command, &mut run, &mut watch)
         });
         let summary = summary.map_err(in_file)?;
         log.commit_with(truth)?;

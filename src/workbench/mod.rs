@@ -25,6 +25,7 @@ use bipedc_compiler::description::model::Base;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
 use bipedc_effects::files::Ledger;
+use bipedc_runtime::control::Controller;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -320,6 +321,20 @@ impl Workbench {
         options: &simulation::Options,
     ) -> Result<Simulated, Diagnostics> {
         scene.simulate(out.as_ref(), options, &self.run())
+    }
+
+    /// The same under a controller of one's own, as it would run on the robot.
+    ///
+    /// # Errors
+    /// As [`Scene::simulate_with`].
+    pub fn simulate_with(
+        &self,
+        scene: &Scene,
+        controller: &mut dyn Controller<f64>,
+        out: impl AsRef<Path>,
+        options: &simulation::Options,
+    ) -> Result<Simulated, Diagnostics> {
+        scene.simulate_with(controller, out.as_ref(), options, &self.run())
     }
 
     /// Designs a motion from which parameters are told well, and writes it.

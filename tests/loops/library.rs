@@ -152,6 +152,31 @@ fn options_without_meaning_are_errors() {
     }
 }
 
+/// Where the knee of the released leg is at the end of a log, rad.
+fn last_knee(log: &Path) -> f64 {
+    let text = std::fs::read_to_string(log).unwrap();
+    let column = text.lines().next().unwrap().split(',').position(|name| name == "right_knee_pitch/position");
+    text.lines().last().unwrap().split(',').nth(column.unwrap()).unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_controller_made_of_generated_code_carries_the_leg() {
+    let folder = scratch("own_controller");
+    let (carried, fallen) = (folder.join("carried.csv"), folder.join("fallen.csv"));
+    super::controller::simulate(&carried).unwrap_or_else(|e| panic!("{e}"));
+    let leg = Workbench::open("robots/tulip_v1_leg").unwrap();
+    let scene = leg.scene("robots/tulip_v1_leg/scenarios/released.toml").unwrap();
+    leg.simulate(&scene, &fallen, &Default::default()).unwrap();
+    let (carried, fallen) = (last_knee(&carried), last_knee(&fallen));
+    assert!((carried - 0.9).abs() < 1e-6 && (fallen - 0.9).abs() > 0.1, "{carried} {fallen}");
+    let (docs, example) =
+        (include_str!("../../docs/simulation.md"), include_str!("../../examples/controller.rs"));
+    let section =
+        docs.split("\n## ").find(|section| section.starts_with("A controller of one's own\n")).unwrap();
+    let block = section.split("```").nth(1).unwrap().strip_prefix("rust\n").unwrap();
+    assert!(example.contains(block), "{block}");
+}
+
 #[test]
 fn the_readme_shows_the_example() {
     let (readme, example) = (include_str!("../../README.md"), include_str!("../../examples/explain.rs"));

@@ -20,7 +20,7 @@ fn standing(section: &Section) -> Vec<f64> {
 fn robot(walker: &bipedc::simulation::Walker) -> PhasedRobot<'_> {
     // Without knees the swing foot passes through the ground.
     let assumptions = Assumptions { scuffing: f64::INFINITY, shortest_step: 0.05, ..Assumptions::default() };
-    phased(walker, assumptions, &passive)
+    phased(walker, assumptions, passive)
 }
 
 /// One step: the section after it, its time and length.

@@ -1,6 +1,7 @@
 //! How the phases of the robots end, and feet that tip.
 use super::{phased, ready};
 use bipedc_analysis::simulate::phases::{Assumptions, End, Ending, Precision, Start, walk};
+use bipedc_runtime::control::{JointCommand, Observation, Servo};
 
 #[test]
 fn phases_end_as_the_thesis_says() {
@@ -36,13 +37,17 @@ fn a_foot_tips_when_its_centre_of_pressure_reaches_the_toe() {
     let (x, joints) = leaning(0.05, 0.6);
     let start_posture = x.clone();
     // Stiff everywhere: the ankle holds until the foot gives way.
-    let hold = move |_: usize, _: f64, q: &[f64], v: &[f64], tau: &mut [f64]| {
-        for j in 0..joints {
-            tau[3 + j] = 400.0 * (start_posture[3 + j] - q[3 + j]) - 20.0 * v[3 + j];
+    let hold = move |_: &Observation<'_, f64>, commands: &mut [JointCommand<f64>]| {
+        assert_eq!(commands.len(), joints);
+        for (command, &position) in commands.iter_mut().zip(&start_posture[3..]) {
+            let (stiffness, damping, limit) = (400.0, 20.0, f64::INFINITY);
+            let servo = Servo { position, velocity: 0.0, stiffness, damping, torque: 0.0, limit };
+            *command = JointCommand::Servo(servo);
         }
+        Ok(())
     };
     let assumptions = Assumptions { scuffing: f64::INFINITY, ..Assumptions::default() };
-    let robot = phased(&walker, assumptions, &hold);
+    let robot = phased(&walker, assumptions, hold);
     // The base so that the right foot stands at rest on the ground.
     let mut x = x;
     let heights = robot.heights(&x[..9]);

@@ -1,5 +1,6 @@
 //! Event-driven simulation: walkers whose gaits are known to many digits, violated assumptions, and time stepping beside it.
 mod compass;
+mod controllers;
 mod endings;
 mod five_link;
 mod four_phases;
@@ -10,11 +11,12 @@ mod verdicts_feet;
 mod wheel;
 
 use bipedc::simulation::{Walker, driven_model, in_world, plant, true_walker, walker};
-use bipedc_analysis::simulate::control::Driven;
-use bipedc_analysis::simulate::phases::{Assumptions, PhasedRobot, Torque, WalkSummary, Walking};
+use bipedc_analysis::simulate::control::PhasedController;
+use bipedc_analysis::simulate::phases::{Assumptions, PhasedRobot, WalkSummary, Walking};
 use bipedc_analysis::simulate::{Mechanics, Run, Sample, Scenario, Simulation};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use std::path::Path;
 
 /// A robot below the repository's root.
@@ -26,14 +28,20 @@ fn ready(folder: &str) -> Walker {
     walker(&described(folder)).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// With these assumptions and torques.
-fn phased<'a>(walker: &'a Walker, assumptions: Assumptions, torque: Torque<'a>) -> PhasedRobot<'a> {
+/// With these assumptions and this controller.
+fn phased<'a>(
+    walker: &'a Walker,
+    assumptions: Assumptions,
+    controller: impl Controller<f64> + 'a,
+) -> PhasedRobot<'a> {
     let Walker { model, phases, feet, base } = walker;
-    PhasedRobot::new(model, *base, feet, phases.clone(), assumptions, torque).unwrap()
+    PhasedRobot::new(model, *base, feet, phases.clone(), assumptions, controller).unwrap()
 }
 
 /// No torques at all.
-fn passive(_: usize, _: f64, _: &[f64], _: &[f64], _: &mut [f64]) {}
+fn passive(_: &Observation<'_, f64>, _: &mut [JointCommand<f64>]) -> Result<(), Refusal> {
+    Ok(())
+}
 
 /// A scenario file of a robot.
 fn scenario_text(file: &str) -> String {
@@ -65,9 +73,9 @@ fn time_stepped(folder: &str, text: &str) -> Vec<Sample> {
     let (model, phases) = driven_model(&robot, &scenario.effects, false).unwrap();
     let mechanics = Mechanics::new(&model, plant.subject.base).unwrap();
     let outputs = scenario.outputs.as_ref().unwrap();
-    let driven = Driven::new(&model, &plant, &phases, outputs, scenario.phase).unwrap();
+    let controller = PhasedController::of_outputs(&model, &plant, &phases, outputs, scenario.phase).unwrap();
     let mut samples = Vec::new();
-    let simulation = Simulation::new(mechanics, &plant, &scenario).unwrap().driven(driven);
+    let simulation = Simulation::new(mechanics, &plant, &scenario).unwrap().phased(controller);
     let mut run = Run { row: &mut |_| Ok(()), progress: &|_| (), stop: &|| false };
     simulation.watched(|sample| samples.push(sample.clone())).run(&mut run).unwrap();
     samples

@@ -1,8 +1,9 @@
 //! Virtual constraints: under the controller's torques every output obeys ÿ = v, in the plane and in space.
 use super::described;
 use bipedc::simulation::{plant, true_walker};
-use bipedc_analysis::simulate::control::{Controller, Feedback};
+use bipedc_analysis::simulate::control::{Feedback, VirtualConstraints};
 use bipedc_analysis::simulate::{Frame, Mechanics, Scenario};
+use bipedc_runtime::control::{Controller, JointCommand, Observation};
 use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 
@@ -27,10 +28,11 @@ fn largest_miss(folder: &str, phase: &str, formulas: &[&str]) -> f64 {
     let walker = true_walker(&robot, &[], true).unwrap();
     let (model, outputs) = (&walker.model, scenario.outputs.as_ref().unwrap());
     let names: Vec<&str> = walker.phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-    let controller = Controller::new(model, plant.subject.base, outputs, &names).unwrap();
+    let mut controller = VirtualConstraints::new(model, plant.subject.base, outputs, &names).unwrap();
     let mechanics = Mechanics::new(model, plant.subject.base).unwrap();
     let number = plant.phases.iter().position(|name| name == phase).unwrap();
     let dynamics = Model::<f64>::function(model, names[number]).unwrap();
+    let mut commands = vec![JointCommand::Off; Model::<f64>::joints(model)];
     let size = Model::<f64>::signature(model, dynamics).map_or(0, |s| s.rows);
     let (mut seed, mut worst) = (0x9e37_79b9_7f4a_7c15_u64, 0.0_f64);
     for _ in 0..20 {
@@ -41,11 +43,14 @@ fn largest_miss(folder: &str, phase: &str, formulas: &[&str]) -> f64 {
         }
         let v: Vec<f64> = (0..mechanics.nv()).map(|_| random(&mut seed)).collect();
         let (mut tau, mut a) = (vec![0.0; v.len()], vec![0.0; size]);
-        controller.torque(number, &q, &v, &mut tau);
-        assert_eq!(controller.failed(), None);
+        controller.command(&Observation::new(0.0, number, &q, &v), &mut commands).unwrap();
+        let first = tau.len() - commands.len();
+        for (tau, command) in tau[first..].iter_mut().zip(&commands) {
+            *tau = command.torque(0.0, 0.0);
+        }
         let state = State::new().with(Argument::Q, &q).with(Argument::V, &v).with(Argument::Tau, &tau);
         model.evaluate(dynamics, &state, &mut a).unwrap();
-        let rates = |h: f64| {
+        let mut rates = |h: f64| {
             // To second order: half of the way in the axes of the start, half in those of the end.
             let middle: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + 0.5 * h * a).collect();
             let later: Vec<f64> = v.iter().zip(&a).map(|(v, a)| v + h * a).collect();

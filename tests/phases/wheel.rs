@@ -32,7 +32,7 @@ fn landed(speed: f64) -> Vec<f64> {
 fn the_closed_form_holds_to_1e_10() {
     let walker = ready(FOLDER);
     let assumptions = Assumptions { scuffing: f64::INFINITY, ..Assumptions::default() };
-    let robot = phased(&walker, assumptions, &passive);
+    let robot = phased(&walker, assumptions, passive);
     let [after, before, multiplier] = gait();
     let start = |speed: f64| Start { time: 0.0, phase: 0, x: landed(speed) };
     let run = |speed: f64, spokes: usize| {
@@ -59,7 +59,7 @@ fn the_closed_form_holds_to_1e_10() {
 fn a_violated_assumption_ends_the_walk_and_is_named() {
     let walker = ready(FOLDER);
     let assumptions = Assumptions { scuffing: f64::INFINITY, friction: 0.2, ..Assumptions::default() };
-    let robot = phased(&walker, assumptions, &passive);
+    let robot = phased(&walker, assumptions, passive);
     let start = Start { time: 0.0, phase: 0, x: landed(gait()[0]) };
     let done = walk(&robot, start, 10.0, 10, &Precision::default(), &mut |_, _, _| ()).unwrap();
     let End::Violated(violation) = done.end else { panic!("{:?}", done.end) };
@@ -68,7 +68,7 @@ fn a_violated_assumption_ends_the_walk_and_is_named() {
     assert!(violation.quantity.contains("wheel") && violation.value > violation.limit);
     // Too fast: the foot would have to pull.
     let start = Start { time: 0.0, phase: 0, x: landed(4.0) };
-    let robot = phased(&walker, Assumptions { friction: f64::INFINITY, ..assumptions }, &passive);
+    let robot = phased(&walker, Assumptions { friction: f64::INFINITY, ..assumptions }, passive);
     let done = walk(&robot, start, 10.0, 10, &Precision::default(), &mut |_, _, _| ()).unwrap();
     let End::Violated(violation) = done.end else { panic!("{:?}", done.end) };
     assert!(violation.meaning.contains("pull") && violation.value < 0.0, "{violation:?}");
@@ -101,7 +101,7 @@ fn rolled(step: f64) -> (f64, f64) {
 fn time_stepping_and_events_agree_as_the_step_shrinks() {
     let walker = ready(FOLDER);
     let assumptions = Assumptions { scuffing: f64::INFINITY, ..Assumptions::default() };
-    let robot = phased(&walker, assumptions, &passive);
+    let robot = phased(&walker, assumptions, passive);
     let start = Start { time: 0.0, phase: 0, x: landed(gait()[0] + 0.2) };
     let exact = walk(&robot, start, 1e2, 5, &Precision::default(), &mut |_, _, _| ()).unwrap();
     let (speed, time) = (exact.changes[4].before[5], exact.changes[4].time);

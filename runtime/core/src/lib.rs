@@ -3,6 +3,7 @@
 //! The crate is `no_std` (but with the feature `std`), never allocates and never panics on finite input.
 #![cfg_attr(not(feature = "std"), no_std)]
 
+pub mod control;
 pub mod format;
 pub mod lanes;
 pub mod math;

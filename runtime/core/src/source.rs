@@ -1,8 +1,9 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 14] = [
+const FILES: [(&str, &str); 15] = [
     ("LICENSE", include_str!("../LICENSE")),
+    ("src/control.rs", include_str!("control.rs")),
     ("src/format.rs", include_str!("format.rs")),
     ("src/lanes/arrays.rs", include_str!("lanes/arrays.rs")),
     ("src/lanes/mod.rs", include_str!("lanes/mod.rs")),
@@ -81,7 +82,7 @@ mod tests {
     fn the_root_has_the_core_alone() {
         let root = root();
         let modules: Vec<&str> = root.lines().filter_map(|line| line.strip_prefix("pub mod ")).collect();
-        assert_eq!(modules, ["format;", "lanes;", "math;", "model;", "real;"]);
+        assert_eq!(modules, ["control;", "format;", "lanes;", "math;", "model;", "real;"]);
         assert!(root.starts_with("//!") && root.contains("no_std"));
     }
 }

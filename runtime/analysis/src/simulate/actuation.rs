@@ -1,11 +1,12 @@
 //! Controllers, motors and the laws of joints around a step: what they give before it, what they reported after it.
+use super::control::{JointServos, refused};
 use super::drives::Reading;
 use super::instability::Swing;
 use super::resistance::Variables;
 use super::run::Simulation;
-use super::scenario::Servo;
 use super::servo::DriveServo;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Servo};
 
 /// h² k/D from which on a spring that is held swings within some twenty steps.
 const NOTICEABLE: f64 = 0.1;
@@ -48,12 +49,29 @@ impl Simulation<'_> {
         if let Some(ledger) = &mut self.ledger {
             ledger.torque.fill(0.0);
         }
+        self.ask(time)?;
         for j in 0..self.commands.len() {
             self.resist(j);
             self.command(j, time)?;
         }
         self.stepper.set_servos(self.inside.iter().copied());
         Ok(())
+    }
+
+    /// What the controllers ask for: the scenario's servos first, others over them.
+    fn ask(&mut self, time: f64) -> Result<(), Diagnostic> {
+        let scenario = self.scenario;
+        let ahead = if scenario.inside { 0.5 * scenario.step } else { 0.0 };
+        let observed = Observation::new(time, 0, &self.motion.q, &self.motion.v);
+        let mut asked = JointServos::new(&scenario.servos, ahead).command(&observed, &mut self.asked);
+        if let Some(controller) = &mut self.controller {
+            asked = asked.and_then(|()| controller.command(&observed, &mut self.asked));
+        }
+        asked.map_err(|refusal| refused(refusal, None, time))?;
+        match &mut self.phased {
+            Some(phased) => phased.command(&self.stepper, &self.motion, time, &mut self.asked),
+            None => Ok(()),
+        }
     }
 
     /// Position and velocity of a joint.
@@ -108,26 +126,27 @@ impl Simulation<'_> {
         }
     }
 
-    /// What the controller of a joint asks for.
+    /// What the drive of a joint makes of what it is asked for.
     fn command(&mut self, j: usize, time: f64) -> Result<(), Diagnostic> {
         let (viscous, rotor_inertia) = self.drives.constant(j);
         let [angle, speed] = self.shaft(j);
         let scenario = self.scenario;
-        let servo = &scenario.servos[j];
         let reading = self.drives.reading(j, scenario.sensors.torque == EffortSensor::Joint);
-        self.reference[j] = servo.reference.at(time)[0];
+        self.reference[j] = scenario.servos[j].reference.at(time)[0];
         self.commands[j] = Command { rotor_inertia, speed, loss: viscous, ..Command::default() };
         if self.drives.actuator(j).is_some_and(|actuator| actuator.passive.is_some()) {
             return Ok(());
         }
-        // Torques of virtual constraints are held over the step.
-        let driven = self.driven.as_ref().and_then(|driven| driven.torque(j));
-        if scenario.inside && driven.is_none() {
-            self.ask_inside(j, servo, time, reading);
-        } else {
-            let asked = self.hold(j, servo, time, [angle, speed], reading, driven);
-            if let Some(swing) = self.instability[j].swings(asked).filter(|_| driven.is_none()) {
-                self.refuse_gains(j, servo, swing)?;
+        match self.asked[j] {
+            JointCommand::Servo(servo) if scenario.inside => self.ask_inside(j, &servo, reading),
+            // Torques are held over the step.
+            command => {
+                let asked = self.hold(j, command, [angle, speed], reading);
+                if let (Some(swing), JointCommand::Servo(servo)) =
+                    (self.instability[j].swings(asked), command)
+                {
+                    self.refuse_gains(j, &servo, swing)?;
+                }
             }
         }
         let loss = self.commands[j].loss;
@@ -138,22 +157,21 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// A controller that works once per step, with what the encoder reads, or the torque of virtual constraints: the torque
-    /// that is asked for.
+    /// A command that is worked out once per step, a servo's with what the encoder reads: the torque that is asked for.
     fn hold(
         &mut self,
         j: usize,
-        servo: &Servo,
-        time: f64,
+        command: JointCommand<f64>,
         [angle, speed]: [f64; 2],
         reading: Reading,
-        driven: Option<f64>,
     ) -> f64 {
-        let [wanted, rate] = servo.reference.at(time);
         let read = self.sensing.encoder(&self.drives, j, angle);
-        let servo_asks = servo.stiffness * (wanted - read) + servo.damping * (rate - speed);
-        let asked = driven.unwrap_or(servo_asks);
-        let limited = asked.clamp(-servo.limit, servo.limit);
+        let (asked, limit) = match command {
+            JointCommand::Servo(servo) => (servo.unlimited(read, speed), servo.limit),
+            other => (other.torque(read, speed), f64::INFINITY),
+        };
+        let limit = limit.min(self.scenario.servos[j].limit);
+        let limited = asked.clamp(-limit, limit);
         let (given, late) = self.drives.give(j, limited, speed);
         let coordinate = self.coordinate(self.drives.axis(j));
         let applied = reading.torque(late);
@@ -171,19 +189,19 @@ impl Simulation<'_> {
     }
 
     /// A controller inside the drive: a row of the step's problem.
-    fn ask_inside(&mut self, j: usize, servo: &Servo, time: f64, reading: Reading) {
+    fn ask_inside(&mut self, j: usize, servo: &Servo<f64>, reading: Reading) {
         let command = &mut self.commands[j];
         let ([low, high], damping) = self.drives.range(j, command.speed);
-        let limits = [low.max(-servo.limit), high.min(servo.limit)];
-        let [wanted, rate] = servo.reference.at(time + 0.5 * self.scenario.step);
+        let most = servo.limit.min(self.scenario.servos[j].limit);
+        let limits = [low.max(-most), high.min(most)];
         command.damping = damping;
         command.loss += damping * reading.gain;
         self.inside.push(DriveServo {
             axis: self.drives.axis(j),
             stiffness: reading.gain * servo.stiffness,
             damping: reading.gain * servo.damping,
-            wanted: [wanted - self.drives.encoder_offset(j), rate],
-            bias: reading.offset,
+            wanted: [servo.position - self.drives.encoder_offset(j), servo.velocity],
+            bias: reading.gain * servo.torque + reading.offset,
             limits: limits.map(|limit| reading.torque(limit)),
         });
     }
@@ -233,7 +251,7 @@ impl Simulation<'_> {
     }
 
     /// Says which gain is too large, if it is.
-    fn refuse_gains(&self, j: usize, servo: &Servo, swing: Swing) -> Result<(), Diagnostic> {
+    fn refuse_gains(&self, j: usize, servo: &Servo<f64>, swing: Swing) -> Result<(), Diagnostic> {
         let h = self.scenario.step;
         let mobility = self.stepper.mobility(self.drives.axis(j));
         // Held over a step, torques −k q − d q̇ on an inertia D are unstable where h d/D > 2, and where h d/D < ½ h² k/D.

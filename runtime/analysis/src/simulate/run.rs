@@ -1,6 +1,6 @@
 //! A whole run: control, effects, steps, sensors, log.
 use super::actuation::Command;
-use super::control::Driven;
+use super::control::PhasedController;
 use super::drives::Drives;
 use super::energy::{EnergyBalance, Ledger};
 use super::ground::{Compliance, Ground};
@@ -16,6 +16,7 @@ use super::turned::Turned;
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Acts, Effect, Law};
+use bipedc_runtime::control::{Controller, JointCommand};
 use serde::Serialize;
 use std::fmt::Write;
 use std::ops::Range;
@@ -93,7 +94,10 @@ pub struct Simulation<'a> {
     pub(super) clipped: Vec<usize>,
     summary: Summary,
     watch: Option<Watch<'a>>,
-    pub(super) driven: Option<Driven<'a>>,
+    pub(super) controller: Option<Box<dyn Controller<f64> + 'a>>,
+    pub(super) phased: Option<PhasedController<'a>>,
+    /// Of the controllers, for the present step, by joint.
+    pub(super) asked: Vec<JointCommand<f64>>,
     pub(super) ledger: Option<Ledger>,
 }
 
@@ -159,7 +163,9 @@ impl<'a> Simulation<'a> {
             clipped: vec![0; joints],
             summary: Summary::default(),
             watch: None,
-            driven: None,
+            controller: None,
+            phased: None,
+            asked: vec![JointCommand::Off; joints],
             ledger: None,
         })
     }
@@ -171,10 +177,18 @@ impl<'a> Simulation<'a> {
         self
     }
 
-    /// The same with virtual constraints instead of the servos, in the phases that have some.
+    /// The same with a controller over the scenario's servos: joints that it leaves alone stay with them. It is told the true
+    /// state once per step, always in phase 0.
     #[must_use]
-    pub fn driven(mut self, driven: Driven<'a>) -> Self {
-        self.driven = Some(driven);
+    pub fn controlled(mut self, controller: impl Controller<f64> + 'a) -> Self {
+        self.controller = Some(Box::new(controller));
+        self
+    }
+
+    /// The same with a controller that is told the phase of the robot, such as virtual constraints.
+    #[must_use]
+    pub fn phased(mut self, controller: PhasedController<'a>) -> Self {
+        self.phased = Some(controller);
         self
     }
 
@@ -226,9 +240,6 @@ impl<'a> Simulation<'a> {
             }
             if let Some(inertial) = &mut self.inertial {
                 inertial.see(&self.motion);
-            }
-            if let Some(driven) = &mut self.driven {
-                driven.update(&self.stepper, &self.motion)?;
             }
             self.control(step as f64 * h)?;
             if logged {

@@ -1,16 +1,18 @@
-//! Controllers that impose virtual constraints (thesis 6.1): outputs as formulas of the configuration, differentiated
-//! along the motion, and a feedback that makes them vanish.
-mod controller;
-mod driven;
+//! Controllers of simulated robots: servos at the joints, and virtual constraints (thesis 6.1): outputs as formulas of the
+//! configuration, differentiated along the motion, and a feedback that makes them vanish.
 mod feedback;
+mod joint_servos;
+mod phased_controller;
 mod program;
 mod signals;
 mod tracker;
+mod virtual_constraints;
 
-pub use controller::{Controller, Outputs, PhaseOutputs};
-pub use driven::Driven;
-pub(crate) use driven::cannot_drive;
 pub use feedback::Feedback;
+pub use joint_servos::JointServos;
+pub use phased_controller::PhasedController;
+pub(crate) use phased_controller::refused;
 pub(crate) use program::Step;
 pub use program::{Jet, Program, Work};
 pub use signals::{POINT_FUNCTIONS, Signal, signals};
+pub use virtual_constraints::{Outputs, PhaseOutputs, VirtualConstraints};

@@ -1,6 +1,7 @@
 //! The exchange of left and right: between the robot as its phases name it and the robot as it is.
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::control::{JointCommand, Servo};
 use bipedc_runtime::model::{Argument, Model, State};
 
 /// Distance below which a mirrored contact point is the other foot's, m.
@@ -13,6 +14,8 @@ pub(crate) struct Mirror<'a> {
     velocity: usize,
     /// By contact point: the one in its place.
     points: Vec<usize>,
+    /// By joint: the one in its place, and the sign of its motion there.
+    joints: Vec<(usize, f64)>,
     sideways: bool,
 }
 
@@ -33,11 +36,23 @@ impl<'a> Mirror<'a> {
             configuration: find("relabelled_configuration")?,
             velocity: find("relabelled_velocity")?,
             points: Vec::new(),
+            joints: Vec::new(),
             sideways: base == BaseKind::Floating,
         };
         let functions = [find("contact_positions")?, find("contact_distances")?];
         mirror.points = mirror.pairs(functions, base)?;
+        mirror.joints = (0..model.joints()).map(|joint| mirror.partner(joint)).collect();
         Ok(mirror)
+    }
+
+    /// Where a joint's motion is seen in the mirror: there is one place for each, with a sign.
+    fn partner(&self, joint: usize) -> (usize, f64) {
+        let (nv, joints) = (self.model.nv(), self.model.joints());
+        let (mut moving, mut seen) = (vec![0.0; nv], vec![0.0; nv]);
+        moving[nv - joints + joint] = 1.0;
+        self.velocity(&moving, &mut seen);
+        let found = seen[nv - joints..].iter().enumerate().find(|(_, rate)| **rate != 0.0);
+        found.map_or((joint, 1.0), |(other, &sign)| (other, sign))
     }
 
     /// In a posture without symmetry every point has its partner at the mirrored place.
@@ -92,6 +107,22 @@ impl<'a> Mirror<'a> {
     /// The other side's velocity; generalised forces change in the same way, because signs and exchanges alone are in it.
     pub fn velocity(&self, v: &[f64], to: &mut [f64]) {
         self.call(self.velocity, &State::new().with(Argument::V, v), to);
+    }
+
+    /// The joint in the place of this one, and the same command seen in the mirror.
+    pub fn command(&self, joint: usize, command: &JointCommand<f64>) -> (usize, JointCommand<f64>) {
+        let (other, sign) = self.joints[joint];
+        let seen = match *command {
+            JointCommand::Off => JointCommand::Off,
+            JointCommand::Torque(torque) => JointCommand::Torque(sign * torque),
+            JointCommand::Servo(servo) => JointCommand::Servo(Servo {
+                position: sign * servo.position,
+                velocity: sign * servo.velocity,
+                torque: sign * servo.torque,
+                ..servo
+            }),
+        };
+        (other, seen)
     }
 
     /// The contact point in the place of this one.

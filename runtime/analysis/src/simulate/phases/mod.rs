@@ -18,7 +18,7 @@ pub use integrate::{
 };
 pub(crate) use mirror::Mirror;
 pub use project::Projected;
-pub use robot::{PhasedRobot, Torque};
+pub use robot::PhasedRobot;
 pub use run::{FootImpulse, PhaseChange, WalkSummary, Walking, columns};
 pub use spec::{Ending, Landing, PhaseSpec};
 pub use support::{Row, RowKind};

@@ -5,14 +5,11 @@ use super::points::PointForces;
 use super::spec::{Ending, PhaseSpec};
 use super::support::{Load, before_line};
 use crate::robot::{BaseKind, Foot};
-use crate::simulate::control::Controller;
 use crate::simulate::mechanics::rotate;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::{Argument, Model, State};
-use std::cell::RefCell;
-
-/// Generalised forces from phase, time, `q` and `v`, written in the order of `v`.
-pub type Torque<'a> = &'a dyn Fn(usize, f64, &[f64], &[f64], &mut [f64]);
+use std::cell::{Cell, RefCell};
 
 /// A robot that walks through its phases (4.23).
 pub struct PhasedRobot<'a> {
@@ -27,8 +24,9 @@ pub struct PhasedRobot<'a> {
     relabelled: Option<[usize; 2]>,
     pub(super) assumptions: Assumptions,
     pub(super) stops: Vec<Option<[f64; 2]>>,
-    torque: Torque<'a>,
-    controller: Option<&'a Controller<'a>>,
+    controller: RefCell<Box<dyn Controller<f64> + 'a>>,
+    /// Phase and time of the first state for which the controller had no command, and why.
+    refusal: Cell<Option<(usize, f64, Refusal)>>,
     pub(super) work: RefCell<Work>,
     memory: RefCell<Memory>,
 }
@@ -42,6 +40,7 @@ pub(super) struct Functions {
 
 #[derive(Debug, Default)]
 pub(super) struct Work {
+    pub commands: Vec<JointCommand<f64>>,
     pub tau: Vec<f64>,
     pub out: Vec<f64>,
     pub points: Vec<f64>,
@@ -64,7 +63,7 @@ struct Entry {
 }
 
 impl<'a> PhasedRobot<'a> {
-    /// Looks the functions up.
+    /// Looks the functions up. `controller` acts all the time, on the robot as the phases name it.
     ///
     /// # Errors
     /// The model lacks one of them, or there is no phase.
@@ -74,7 +73,7 @@ impl<'a> PhasedRobot<'a> {
         feet: &'a [Foot],
         phases: Vec<PhaseSpec>,
         assumptions: Assumptions,
-        torque: Torque<'a>,
+        controller: impl Controller<f64> + 'a,
     ) -> Result<Self, Diagnostic> {
         let find = |name: &str| {
             model.function(name).ok_or_else(|| {
@@ -109,8 +108,8 @@ impl<'a> PhasedRobot<'a> {
             phases: phases.into_iter().map(functions).collect::<Result<_, Diagnostic>>()?,
             assumptions,
             stops: Vec::new(),
-            torque,
-            controller: None,
+            controller: RefCell::new(Box::new(controller)),
+            refusal: Cell::new(None),
             work: RefCell::new(Work::default()),
             memory: RefCell::new(Memory::default()),
         })
@@ -122,10 +121,9 @@ impl<'a> PhasedRobot<'a> {
         Self { stops, ..self }
     }
 
-    /// The same with a controller in the phases that it drives; `torque` is for the others.
-    #[must_use]
-    pub fn driven_by(self, controller: &'a Controller<'a>) -> Self {
-        Self { controller: Some(controller), ..self }
+    /// Phase, time (s) and reason of the first state for which the controller had no command, since this was last asked.
+    pub fn refusal(&self) -> Option<(usize, f64, Refusal)> {
+        self.refusal.take()
     }
 
     /// The phases.
@@ -157,15 +155,9 @@ impl<'a> PhasedRobot<'a> {
             return;
         }
         let (q, v) = self.split(x);
-        work.tau.clear();
-        work.tau.resize(v.len(), 0.0);
-        if let Some(controller) = self.controller.filter(|controller| controller.drives(phase)) {
-            controller.dynamics(phase, q, v, &mut work.tau, &mut work.out);
-        } else {
-            (self.torque)(phase, time, q, v, &mut work.tau);
-            let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, &work.tau);
-            self.call(self.phases[phase].1.dynamics, &state, &mut work.out);
-        }
+        self.command(&Observation::new(time, phase, q, v), work);
+        let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, &work.tau);
+        self.call(self.phases[phase].1.dynamics, &state, &mut work.out);
         let entry = &mut memory.entries[memory.next];
         (entry.phase, entry.time) = (phase, time);
         entry.x.clear();
@@ -173,6 +165,25 @@ impl<'a> PhasedRobot<'a> {
         entry.tau.clone_from(&work.tau);
         entry.out.clone_from(&work.out);
         memory.next = (memory.next + 1) % memory.entries.len();
+    }
+
+    /// What the controller gives, into `work.tau`; NaN where it gives nothing.
+    fn command(&self, observed: &Observation<'_, f64>, work: &mut Work) {
+        let joints = self.model.joints();
+        work.commands.clear();
+        work.commands.resize(joints, JointCommand::Off);
+        work.tau.clear();
+        work.tau.resize(observed.v.len(), 0.0);
+        let given = self.controller.borrow_mut().command(observed, &mut work.commands);
+        let (q, v) = observed.joints(joints);
+        let first = work.tau.len() - joints;
+        for ((tau, command), (q, v)) in work.tau[first..].iter_mut().zip(&work.commands).zip(q.iter().zip(v))
+        {
+            *tau = if given.is_ok() { command.torque(*q, *v) } else { f64::NAN };
+        }
+        if let (Err(refusal), None) = (given, self.refusal.get()) {
+            self.refusal.set(Some((observed.phase, observed.time, refusal)));
+        }
     }
 
     /// Heights of the contact points, m.

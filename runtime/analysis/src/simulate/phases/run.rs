@@ -4,17 +4,18 @@ use super::mirror::Mirror;
 use super::project::Projected;
 use super::robot::PhasedRobot;
 use super::spec::PhaseSpec;
-use crate::simulate::control::{Controller, cannot_drive};
+use crate::simulate::control::{JointServos, VirtualConstraints, refused};
 use crate::simulate::drives::Drives;
 use crate::simulate::plant::Plant;
 use crate::simulate::run::Run;
-use crate::simulate::scenario::{EventDriven, Scenario, Servo};
+use crate::simulate::scenario::{EventDriven, Scenario};
 use crate::simulate::sensing::{Sample, Sensing};
 use crate::simulate::turned::Turned;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::Model;
 use serde::Serialize;
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
 
 /// Longest step of the integration, s.
 const LARGEST_STEP: f64 = 0.1;
@@ -99,6 +100,25 @@ impl Walking<'_> {
     /// # Errors
     /// A beginning that does not stand; a motion that became infinite; outputs that cannot be driven; a refused row.
     pub fn run(&self, run: &mut Run<'_>, watch: &mut dyn FnMut(&Sample)) -> Result<WalkSummary, Diagnostic> {
+        let Some(outputs) = &self.scenario.outputs else {
+            let none = |_: &Observation<'_, f64>, _: &mut [JointCommand<f64>]| Ok(());
+            return self.run_with(none, run, watch);
+        };
+        let names: Vec<&str> = self.phases.iter().map(|phase| phase.dynamics.as_str()).collect();
+        let outputs = VirtualConstraints::new(self.model, self.plant.subject.base, outputs, &names)?;
+        self.run_with(outputs, run, watch)
+    }
+
+    /// The same with a controller over the scenario's servos, instead of its outputs; legs have their roles as names.
+    ///
+    /// # Errors
+    /// As [`Walking::run`]; the controller refuses a state.
+    pub fn run_with(
+        &self,
+        controller: impl Controller<f64>,
+        run: &mut Run<'_>,
+        watch: &mut dyn FnMut(&Sample),
+    ) -> Result<WalkSummary, Diagnostic> {
         let Self { model, phases, plant, scenario } = *self;
         let Some(events) = &scenario.events else {
             return Err(Diagnostic::error("the scenario is not of method = \"event_driven\""));
@@ -106,21 +126,20 @@ impl Walking<'_> {
         let base = plant.subject.base;
         let relabels = phases.iter().any(|phase| phase.relabel);
         let mirror = if relabels { Some(Mirror::new(model, base)?) } else { None };
-        let names: Vec<&str> = phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-        let outputs = scenario.outputs.as_ref();
-        let controller = outputs.map(|o| Controller::new(model, base, o, &names)).transpose()?;
-        let drives = |phase: usize| controller.as_ref().filter(|controller| controller.drives(phase));
         let swapped = Cell::new(false);
-        let servos = Servos::new(&scenario.servos, mirror.as_ref(), &swapped, model);
-        let torque =
-            |_: usize, time: f64, q: &[f64], v: &[f64], tau: &mut [f64]| servos.torque(time, q, v, tau);
+        let controller = OverServos {
+            servos: JointServos::new(&scenario.servos, 0.0),
+            mirror: mirror.as_ref(),
+            swapped: &swapped,
+            own: Vec::new(),
+            controller,
+        };
+        let outputs = scenario.outputs.as_ref();
+        let servo_driven = |phase: usize| !outputs.is_some_and(|outputs| outputs.drive(phase));
         let stops = if scenario.joint_stops { plant.position_limits.clone() } else { Vec::new() };
-        let mut robot =
-            PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, &torque)?
+        let robot =
+            PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
                 .with_stops(stops);
-        if let Some(controller) = &controller {
-            robot = robot.driven_by(controller);
-        }
         let (x, projected) = robot.standing(plant, scenario)?;
         let effects: Vec<_> = plant.effects.iter().chain(&scenario.effects).collect();
         let (drives_of_log, turned) = (ideal(plant, scenario)?, Turned::new(plant, &effects));
@@ -130,7 +149,7 @@ impl Walking<'_> {
             robot: &robot,
             mirror: mirror.as_ref(),
             swapped: &swapped,
-            servo_driven: &|phase| drives(phase).is_none(),
+            servo_driven: &servo_driven,
             sensing: Sensing::new(plant, scenario, &drives_of_log, &effects, turned),
             drives: drives_of_log,
             run,
@@ -151,9 +170,8 @@ impl Walking<'_> {
         let start = Start { time: 0.0, phase: scenario.phase, x };
         let done = walk_watched(&robot, start, scenario.duration, &precision, &mut log);
         let (rows, steps, changes, interrupted) = (log.rows, log.steps, log.changes, log.interrupted);
-        if let Some(phase) = controller.as_ref().and_then(Controller::failed) {
-            let time = rows.saturating_sub(1) as f64 * scenario.step;
-            return Err(cannot_drive(&phases[phase].name, time));
+        if let Some((phase, time, refusal)) = robot.refusal() {
+            return Err(refused(refusal, Some(&phases[phase].name), time));
         }
         let done = done?;
         let (end, verdict) = match done.end {
@@ -175,54 +193,38 @@ impl Walking<'_> {
     }
 }
 
-/// Servos act on the robot as it is, phases speak of legs by their roles.
-struct Servos<'a> {
-    servos: &'a [Servo],
+/// A controller over the servos: these act on the robot as it is, phases speak of legs by their roles.
+struct OverServos<'a, C> {
+    servos: JointServos<'a>,
     mirror: Option<&'a Mirror<'a>>,
     swapped: &'a Cell<bool>,
-    work: RefCell<[Vec<f64>; 3]>,
+    own: Vec<JointCommand<f64>>,
+    controller: C,
 }
 
-impl<'a> Servos<'a> {
-    fn new(
-        servos: &'a [Servo],
-        mirror: Option<&'a Mirror<'a>>,
-        swapped: &'a Cell<bool>,
-        model: &dyn Model<f64>,
-    ) -> Self {
-        let (nq, nv) = (model.nq(), model.nv());
-        Self { servos, mirror, swapped, work: RefCell::new([vec![0.0; nq], vec![0.0; nv], vec![0.0; nv]]) }
-    }
-
-    fn torque(&self, time: f64, q: &[f64], v: &[f64], tau: &mut [f64]) {
-        let Some(mirror) = self.mirror.filter(|_| self.swapped.get()) else {
-            return self.own(time, q, v, tau);
-        };
-        let [own_q, own_v, own_tau] = &mut *self.work.borrow_mut();
-        mirror.state(q, v, (&mut *own_q, &mut *own_v));
-        own_tau.fill(0.0);
-        self.own(time, own_q, own_v, own_tau);
-        mirror.velocity(own_tau, tau);
-    }
-
-    /// `u = stiffness (r − q) + damping (ṙ − q̇)`, clipped.
-    fn own(&self, time: f64, q: &[f64], v: &[f64], tau: &mut [f64]) {
-        let joints = self.servos.len();
-        let (q, v) = (&q[q.len() - joints..], &v[v.len() - joints..]);
-        let first = tau.len() - joints;
-        for (j, servo) in self.servos.iter().enumerate() {
-            let [wanted, rate] = servo.reference.at(time);
-            let asked = servo.stiffness * (wanted - q[j]) + servo.damping * (rate - v[j]);
-            tau[first + j] = asked.clamp(-servo.limit, servo.limit);
+impl<C: Controller<f64>> Controller<f64> for OverServos<'_, C> {
+    fn command(
+        &mut self,
+        observed: &Observation<'_, f64>,
+        commands: &mut [JointCommand<f64>],
+    ) -> Result<(), Refusal> {
+        self.own.clear();
+        self.own.resize(commands.len(), JointCommand::Off);
+        self.servos.command(observed, &mut self.own)?;
+        let mirror = self.mirror.filter(|_| self.swapped.get());
+        for (joint, own) in self.own.iter().enumerate() {
+            let (joint, command) = mirror.map_or((joint, *own), |mirror| mirror.command(joint, own));
+            commands[joint] = command;
         }
+        self.controller.command(observed, commands)
     }
 }
 
 /// Writes the log as the walk goes on.
-struct Log<'w, 'r, 'a> {
+struct Log<'w, 'r, 'a, 'p> {
     walking: &'w Walking<'a>,
     events: &'w EventDriven,
-    robot: &'w PhasedRobot<'w>,
+    robot: &'w PhasedRobot<'p>,
     mirror: Option<&'w Mirror<'w>>,
     swapped: &'w Cell<bool>,
     servo_driven: &'w dyn Fn(usize) -> bool,
@@ -238,7 +240,7 @@ struct Log<'w, 'r, 'a> {
     changes: Vec<PhaseChange>,
 }
 
-impl Log<'_, '_, '_> {
+impl Log<'_, '_, '_, '_> {
     /// The robot as it is: `swapped` undone.
     fn own(&self) -> Option<&Mirror<'_>> {
         self.mirror.filter(|_| self.swapped.get())
@@ -319,7 +321,7 @@ impl Log<'_, '_, '_> {
     }
 }
 
-impl Watcher for Log<'_, '_, '_> {
+impl Watcher for Log<'_, '_, '_, '_> {
     fn step(&mut self, time: f64, _: usize, _: &[f64]) -> bool {
         let of_time = time / self.walking.scenario.duration;
         let of_steps = self.events.steps.map_or(0.0, |steps| self.steps as f64 / steps as f64);

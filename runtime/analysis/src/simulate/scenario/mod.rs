@@ -34,7 +34,7 @@ pub struct Scenario {
     /// Where it begins.
     pub initial: Initial,
     /// By joint.
-    pub servos: Vec<Servo>,
+    pub servos: Vec<JointServo>,
     /// The table that references of joints were read from, if any.
     pub trajectory: Option<PathBuf>,
     /// Without what effects do to it.
@@ -98,7 +98,7 @@ pub struct Initial {
 
 /// A joint's controller: `u = stiffness (r − q) + damping (ṙ − q̇)`, clipped, held over the step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Servo {
+pub struct JointServo {
     /// N m/rad
     pub stiffness: f64,
     /// N m s/rad

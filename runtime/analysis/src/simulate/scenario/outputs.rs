@@ -1,5 +1,5 @@
 //! `[[control.output]]`: virtual constraints as formulas.
-use super::Servo;
+use super::JointServo;
 use super::file::{Control, Law};
 use super::read::{NOT_NEGATIVE, POSITIVE, Reading};
 use crate::log::closest;
@@ -30,7 +30,12 @@ struct Draft {
 
 impl Reading<'_> {
     /// The controller of `[control]`, if it has outputs.
-    pub(super) fn outputs(&mut self, control: &Control, plant: &Plant, servos: &[Servo]) -> Option<Outputs> {
+    pub(super) fn outputs(
+        &mut self,
+        control: &Control,
+        plant: &Plant,
+        servos: &[JointServo],
+    ) -> Option<Outputs> {
         if control.output.is_empty() {
             self.unused(control);
             return None;

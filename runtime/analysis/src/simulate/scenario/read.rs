@@ -1,6 +1,6 @@
 //! From the file to a checked scenario.
 use super::file::{Control, File, Joint, Number, Senses, Soil, Start};
-use super::{Initial, Scenario, Sensors, Servo, effects};
+use super::{Initial, JointServo, Scenario, Sensors, effects};
 use crate::log::{Mapping, Reader, Table, closest};
 use crate::robot::BaseKind;
 use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
@@ -287,7 +287,7 @@ impl Reading<'_> {
         trajectory: Option<&Table>,
         plant: &Plant,
         initial: &mut Initial,
-    ) -> Vec<Servo> {
+    ) -> Vec<JointServo> {
         let stiffness = self.number("stiffness", control.stiffness.as_ref(), 0.0, NOT_NEGATIVE, "N m/rad");
         let damping = self.number("damping", control.damping.as_ref(), 0.0, NOT_NEGATIVE, "N m s/rad");
         let none = Joint::default();
@@ -311,7 +311,7 @@ impl Reading<'_> {
             initial.q[first_q + j] = position;
             initial.v[first_v + j] = velocity;
             let limit = if control.effort_limits.unwrap_or(true) { plant.effort_limits[j] } else { None };
-            servos.push(Servo {
+            servos.push(JointServo {
                 stiffness: self.number(
                     "stiffness",
                     own.stiffness.as_ref(),

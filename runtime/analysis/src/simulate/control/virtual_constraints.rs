@@ -4,8 +4,8 @@ use super::program::{Program, Work};
 use super::signals::{Reader, Signal};
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::{Argument, Model, State};
-use std::cell::{Cell, RefCell};
 
 /// Pivots below this part of the largest element mean that the outputs cannot be driven.
 const SINGULAR: f64 = 1e-10;
@@ -32,20 +32,27 @@ pub struct Outputs {
     pub limits: Vec<f64>,
 }
 
+impl Outputs {
+    /// Whether a phase has outputs.
+    pub fn drive(&self, phase: usize) -> bool {
+        self.phases.get(phase).is_some_and(Option::is_some)
+    }
+}
+
 /// The input–output linearising controller of [`Outputs`] on a model:
 /// `u = (L_g L_f h)⁻¹ (v − L_f² h)` with the constrained dynamics of the phase; with fewer outputs than actuators the least
 /// torques that do it.
-pub struct Controller<'a> {
+///
+/// In phases without outputs it leaves all commands as they are; in the others joints without actuators get none.
+pub struct VirtualConstraints<'a> {
     model: &'a dyn Model<f64>,
     outputs: &'a Outputs,
     /// `constrained_dynamics_of_…`, by phase.
     dynamics: Vec<usize>,
-    room: RefCell<Room>,
-    /// The phase in which outputs could not be driven.
-    failed: Cell<Option<usize>>,
+    workspace: Workspace,
 }
 
-struct Room {
+struct Workspace {
     reader: Reader,
     work: Work,
     tau: Vec<f64>,
@@ -61,7 +68,7 @@ struct Room {
     small: Vec<f64>,
 }
 
-impl<'a> Controller<'a> {
+impl<'a> VirtualConstraints<'a> {
     /// Looks up the constrained dynamics of the phases, by their names in the order of the outputs' phases.
     ///
     /// # Errors
@@ -86,7 +93,7 @@ impl<'a> Controller<'a> {
             .max()
             .unwrap_or(0);
         let (nv, drives) = (model.nv(), outputs.actuated.len());
-        let room = Room {
+        let workspace = Workspace {
             reader: Reader::new(model, base, outputs.signals.clone())?,
             work: Work::default(),
             tau: vec![0.0; nv],
@@ -99,146 +106,139 @@ impl<'a> Controller<'a> {
             right: Vec::with_capacity(drives),
             small: Vec::with_capacity(drives * drives),
         };
-        Ok(Self { model, outputs, dynamics, room: RefCell::new(room), failed: Cell::new(None) })
-    }
-
-    /// Number of joints.
-    pub fn joints(&self) -> usize {
-        self.model.joints()
-    }
-
-    /// Whether a phase is driven by outputs.
-    pub fn drives(&self, phase: usize) -> bool {
-        self.outputs.phases.get(phase).is_some_and(Option::is_some)
-    }
-
-    /// The phase, if any, in which the outputs could not be driven since this was last asked.
-    pub fn failed(&self) -> Option<usize> {
-        self.failed.take()
+        Ok(Self { model, outputs, dynamics, workspace })
     }
 
     /// The outputs and their rates.
-    pub fn outputs(&self, phase: usize, q: &[f64], v: &[f64]) -> Vec<[f64; 2]> {
+    pub fn outputs(&mut self, phase: usize, q: &[f64], v: &[f64]) -> Vec<[f64; 2]> {
         let Some(Some(wanted)) = self.outputs.phases.get(phase) else { return Vec::new() };
-        let room = &mut *self.room.borrow_mut();
-        room.row.fill(0.0);
-        let jets = room.reader.read(self.model, q, v, &room.row);
-        wanted.program.run(jets, &mut room.work);
+        let work = &mut self.workspace;
+        work.row.fill(0.0);
+        let jets = work.reader.read(self.model, q, v, &work.row);
+        wanted.program.run(jets, &mut work.work);
         let of = |i| {
-            let jet = wanted.program.output_at(i, &room.work);
+            let jet = wanted.program.output_at(i, &work.work);
             [jet.value, jet.rate]
         };
         (0..wanted.program.outputs()).map(of).collect()
     }
 
-    /// Generalised forces in the order of `v`. NaN where the outputs cannot be driven; see [`Self::failed`].
-    pub fn torque(&self, phase: usize, q: &[f64], v: &[f64], tau: &mut [f64]) {
-        tau.fill(0.0);
-        let Some(Some(wanted)) = self.outputs.phases.get(phase) else { return };
-        let room = &mut *self.room.borrow_mut();
-        let drives = self.outputs.actuated.len();
-        self.respond(phase, q, v, room);
-        self.demand(wanted, self.size(self.dynamics[phase]), (q, v), room);
-        let count = wanted.program.outputs();
-        let solved = if count == drives {
-            solve(&mut room.matrix, &mut room.right)
-        } else {
-            least(room, count, drives)
-        };
-        if !solved {
-            self.failed.set(Some(phase));
-        }
-        let first = tau.len() - self.model.joints();
-        for (&joint, &u) in self.outputs.actuated.iter().zip(&room.right) {
-            let limit = self.outputs.limits[joint];
-            tau[first + joint] = if solved { u.clamp(-limit, limit) } else { f64::NAN };
-        }
-    }
-
-    /// The same, and the accelerations and forces under them, as the constrained dynamics of the phase gives them: without
-    /// calling it once more, because they are affine in the torques.
-    pub fn dynamics(&self, phase: usize, q: &[f64], v: &[f64], tau: &mut [f64], out: &mut Vec<f64>) {
-        self.torque(phase, q, v, tau);
-        let room = &*self.room.borrow();
-        let size = self.size(self.dynamics[phase]);
-        out.clear();
-        out.extend_from_slice(&room.free[..size]);
-        let first = tau.len() - self.model.joints();
-        for (&joint, response) in self.outputs.actuated.iter().zip(room.response.chunks_exact(size)) {
-            let u = tau[first + joint];
-            out.iter_mut().zip(response).for_each(|(out, response)| *out += u * response);
-        }
-    }
-
-    fn size(&self, function: usize) -> usize {
-        self.model.signature(function).map_or(0, |s| s.rows * s.columns)
-    }
-
-    fn call(&self, function: usize, q: &[f64], v: &[f64], tau: &[f64], out: &mut [f64]) {
-        let size = self.size(function);
-        let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, tau);
-        // Lengths come from the model itself; a refusal would be a fault of this crate, seen in the numbers.
-        if self.model.evaluate(function, &state, &mut out[..size]).is_err() {
-            out.fill(f64::NAN);
-        }
-    }
-
-    /// Accelerations without torques and what each torque adds: they are affine in the torques.
-    fn respond(&self, phase: usize, q: &[f64], v: &[f64], room: &mut Room) {
-        let first = self.model.nv() - self.model.joints();
+    /// Torques of the actuators, in their order, into `workspace.right`.
+    fn solve(
+        &mut self,
+        phase: usize,
+        wanted: &PhaseOutputs,
+        (q, v): (&[f64], &[f64]),
+    ) -> Result<(), Refusal> {
+        let Self { model, outputs, workspace, .. } = self;
         let function = self.dynamics[phase];
-        let size = self.size(function);
-        room.tau.fill(0.0);
-        self.call(function, q, v, &room.tau, &mut room.free);
-        for (k, &joint) in self.outputs.actuated.iter().enumerate() {
-            room.tau[first + joint] = 1.0;
-            self.call(function, q, v, &room.tau, &mut room.driven);
-            room.tau[first + joint] = 0.0;
-            let response = &mut room.response[k * size..(k + 1) * size];
-            for ((to, with), without) in response.iter_mut().zip(&room.driven).zip(&room.free) {
+        workspace.respond((*model, function), &outputs.actuated, q, v);
+        let size = model.signature(function).map_or(0, |s| s.rows * s.columns);
+        workspace.demand(*model, wanted, (size, outputs.actuated.len()), (q, v));
+        let (count, drives) = (wanted.program.outputs(), outputs.actuated.len());
+        let solved = if count == drives {
+            solve(&mut workspace.matrix, &mut workspace.right)
+        } else {
+            least(workspace, count, drives)
+        };
+        if solved { Ok(()) } else { Err(Refusal::SingularOutputs) }
+    }
+}
+
+impl Controller<f64> for VirtualConstraints<'_> {
+    fn command(
+        &mut self,
+        observed: &Observation<'_, f64>,
+        commands: &mut [JointCommand<f64>],
+    ) -> Result<(), Refusal> {
+        let outputs = self.outputs;
+        let Some(Some(wanted)) = outputs.phases.get(observed.phase) else { return Ok(()) };
+        self.solve(observed.phase, wanted, (observed.q, observed.v))?;
+        commands.fill(JointCommand::Torque(0.0));
+        for (&joint, &torque) in outputs.actuated.iter().zip(&self.workspace.right) {
+            let limit = outputs.limits[joint];
+            commands[joint] = JointCommand::Torque(torque.clamp(-limit, limit));
+        }
+        Ok(())
+    }
+}
+
+impl Workspace {
+    /// Accelerations without torques and what each torque adds: they are affine in the torques.
+    fn respond(
+        &mut self,
+        (model, function): (&dyn Model<f64>, usize),
+        actuated: &[usize],
+        q: &[f64],
+        v: &[f64],
+    ) {
+        let first = model.nv() - model.joints();
+        let size = model.signature(function).map_or(0, |s| s.rows * s.columns);
+        let call = |tau: &[f64], out: &mut [f64]| {
+            let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, tau);
+            // Lengths come from the model itself; a refusal would be a fault of this crate, seen in the numbers.
+            if model.evaluate(function, &state, &mut out[..size]).is_err() {
+                out.fill(f64::NAN);
+            }
+        };
+        self.tau.fill(0.0);
+        call(&self.tau, &mut self.free);
+        for (k, &joint) in actuated.iter().enumerate() {
+            self.tau[first + joint] = 1.0;
+            call(&self.tau, &mut self.driven);
+            self.tau[first + joint] = 0.0;
+            let response = &mut self.response[k * size..(k + 1) * size];
+            for ((to, with), without) in response.iter_mut().zip(&self.driven).zip(&self.free) {
                 *to = with - without;
             }
         }
     }
 
-    /// `L_g L_f h` (row after row) and `v − L_f² h`.
-    fn demand(&self, wanted: &PhaseOutputs, size: usize, (q, v): (&[f64], &[f64]), room: &mut Room) {
-        let nv = self.model.nv();
-        let jets = room.reader.read(self.model, q, v, &room.free[..nv]);
-        wanted.program.run(jets, &mut room.work);
-        room.matrix.clear();
-        room.right.clear();
+    /// `L_g L_f h` (row after row) and `v − L_f² h`; `size` of the dynamics, and number of actuators.
+    fn demand(
+        &mut self,
+        model: &dyn Model<f64>,
+        wanted: &PhaseOutputs,
+        (size, drives): (usize, usize),
+        (q, v): (&[f64], &[f64]),
+    ) {
+        let nv = model.nv();
+        let jets = self.reader.read(model, q, v, &self.free[..nv]);
+        wanted.program.run(jets, &mut self.work);
+        self.matrix.clear();
+        self.right.clear();
         for output in 0..wanted.program.outputs() {
-            let jet = wanted.program.output_at(output, &room.work);
-            room.right.push(wanted.feedback.at(jet.value, jet.rate) - jet.acceleration);
-            wanted.program.gradient(output, &mut room.work, &mut room.gradient);
-            room.row.fill(0.0);
-            for (index, &factor) in room.gradient.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
-                room.reader.add_row(index, factor, &mut room.row);
+            let jet = wanted.program.output_at(output, &self.work);
+            self.right.push(wanted.feedback.at(jet.value, jet.rate) - jet.acceleration);
+            wanted.program.gradient(output, &mut self.work, &mut self.gradient);
+            self.row.fill(0.0);
+            for (index, &factor) in self.gradient.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+                self.reader.add_row(index, factor, &mut self.row);
             }
-            let row = &room.row;
+            let row = &self.row;
             let along = |response: &[f64]| row.iter().zip(response).map(|(a, b)| a * b).sum::<f64>();
-            let drives = self.outputs.actuated.len();
-            room.matrix.extend(room.response.chunks_exact(size).take(drives).map(along));
+            self.matrix.extend(self.response.chunks_exact(size).take(drives).map(along));
         }
     }
 }
 
 /// `u = Aᵀ (A Aᵀ)⁻¹ b` into `right`.
-fn least(room: &mut Room, outputs: usize, drives: usize) -> bool {
-    room.small.clear();
-    for a in room.matrix.chunks_exact(drives) {
+fn least(workspace: &mut Workspace, outputs: usize, drives: usize) -> bool {
+    workspace.small.clear();
+    for a in workspace.matrix.chunks_exact(drives) {
         let dot = |b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        room.small.extend(room.matrix.chunks_exact(drives).map(dot));
+        workspace.small.extend(workspace.matrix.chunks_exact(drives).map(dot));
     }
-    if !solve(&mut room.small, &mut room.right) {
+    if !solve(&mut workspace.small, &mut workspace.right) {
         return false;
     }
-    room.small.clear();
+    workspace.small.clear();
     for k in 0..drives {
-        room.small.push((0..outputs).map(|i| room.matrix[i * drives + k] * room.right[i]).sum());
+        workspace
+            .small
+            .push((0..outputs).map(|i| workspace.matrix[i * drives + k] * workspace.right[i]).sum());
     }
-    std::mem::swap(&mut room.small, &mut room.right);
+    std::mem::swap(&mut workspace.small, &mut workspace.right);
     true
 }
 
