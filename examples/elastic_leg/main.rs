@@ -103,7 +103,7 @@ fn simulate(robot: &Path, seed: u64, folder: &Path) -> Result<([Drive; 5], [Path
 /// A described drive with friction and stiffness off by up to a fifth down or a quarter up.
 fn drive(robot: &Path, joint: &str, random: &mut Random) -> Result<Drive, Failure> {
     let robot = bipedc_compiler::Robot::read(robot).map_err(|e| failure(e.to_string()))?;
-    let described = robot.description.drives.iter().find(|drive| drive.joint == joint);
+    let described = robot.description.drive(joint);
     let described = described.ok_or_else(|| failure(format!("no drive of {joint} is described")))?;
     let mut off = || 0.8 * (1.25f64 / 0.8).powf(random.even());
     Ok(Drive {
@@ -112,8 +112,8 @@ fn drive(robot: &Path, joint: &str, random: &mut Random) -> Result<Drive, Failur
         torque_constant: described.torque_constant.unwrap_or(0.0),
         viscous: described.viscous_friction * off(),
         coulomb: described.coulomb_friction * off(),
-        spring: match described.kind {
-            bipedc_compiler::description::model::DriveKind::SeriesElastic {
+        spring: match described.transmission {
+            bipedc_effects::drive::Transmission::SeriesElastic {
                 motor_pulley_radius,
                 load_pulley_radius,
                 spring_stiffness,

@@ -12,7 +12,7 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let options = job.options.of_drives()?;
     let drives = Drives::new(robot)?;
     let (logs, judge) = job.read();
-    let see = |log: &Log<'_>| look(log, &drives.subject, &drives.trains);
+    let see = |log: &Log<'_>| look(log, &drives.subject, &drives.driven);
     let looks =
         progress.stage("reading", || logs.iter().map(see).collect::<Result<Vec<_>, Diagnostics>>())?;
     let judging = judge
@@ -22,7 +22,7 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let surveys: Vec<Survey> = looks.iter().map(|look| look.survey.clone()).collect();
     let every: Vec<&Look> = looks.iter().chain(judging.iter().map(|(_, look)| look)).collect();
     let bodies = drives.bodies(robot, &logs, (&surveys, &every), progress)?;
-    let parts = ElasticParts { parts: bodies.parts(), trains: &drives.trains, looks: &looks, logs: &logs };
+    let parts = ElasticParts { parts: bodies.parts(), drives: &drives.driven, looks: &looks, logs: &logs };
     let judge = judging.as_ref().map(|(log, look)| (*log, look));
     let work = |progress: &dyn Fn(f64)| identify_elastic(&parts, judge, &options, progress);
     let answer = progress.counted("identifying", work)?;

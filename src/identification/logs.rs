@@ -4,12 +4,11 @@ use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
 use crate::robot::{ProgramRegressor, joint_layout, link_inertias};
 use bipedc_analysis::experiments::{Channel, Experiment};
-use bipedc_analysis::identify::elastic::{Look, Train, Transmission};
+use bipedc_analysis::identify::elastic::{Driven, Look};
 use bipedc_analysis::identify::{self, BaseSet, Parts, Survey, survey};
 use bipedc_analysis::measure;
 use bipedc_analysis::robot::{JointLayout, LinkInertias};
 use bipedc_compiler::Robot;
-use bipedc_compiler::description::model::{Drive, DriveKind};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::path::PathBuf;
 
@@ -173,30 +172,30 @@ pub fn inspected(
     Ok(found)
 }
 
-/// Series elastic drives of a description.
-pub struct Drives {
+/// Drives of a description with series elastic ones among them.
+pub struct Drives<'d> {
     pub subject: JointLayout,
-    pub trains: Vec<Train>,
+    /// In the order of the joints.
+    pub driven: Vec<Driven<'d>>,
 }
 
-impl Drives {
-    /// The drive trains of `biped.toml`.
-    pub fn new(robot: &Robot) -> Result<Self, Diagnostics> {
+impl<'d> Drives<'d> {
+    /// Those of `biped.toml`.
+    pub fn new(robot: &'d Robot) -> Result<Self, Diagnostics> {
         let subject = joint_layout(&robot.clone().without_effects().tree()?)?;
-        let drives = &robot.description.drives;
-        if !drives.iter().any(|drive| matches!(drive.kind, DriveKind::SeriesElastic { .. })) {
+        if !robot.description.drives.iter().any(|driven| driven.drive.is_elastic()) {
             return Err(Diagnostic::error("the description has no series elastic drive")
                 .help("add [drives.JOINT] tables with kind = \"series_elastic\" to biped.toml (robots/README.md), or use --method torque")
                 .into());
         }
-        let mut trains = Vec::new();
-        for (index, joint) in subject.joints.iter().enumerate() {
-            let Some(drive) = drives.iter().find(|drive| drive.joint == joint.name) else { continue };
-            let train = train(index, drive);
-            train.check(&subject)?;
-            trains.push(train);
+        let mut all = Vec::new();
+        for (joint, named) in subject.joints.iter().enumerate() {
+            let Some(drive) = robot.description.drive(&named.name) else { continue };
+            let driven = Driven { joint, drive };
+            driven.check(&subject)?;
+            all.push(driven);
         }
-        Ok(Self { subject, trains })
+        Ok(Self { subject, driven: all })
     }
 
     /// Base parameters of the joints whose rows every log shows.
@@ -210,34 +209,12 @@ impl Drives {
         let nb = self.subject.base.nv();
         let shown = |j: &usize| looks.iter().all(|look| look.survey.effort[*j]);
         let joints: Vec<usize> = (0..self.subject.joints.len()).filter(shown).collect();
-        if !self.trains.iter().any(|train| train.is_elastic() && joints.contains(&train.joint)) {
+        if !self.driven.iter().any(|d| d.drive.is_elastic() && joints.contains(&d.joint)) {
             return Err(Diagnostic::error("no series elastic drive is logged whole in every log")
                 .help("log position, motor_position and motor_current of the same joints in all of them")
                 .into());
         }
         let rows = joints.iter().map(|j| nb + j).collect();
         Identifiable::new(robot, files(logs), (surveys.to_vec(), rows), progress)
-    }
-}
-
-fn train(joint: usize, drive: &Drive) -> Train {
-    Train {
-        joint,
-        transmission: match drive.kind {
-            DriveKind::Stiff => Transmission::Stiff,
-            DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, spring_stiffness } => {
-                Transmission::SeriesElastic {
-                    motor_radius: motor_pulley_radius,
-                    load_radius: load_pulley_radius,
-                    stiffness: spring_stiffness,
-                }
-            }
-            DriveKind::Passive { stiffness, damping } => Transmission::Passive { stiffness, damping },
-        },
-        gear_ratio: drive.gear_ratio,
-        rotor_inertia: drive.rotor_inertia,
-        torque_constant: drive.torque_constant.unwrap_or(0.0),
-        viscous_friction: drive.viscous_friction,
-        coulomb_friction: drive.coulomb_friction,
     }
 }

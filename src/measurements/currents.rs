@@ -7,8 +7,8 @@
 use super::Log;
 use bipedc_analysis::log::{Kind, Mapping, Source};
 use bipedc_compiler::Robot;
-use bipedc_compiler::description::model::{Drive, DriveKind};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
+use bipedc_effects::drive::{Drive, Transmission};
 use bipedc_effects::effect::{self, Effect, Location, kinds};
 
 /// A robot and logs in which currents are read as efforts.
@@ -46,12 +46,12 @@ pub fn prepare(robot: &Robot, logs: &[&Log]) -> Result<Prepared, Diagnostics> {
         if effort || !has(&column("motor_current")) {
             continue;
         }
-        let drive = robot.description.drives.iter().find(|drive| drive.joint == *joint);
+        let drive = robot.description.drive(joint);
         let angles = [has(&column("position")), has(&column("motor_position"))];
         prepared.take_angles(joint, drive, angles);
         match torque_per_ampere(joint, drive) {
             Ok((drive, factor)) => {
-                prepared.take_current(drive, factor);
+                prepared.take_current(joint, drive, factor);
                 efforts = true;
             }
             Err(problem) => prepared.warnings.push(problem.in_file(logs[0].path()).at(1, 0)),
@@ -79,24 +79,24 @@ fn torque_per_ampere<'d>(joint: &str, drive: Option<&'d Drive>) -> Result<(&'d D
         );
         return problem("the description has no drive there", help);
     };
-    match drive.kind {
-        DriveKind::Stiff => {}
-        DriveKind::SeriesElastic { .. } => {
+    match drive.transmission {
+        Transmission::Stiff => {}
+        Transmission::SeriesElastic { .. } => {
             let help = format!(
                 "`bipedc identify --method elastic` works with the currents of elastic drives; here log `{joint}/effort`"
             );
             return problem("a spring lies between motor and joint", help);
         }
-        DriveKind::Passive { .. } => {
+        Transmission::Passive { .. } => {
             return problem(
                 "its drive is passive and has no motor",
                 format!("change `kind` of [drives.{joint}]"),
             );
         }
     }
-    match drive.torque_constant {
-        Some(constant) if constant > 0.0 => Ok((drive, constant * drive.gear_ratio)),
-        _ => {
+    match drive.torque_per_ampere() {
+        Some(factor) => Ok((drive, factor)),
+        None => {
             let help = format!("add torque_constant (N m/A) to [drives.{joint}] of biped.toml");
             problem("its drive has no torque constant", help)
         }
@@ -126,26 +126,24 @@ impl Prepared {
     }
 
     /// Reads the current as an effort, and puts the motor into the model.
-    fn take_current(&mut self, drive: &Drive, factor: f64) {
-        let joint = &drive.joint;
+    fn take_current(&mut self, joint: &str, drive: &Drive, factor: f64) {
         for mapping in &mut self.mappings {
             let source = scaled(mapping, &format!("{joint}/motor_current"), factor);
             mapping.columns.insert(format!("{joint}/effort"), source);
         }
-        let square = drive.gear_ratio * drive.gear_ratio;
         let motor = [
-            (&kinds::ROTOR_INERTIA, "inertia", drive.rotor_inertia * square),
-            (&kinds::VISCOUS_FRICTION, "damping", drive.viscous_friction * square),
-            (&kinds::COULOMB_FRICTION, "torque", drive.coulomb_friction * drive.gear_ratio.abs()),
+            (&kinds::ROTOR_INERTIA, "inertia", drive.rotor_inertia_at_joint()),
+            (&kinds::VISCOUS_FRICTION, "damping", drive.viscous_friction_at_joint()),
+            (&kinds::COULOMB_FRICTION, "torque", drive.coulomb_friction_at_joint()),
         ];
         let mut added = Vec::new();
         for (kind, parameter, value) in motor {
             let effects = &mut self.robot.description.effects;
-            let described = effects
-                .iter()
-                .any(|effect| effect.location.joint.as_ref() == Some(joint) && same_role(effect.kind, kind));
+            let described = effects.iter().any(|effect| {
+                effect.location.joint.as_deref() == Some(joint) && same_role(effect.kind, kind)
+            });
             if value != 0.0 && !described {
-                let effect = Effect::new(kind, Location::joint(joint.as_str()), &[(parameter, value)]);
+                let effect = Effect::new(kind, Location::joint(joint), &[(parameter, value)]);
                 added.push(format!("{} {value:.4} {}", kind.name.replace('_', " "), effect.unit(parameter)));
                 effects.push(effect);
                 self.has_motors = true;
@@ -162,26 +160,22 @@ impl Prepared {
 
     /// Motor angles are of the shaft: as angles of the joint. `angles`: whether position and motor position are logged.
     fn take_angles(&mut self, joint: &str, drive: Option<&Drive>, angles: [bool; 2]) {
-        let (Some(drive), [position, true]) = (drive, angles) else { return };
-        let motor = format!("{joint}/motor_position");
-        let turns = match drive.kind {
-            DriveKind::Stiff => drive.gear_ratio,
-            DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, .. } => {
-                drive.gear_ratio * load_pulley_radius / motor_pulley_radius
-            }
-            DriveKind::Passive { .. } => return,
+        let (Some(drive), [position, true]) = (drive.filter(|drive| drive.has_motor()), angles) else {
+            return;
         };
+        let motor = format!("{joint}/motor_position");
+        let turns = drive.turns();
         for mapping in &mut self.mappings {
             let source = scaled(mapping, &motor, 1.0 / turns);
             if position {
                 mapping.columns.insert(motor.clone(), source);
-            } else if drive.kind == DriveKind::Stiff {
+            } else if drive.is_stiff() {
                 mapping.columns.insert(format!("{joint}/position"), source);
                 mapping.columns.remove(&motor);
                 mapping.ignored.insert(motor.clone());
             }
         }
-        if !position && drive.kind == DriveKind::Stiff {
+        if !position && drive.is_stiff() {
             self.assumptions.push(format!("angle of `{joint}` = `{motor}` / {turns} (stiff drive)"));
         }
     }

@@ -13,9 +13,9 @@ use bipedc_analysis::robot;
 use bipedc_analysis::robot::{Foot, Joint, JointLayout};
 use bipedc_analysis::simulate::control::POINT_FUNCTIONS;
 use bipedc_analysis::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
-use bipedc_analysis::simulate::{Actuator, FUNCTIONS, Plant, World};
+use bipedc_analysis::simulate::{FUNCTIONS, Plant, World};
 use bipedc_compiler::compile::{CompiledModel, Function, FunctionRequest, ProgramModel};
-use bipedc_compiler::description::model::{Contact, ContactPart, DriveKind, Phase, RobotDescription};
+use bipedc_compiler::description::model::{Contact, ContactPart, Phase, RobotDescription};
 use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -54,35 +54,10 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         effects: description.effects.clone(),
         phases: description.phases.iter().map(|phase| phase.name.clone()).collect(),
         actuated: actuated(description, tree),
-        drives: tree.joints.iter().map(|joint| drive(description, &joint.name)).collect(),
+        drives: tree.joints.iter().map(|joint| description.drive(&joint.name).copied()).collect(),
         gravity: description.gravity,
         subject: JointLayout { joints, base },
     })
-}
-
-/// The drive of a joint, if the description has one.
-fn drive(description: &RobotDescription, joint: &str) -> Option<Actuator> {
-    let drive = description.drives.iter().find(|drive| drive.joint == joint)?;
-    let mut actuator = Actuator {
-        turns: drive.gear_ratio,
-        rotor_inertia: drive.rotor_inertia,
-        viscous_friction: drive.viscous_friction,
-        coulomb_friction: drive.coulomb_friction,
-        torque_constant: drive.torque_constant.filter(|constant| *constant > 0.0),
-        motor_counts: drive.motor_encoder_counts.unwrap_or(0.0),
-        joint_counts: drive.joint_encoder_counts.unwrap_or(0.0),
-        described: true,
-        ..Actuator::default()
-    };
-    match drive.kind {
-        DriveKind::Stiff => {}
-        DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, spring_stiffness } => {
-            actuator.turns *= load_pulley_radius / motor_pulley_radius;
-            actuator.stiffness = spring_stiffness * load_pulley_radius * load_pulley_radius;
-        }
-        DriveKind::Passive { stiffness, damping } => actuator.passive = Some([stiffness, damping]),
-    }
-    Some(actuator)
 }
 
 /// The rigid-body functions of the robot as built: with those effects, of the description and hidden ones, that make

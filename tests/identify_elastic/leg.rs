@@ -2,7 +2,8 @@
 use crate::identify_elastic::cli::{Run, bipedc, text};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
-use bipedc_compiler::description::model::{Drive, DriveKind};
+use bipedc_compiler::description::model::JointDrive;
+use bipedc_effects::drive::{Drive, Transmission};
 use bipedc_runtime::{Argument, Model, State};
 use serde_json::Value;
 use std::fmt::Write;
@@ -45,7 +46,7 @@ pub struct Sensors {
 pub struct Leg {
     pub joints: Vec<String>,
     /// What drives it in truth.
-    pub drives: Vec<Drive>,
+    pub drives: Vec<JointDrive>,
     model: ProgramModel,
 }
 
@@ -74,10 +75,10 @@ impl Leg {
 
     /// The drives of the leg as described, with friction and stiffness off by these factors.
     pub fn with(mut self, factors: &mut dyn FnMut() -> f64) -> Self {
-        for drive in &mut self.drives {
+        for JointDrive { drive, .. } in &mut self.drives {
             drive.viscous_friction *= factors();
             drive.coulomb_friction *= factors();
-            if let DriveKind::SeriesElastic { spring_stiffness, .. } = &mut drive.kind {
+            if let Transmission::SeriesElastic { spring_stiffness, .. } = &mut drive.transmission {
                 *spring_stiffness *= factors();
             }
         }
@@ -98,8 +99,7 @@ impl Leg {
         let mut noise = Noise(recorded.seed);
         let waves: Vec<Vec<[f64; 3]>> =
             self.joints.iter().map(|joint| waves(joint, recorded, &mut noise)).collect();
-        let held =
-            |joint: &str| self.drive(joint).is_none_or(|d| matches!(d.kind, DriveKind::Passive { .. }));
+        let held = |joint: &str| self.drive(joint).is_none_or(|drive| !drive.has_motor());
         let count = (recorded.seconds * recorded.rate) as usize + 1;
         let margin = 4 * REACH;
         let motions: Vec<Vec<[f64; 3]>> = (0..count + 2 * margin)
@@ -134,13 +134,14 @@ impl Leg {
     }
 
     pub fn drive(&self, joint: &str) -> Option<&Drive> {
-        self.drives.iter().find(|drive| drive.joint == joint)
+        self.drives.iter().find(|driven| driven.joint == joint).map(|driven| &driven.drive)
     }
 
     /// True value of a parameter of the answer.
     pub fn truth(&self, joint: &str, parameter: &str) -> f64 {
         let drive = self.drive(joint).unwrap();
-        let DriveKind::SeriesElastic { spring_stiffness, load_pulley_radius, .. } = drive.kind else {
+        let Transmission::SeriesElastic { spring_stiffness, load_pulley_radius, .. } = drive.transmission
+        else {
             return if parameter == "viscous_friction" {
                 drive.viscous_friction
             } else {
@@ -189,8 +190,8 @@ fn differentiated(torques: &[Vec<f64>], i: usize, j: usize, rate: f64) -> [f64; 
 /// Angle and current of a motor that makes this torque at its joint.
 fn motor(drive: &Drive, motion: [f64; 3], torque: [f64; 3]) -> (f64, f64) {
     let n = drive.gear_ratio;
-    let shaft: [f64; 3] = match drive.kind {
-        DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, spring_stiffness } => {
+    let shaft: [f64; 3] = match drive.transmission {
+        Transmission::SeriesElastic { motor_pulley_radius, load_pulley_radius, spring_stiffness } => {
             let give = 1.0 / (spring_stiffness * load_pulley_radius);
             std::array::from_fn(|k| {
                 n / motor_pulley_radius * (load_pulley_radius * motion[k] + give * torque[k])
@@ -198,8 +199,8 @@ fn motor(drive: &Drive, motion: [f64; 3], torque: [f64; 3]) -> (f64, f64) {
         }
         _ => motion.map(|x| n * x),
     };
-    let behind_gear = match drive.kind {
-        DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, .. } => {
+    let behind_gear = match drive.transmission {
+        Transmission::SeriesElastic { motor_pulley_radius, load_pulley_radius, .. } => {
             torque[0] * motor_pulley_radius / load_pulley_radius
         }
         _ => torque[0],

@@ -1,4 +1,5 @@
 //! The checked description of a robot: plain data, names resolved by string, SI units.
+use bipedc_effects::drive::Drive;
 use bipedc_effects::effect::Effect;
 
 /// A URDF and its `biped.toml`, read and checked; nothing in it refers to something undefined.
@@ -22,8 +23,8 @@ pub struct RobotDescription {
     pub symmetric_joints: Vec<SymmetricPair>,
     /// Names of the joints with an actuator, in the order of the generalised torques.
     pub actuated_joints: Vec<String>,
-    /// Drive trains by joint.
-    pub drives: Vec<Drive>,
+    /// Drives in the order of the file, each joint once.
+    pub drives: Vec<JointDrive>,
     /// Contact phases in their order.
     pub phases: Vec<Phase>,
     /// What the rigid-body model lacks, in the order of the file.
@@ -38,6 +39,11 @@ impl RobotDescription {
     pub fn without_effects(mut self) -> Self {
         self.effects.clear();
         self
+    }
+
+    /// The drive of a joint, if it has one.
+    pub fn drive(&self, joint: &str) -> Option<&Drive> {
+        self.drives.iter().find(|driven| driven.joint == joint).map(|driven| &driven.drive)
     }
 }
 
@@ -192,50 +198,13 @@ pub struct SymmetricPair {
     pub sign: f64,
 }
 
-/// Motor, gear and transmission of one joint (4.26–4.33).
+/// A joint and what drives it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Drive {
-    /// The driven joint.
+pub struct JointDrive {
+    /// Name of the joint.
     pub joint: String,
-    /// Transmission.
-    pub kind: DriveKind,
-    /// Motor turns per turn of the gear's output; 1 where not stated.
-    pub gear_ratio: f64,
-    /// Inertia of the motor shaft, kg m².
-    pub rotor_inertia: f64,
-    /// N m / A.
-    pub torque_constant: Option<f64>,
-    /// At the motor shaft, N m s/rad.
-    pub viscous_friction: f64,
-    /// At the motor shaft, N m.
-    pub coulomb_friction: f64,
-    /// Counts per motor turn.
-    pub motor_encoder_counts: Option<f64>,
-    /// Counts per joint turn.
-    pub joint_encoder_counts: Option<f64>,
-}
-
-/// Transmission between gear and joint.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum DriveKind {
-    /// Motor angle = gear ratio × joint angle.
-    Stiff,
-    /// Pulleys with a spring in the cable (4.28).
-    SeriesElastic {
-        /// m
-        motor_pulley_radius: f64,
-        /// m
-        load_pulley_radius: f64,
-        /// N/m
-        spring_stiffness: f64,
-    },
-    /// No motor: a spring and damper parallel to the joint.
-    Passive {
-        /// N m/rad
-        stiffness: f64,
-        /// N m s/rad
-        damping: f64,
-    },
+    /// Its drive.
+    pub drive: Drive,
 }
 
 /// Which part of a foot stands on the ground.

@@ -2,7 +2,7 @@
 use super::support::*;
 use bipedc_compiler::derive::newton_euler::generalised_forces;
 use bipedc_compiler::derive::{Motions, composite, drive};
-use bipedc_compiler::description::model::{Drive, DriveKind};
+use bipedc_effects::drive::Transmission;
 use bipedc_runtime::Argument::{A, MotorA, MotorQ, MotorV, Q, V};
 
 #[test]
@@ -33,10 +33,10 @@ fn series_elastic_stiff_and_passive_drives() {
     let at = |list: usize, joint: usize| out[list][listed[list].iter().position(|&k| k == joint).unwrap()];
     let mut worst = Worst::default();
     for (k, joint) in tree.joints.iter().enumerate() {
-        let d: &Drive = drives.iter().find(|d| d.joint == joint.name).unwrap();
+        let d = description.drive(&joint.name).unwrap();
         let (gear, own) = (d.gear_ratio, out[4][k]);
-        match d.kind {
-            DriveKind::SeriesElastic {
+        match d.transmission {
+            Transmission::SeriesElastic {
                 motor_pulley_radius: rm,
                 load_pulley_radius: rl,
                 spring_stiffness: ks,
@@ -48,14 +48,14 @@ fn series_elastic_stiff_and_passive_drives() {
                 worst.note("tau_M (4.31)", &[at(2, k)], &[shaft]);
                 worst.note("unchanged joint torque", &[out[3][k]], &[own]);
             }
-            DriveKind::Stiff => {
+            Transmission::Stiff => {
                 let (ma, mv) = (gear * a[k], gear * v[k]);
                 let shaft = d.rotor_inertia * ma + d.viscous_friction * mv + own / gear;
                 worst.note("tau_M stiff (4.26)", &[at(2, k)], &[shaft]);
                 worst.note("reflected torque", &[out[3][k]], &[shaft * gear]);
                 assert!(!listed[0].contains(&k));
             }
-            DriveKind::Passive { stiffness, damping } => {
+            Transmission::Passive { stiffness, damping } => {
                 worst.note("passive torque", &[at(0, k)], &[-stiffness * q[k] - damping * v[k]]);
                 worst.note("passive residual", &[out[3][k]], &[own + stiffness * q[k] + damping * v[k]]);
                 assert!(!listed[2].contains(&k));

@@ -1,6 +1,7 @@
 //! The robots of this repository, and other people's where they are at hand.
-use bipedc_compiler::description::model::{Base, ContactPart, DriveKind, JointKind, Side};
+use bipedc_compiler::description::model::{Base, ContactPart, JointKind, Side};
 use bipedc_compiler::description::{self};
+use bipedc_effects::drive::Transmission;
 use std::path::{Path, PathBuf};
 
 fn repository() -> PathBuf {
@@ -66,11 +67,12 @@ fn the_version_1_leg_has_its_drive_trains() {
     assert_eq!(robot.drives.len(), 6);
     let pitch = &robot.drives[2];
     assert_eq!(
-        (pitch.joint.as_str(), pitch.gear_ratio, pitch.rotor_inertia),
+        (pitch.joint.as_str(), pitch.drive.gear_ratio, pitch.drive.rotor_inertia),
         ("right_hip_pitch", 111.0, 3.35e-6)
     );
-    assert!(matches!(pitch.kind, DriveKind::SeriesElastic { spring_stiffness: 83008.0, .. }));
-    assert!(matches!(robot.drives[5].kind, DriveKind::Passive { stiffness: 12.0, damping: 0.05 }));
+    let spring = pitch.drive.transmission;
+    assert!(matches!(spring, Transmission::SeriesElastic { spring_stiffness: 83008.0, .. }));
+    assert_eq!(robot.drives[5].drive.transmission, Transmission::Passive { stiffness: 12.0, damping: 0.05 });
     assert_eq!(robot.actuated_joints.len(), 5);
 }
 

@@ -1,15 +1,15 @@
 //! Motor torques of TUlip's first leg are rotor inertia · acceleration plus regressor · parameters (5.10).
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::ProgramModel;
-use bipedc_compiler::description::model::{Drive, DriveKind};
+use bipedc_effects::drive::Drive;
 use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 
 fn parameter(drive: &Drive, column: &str) -> f64 {
-    match (column, drive.kind) {
-        ("viscous_friction", _) => drive.viscous_friction,
-        (_, DriveKind::SeriesElastic { spring_stiffness, .. }) => spring_stiffness,
-        _ => panic!("no {column} at {}", drive.joint),
+    match column {
+        "viscous_friction" => drive.viscous_friction,
+        "spring_stiffness" => drive.cable_stiffness(),
+        other => panic!("what is {other}?"),
     }
 }
 
@@ -19,7 +19,7 @@ fn regressor_times_parameters_is_the_motor_torque() {
     let robot = Robot::read(&path).unwrap();
     let model = ProgramModel::new(robot.compile().unwrap());
     let find = |name: &str| model.compiled().functions.iter().position(|f| f.name == name).unwrap();
-    let drive = |joint: &str| robot.description.drives.iter().find(|d| d.joint == joint).unwrap();
+    let drive = |joint: &str| robot.description.drive(joint).unwrap();
     let n = Model::<f64>::joints(&model);
     let vector =
         |seed: f64, scale: f64| (0..n).map(|k| scale * (seed + 1.3 * k as f64).sin()).collect::<Vec<_>>();
@@ -45,7 +45,7 @@ fn regressor_times_parameters_is_the_motor_torque() {
     for (row, joint) in f.rows.iter().enumerate() {
         let drive = drive(joint);
         // A stiff drive's motor carries the load directly, which is no part of this regressor.
-        if !matches!(drive.kind, DriveKind::SeriesElastic { .. }) {
+        if !drive.is_elastic() {
             continue;
         }
         let place = (0..n).find(|&k| Model::<f64>::joint_name(&model, k) == Some(joint)).unwrap();

@@ -1,6 +1,7 @@
-//! Physical effects that a model may lack, each defined once; and what answers text from outside: diagnostics with places,
-//! limits of magnitude, files read and written.
+//! Physical effects that a model may lack, each defined once; the drive of a joint; and what answers text from outside:
+//! diagnostics with places, limits of magnitude, files read and written.
 pub mod diagnostic;
+pub mod drive;
 pub mod effect;
 pub mod files;
 pub mod input;

@@ -4,11 +4,11 @@ use super::super::quantity::Quantity;
 use super::forces;
 use crate::derive::RobotModel;
 use crate::derive::drive::{self, JointTorque};
-use crate::description::model::{Drive, DriveKind};
+use crate::description::model::JointDrive;
 use crate::expression::Sym;
 use bipedc_runtime::Argument;
 
-type Torques = for<'g, 't> fn(&RobotModel<'g, 't>, &[Drive]) -> Vec<JointTorque<'g>>;
+type Torques = for<'g, 't> fn(&RobotModel<'g, 't>, &[JointDrive]) -> Vec<JointTorque<'g>>;
 
 fn by_joint<'g>(c: &Context<'g, '_>, torques: Torques) -> Quantity<'g> {
     let list = torques(&c.folded, &c.description.drives);
@@ -36,12 +36,13 @@ pub fn motor_torques<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
 pub fn regressor<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let tree = c.folded.tree;
     let zero = c.folded.constant(0.0);
-    let driven: Vec<(usize, &Drive)> = c
+    let place = |of: &JointDrive| tree.joints.iter().position(|joint| joint.name == of.joint);
+    let driven: Vec<(usize, &JointDrive)> = c
         .description
         .drives
         .iter()
-        .filter(|drive| !matches!(drive.kind, DriveKind::Passive { .. }))
-        .filter_map(|drive| Some((tree.joints.iter().position(|joint| joint.name == drive.joint)?, drive)))
+        .filter(|of| of.drive.has_motor())
+        .filter_map(|of| Some((place(of)?, of)))
         .collect();
     let mut names = Vec::new();
     let mut columns = Vec::new();
@@ -51,18 +52,16 @@ pub fn regressor<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
         names.push(name);
         columns.push(column);
     };
-    for (row, (joint, drive)) in driven.iter().enumerate() {
-        push(format!("{}.viscous_friction", drive.joint), row, c.folded.input(Argument::MotorV, *joint));
+    for (row, (joint, of)) in driven.iter().enumerate() {
+        push(format!("{}.viscous_friction", of.joint), row, c.folded.input(Argument::MotorV, *joint));
     }
-    for (row, (joint, drive)) in driven.iter().enumerate() {
-        if let DriveKind::SeriesElastic { motor_pulley_radius, load_pulley_radius, .. } = drive.kind {
-            let lever = motor_pulley_radius / drive.gear_ratio;
-            let q_index = tree.nq - tree.joints.len() + joint;
-            let motor = c.folded.input(Argument::MotorQ, *joint) * lever;
-            let load = c.folded.input(Argument::Q, q_index) * load_pulley_radius;
-            push(format!("{}.spring_stiffness", drive.joint), row, (motor - load) * lever);
-        }
+    for (row, (joint, of)) in driven.iter().enumerate().filter(|(_, (_, of))| of.drive.is_elastic()) {
+        let lever = of.drive.lever();
+        let q_index = tree.nq - tree.joints.len() + joint;
+        let motor = c.folded.input(Argument::MotorQ, *joint) * lever;
+        let load = c.folded.input(Argument::Q, q_index) * of.drive.load_radius();
+        push(format!("{}.spring_stiffness", of.joint), row, (motor - load) * lever);
     }
-    let rows = driven.iter().map(|(_, drive)| drive.joint.clone()).collect();
+    let rows = driven.iter().map(|(_, of)| of.joint.clone()).collect();
     Quantity::matrix(rows, vec!["N m".to_owned(); driven.len()], names, columns)
 }

@@ -1,8 +1,9 @@
 //! Actuated joints and what drives them.
 use super::Known;
-use super::table::{Entry, Section};
-use crate::description::model::{Drive, DriveKind};
+use super::table::Section;
+use crate::description::model::JointDrive;
 use crate::description::source::{Messages, short, suggest};
+use bipedc_effects::drive::{Drive, Transmission};
 use std::collections::HashSet;
 
 const KINDS: [&str; 3] = ["stiff", "series_elastic", "passive"];
@@ -24,52 +25,50 @@ pub(super) fn read_drives(
     top: &Section<'_, '_>,
     known: Known<'_>,
     messages: &mut Messages<'_>,
-) -> Vec<Drive> {
+) -> Vec<JointDrive> {
     let Some(section) = top.section("drives", messages) else { return Vec::new() };
     let mut drives = Vec::new();
     for entry in section.entries() {
         known.check_joint(entry.key, entry.at, "[drives]", messages);
         if let Some(section) = entry.section(format!("[drives.{}]", short(entry.key)), messages) {
-            drives.extend(read_drive(&entry, &section, messages));
+            let joint = entry.key.to_string();
+            drives.extend(read_drive(&section, messages).map(|drive| JointDrive { joint, drive }));
         }
     }
     drives
 }
 
-fn read_drive(
-    entry: &Entry<'_, '_>,
-    section: &Section<'_, '_>,
-    messages: &mut Messages<'_>,
-) -> Option<Drive> {
-    let kind = read_kind(section, messages)?;
+fn read_drive(section: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<Drive> {
+    let transmission = read_transmission(section, messages)?;
     let gear_ratio = read_gear_ratio(section, messages);
     let mut optional = |key| not_negative(section, key, messages);
+    // A constant or a number of counts of zero says as much as none.
+    let positive = |value: &f64| *value > 0.0;
     Some(Drive {
-        joint: entry.key.to_string(),
-        kind,
+        transmission,
         gear_ratio,
         rotor_inertia: optional("rotor_inertia").unwrap_or(0.0),
-        torque_constant: optional("torque_constant"),
+        torque_constant: optional("torque_constant").filter(positive),
         viscous_friction: optional("viscous_friction").unwrap_or(0.0),
         coulomb_friction: optional("coulomb_friction").unwrap_or(0.0),
-        motor_encoder_counts: optional("motor_encoder_counts"),
-        joint_encoder_counts: optional("joint_encoder_counts"),
+        motor_encoder_counts: optional("motor_encoder_counts").filter(positive),
+        joint_encoder_counts: optional("joint_encoder_counts").filter(positive),
     })
 }
 
 /// The transmission; also checks that the keys belong to it.
-fn read_kind(section: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<DriveKind> {
+fn read_transmission(section: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<Transmission> {
     let kind = section.string("kind", messages);
     let (kind, at) = kind.as_ref().map_or(("stiff", section.at), |(kind, at)| (kind.as_str(), *at));
     match kind {
         "stiff" => {
             section.check_keys(&MOTOR, messages);
-            Some(DriveKind::Stiff)
+            Some(Transmission::Stiff)
         }
         "series_elastic" => {
             section.check_keys(&[&MOTOR[..], &SERIES_ELASTIC].concat(), messages);
             let mut needed = |key| required(section, key, messages);
-            Some(DriveKind::SeriesElastic {
+            Some(Transmission::SeriesElastic {
                 motor_pulley_radius: needed("motor_pulley_radius"),
                 load_pulley_radius: needed("load_pulley_radius"),
                 spring_stiffness: needed("spring_stiffness"),
@@ -78,7 +77,7 @@ fn read_kind(section: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<D
         "passive" => {
             section.check_keys(&PASSIVE, messages);
             let mut optional = |key| not_negative(section, key, messages).unwrap_or(0.0);
-            Some(DriveKind::Passive { stiffness: optional("stiffness"), damping: optional("damping") })
+            Some(Transmission::Passive { stiffness: optional("stiffness"), damping: optional("damping") })
         }
         other => {
             let message = format!("`kind` in {}: unknown drive \"{}\"", section.title, short(other));
@@ -136,12 +135,11 @@ fn required(section: &Section<'_, '_>, key: &'static str, messages: &mut Message
 pub(super) fn read_actuation(
     top: &Section<'_, '_>,
     known: Known<'_>,
-    drives: &[Drive],
+    drives: &[JointDrive],
     messages: &mut Messages<'_>,
 ) -> Vec<String> {
-    let passive = |joint: &str| {
-        drives.iter().any(|drive| drive.joint == joint && matches!(drive.kind, DriveKind::Passive { .. }))
-    };
+    let passive =
+        |joint: &str| drives.iter().any(|driven| driven.joint == joint && !driven.drive.has_motor());
     let stated = top.section("actuation", messages).and_then(|section| {
         section.check_keys(&["joints"], messages);
         section.strings("joints", messages)

@@ -9,7 +9,7 @@ mod symmetry;
 mod table;
 
 use super::geometry::Frame;
-use super::model::{Base, Drive, Foot, Generate, JointKind, Phase, RobotDescription, SymmetricPair};
+use super::model::{Base, Foot, Generate, JointDrive, JointKind, Phase, RobotDescription, SymmetricPair};
 use super::source::{Messages, Place, short, suggest};
 use super::urdf::UrdfRobot;
 use bipedc_effects::effect::Effect;
@@ -93,7 +93,7 @@ struct Settings {
     base: Base,
     symmetric_joints: Vec<SymmetricPair>,
     actuated_joints: Vec<String>,
-    drives: Vec<Drive>,
+    drives: Vec<JointDrive>,
     phases: Vec<Phase>,
     effects: Vec<Effect>,
     generate: Generate,

@@ -1,6 +1,6 @@
 //! Controllers, motors and the laws of joints around a step: what they give before it, what they reported after it.
 use super::control::{JointServos, refused};
-use super::drives::Reading;
+use super::driven_joint::Reading;
 use super::instability::Swing;
 use super::resistance::Variables;
 use super::run::Simulation;
@@ -134,7 +134,7 @@ impl Simulation<'_> {
         let reading = self.drives.reading(j, scenario.sensors.torque == EffortSensor::Joint);
         self.reference[j] = scenario.servos[j].reference.at(time)[0];
         self.commands[j] = Command { rotor_inertia, speed, loss: viscous, ..Command::default() };
-        if self.drives.actuator(j).is_some_and(|actuator| actuator.passive.is_some()) {
+        if self.drives.actuator(j).is_some_and(|actuator| !actuator.drive.has_motor()) {
             return Ok(());
         }
         match self.asked[j] {
@@ -233,7 +233,7 @@ impl Simulation<'_> {
             self.acceleration[j] = (now - self.joint_speed[j]) / h;
             self.joint_speed[j] = now;
             self.effort[0][j] = if sensor { self.drives.sensed(j, self.transmitted[j]) } else { reported };
-            let constant = self.drives.actuator(j).and_then(|actuator| actuator.torque_per_current());
+            let constant = self.drives.actuator(j).and_then(|actuator| actuator.drive.torque_per_ampere());
             self.current[0][j] = constant.map_or(f64::NAN, |constant| reported / constant);
         }
     }

@@ -15,6 +15,7 @@ mod actuation;
 mod actuator;
 pub mod control;
 mod dense;
+mod driven_joint;
 mod drives;
 mod energy;
 mod ground;

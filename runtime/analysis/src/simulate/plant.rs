@@ -1,6 +1,6 @@
 //! What a simulation knows of a robot besides its model.
-use super::actuator::Actuator;
 use crate::robot::{Foot, JointLayout};
+use bipedc_effects::drive::Drive;
 use bipedc_effects::effect::Effect;
 
 /// Names, places and limits of a robot.
@@ -23,7 +23,7 @@ pub struct Plant {
     /// Joints with actuators, by index.
     pub actuated: Vec<usize>,
     /// By joint, drives of the description.
-    pub drives: Vec<Option<Actuator>>,
+    pub drives: Vec<Option<Drive>>,
     /// World axes, m/s².
     pub gravity: [f64; 3],
 }

@@ -56,20 +56,21 @@ impl Channels {
             let motor = split.then_some(1.0);
             return Self { effort: true, motor, counts: [general; 2], by_motor: split, ..Self::default() };
         };
-        let counts_of_motor = given(actuator.motor_counts * actuator.turns.abs());
+        let drive = &actuator.drive;
+        let counts_of_motor = given(drive.motor_encoder_counts.unwrap_or(0.0) * drive.turns().abs());
         // Where nothing gives, the motor's encoder tells the joint's angle.
-        let of_joint =
-            if actuator.joint_counts > 0.0 || split { given(actuator.joint_counts) } else { counts_of_motor };
-        let current = actuator.torque_constant.is_some() && actuator.passive.is_none();
+        let own = drive.joint_encoder_counts.unwrap_or(0.0);
+        let of_joint = if own > 0.0 || split { given(own) } else { counts_of_motor };
+        let current = drive.torque_constant.is_some() && drive.has_motor();
         let sensor = sensors.torque == EffortSensor::Joint;
         // A described drive is known by its current, at its shaft.
         let shaft = actuator.described && current && !sensor;
         Self {
-            effort: !shaft && actuator.passive.is_none(),
-            motor: if shaft { Some(actuator.turns) } else { split.then_some(1.0) },
+            effort: !shaft && drive.has_motor(),
+            motor: if shaft { Some(drive.turns()) } else { split.then_some(1.0) },
             current,
             counts: [of_joint, counts_of_motor],
-            by_motor: split || actuator.joint_counts == 0.0,
+            by_motor: split || own == 0.0,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The body of the fuzz target `scenario`.
 use bipedc_analysis::robot::{BaseKind, Corner, Foot, Joint, JointLayout};
-use bipedc_analysis::simulate::{Actuator, Plant, Scenario};
+use bipedc_analysis::simulate::{Plant, Scenario};
+use bipedc_effects::drive::Drive;
 use std::path::Path;
 
 /// A small robot on this base.
@@ -21,7 +22,7 @@ fn plant(base: BaseKind) -> Plant {
         effects: Vec::new(),
         phases: vec!["stand".to_owned(), "swing".to_owned()],
         actuated: vec![0],
-        drives: vec![Some(Actuator { turns: 100.0, described: true, ..Actuator::default() }), None],
+        drives: vec![Some(Drive { gear_ratio: 100.0, ..Drive::default() }), None],
         gravity: [0.0, 0.0, -9.81],
     }
 }
@@ -41,7 +42,7 @@ pub fn run(data: &[u8]) {
                 assert!(scenario.duration > 0.0 && scenario.step > 0.0 && scenario.log_every > 0);
                 assert!(scenario.ground.check().is_ok());
                 for motor in scenario.actuators.iter().flatten() {
-                    assert!(motor.turns != 0.0 && motor.stiffness > 0.0 && motor.gap >= 0.0);
+                    assert!(motor.drive.turns() != 0.0 && motor.series_stiffness() > 0.0 && motor.gap >= 0.0);
                 }
                 for servo in &scenario.servos {
                     for time in [-1.0, 0.0, 0.5, 1e9] {

@@ -1,8 +1,9 @@
 //! Mixed-up signals, before anything is estimated.
+use super::driven::Driven;
 use super::look::{Look, Seen};
-use super::train::Train;
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
+use bipedc_effects::drive::Drive;
 
 /// Joints do not turn further than this, rad; degrees do.
 const FAR: f64 = 9.5;
@@ -14,14 +15,16 @@ const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 const ONE_WAY: f64 = 0.05;
 
 /// What is odd about the signals of a log; errors stop the command unless they are overruled.
-pub fn odd(look: &Look, trains: &[Train], subject: &JointLayout) -> Vec<Diagnostic> {
+pub fn odd(look: &Look, drives: &[Driven<'_>], subject: &JointLayout) -> Vec<Diagnostic> {
     let mut found = Vec::new();
-    for (train, seen) in trains.iter().zip(&look.drives).filter(|(_, seen)| seen.samples > 0) {
-        let name = subject.joints[train.joint].name.as_str();
-        let motion = still(name, seen).or_else(|| ratio(name, train, seen)).or_else(|| far(name, seen));
+    for (Driven { joint, drive }, seen) in
+        drives.iter().zip(&look.drives).filter(|(_, seen)| seen.samples > 0)
+    {
+        let name = subject.joints[*joint].name.as_str();
+        let motion = still(name, seen).or_else(|| ratio(name, drive, seen)).or_else(|| far(name, seen));
         match motion {
             Some(error) => found.push(error),
-            None => found.extend(one_way(name, train, seen)),
+            None => found.extend(one_way(name, drive, seen)),
         }
     }
     found
@@ -61,17 +64,17 @@ fn far(name: &str, seen: &Seen) -> Option<Diagnostic> {
 }
 
 /// Motor turns per joint turn tell swapped columns and wrong units.
-fn ratio(name: &str, train: &Train, seen: &Seen) -> Option<Diagnostic> {
+fn ratio(name: &str, drive: &Drive, seen: &Seen) -> Option<Diagnostic> {
     let [slope, correlation] = seen.line.slope()?;
-    let wanted = train.turns();
-    if !train.is_elastic() || correlation.abs() < 0.5 {
+    let wanted = drive.turns();
+    if !drive.is_elastic() || correlation.abs() < 0.5 {
         return None;
     }
     let near = |value: f64, of: f64| value / of > 1.0 / OFF && value / of < OFF;
     if near(slope, wanted) {
         return None;
     }
-    let (gear, pulleys) = (train.gear_ratio, wanted / train.gear_ratio);
+    let (gear, pulleys) = (drive.gear_ratio, wanted / drive.gear_ratio);
     let guesses = [
         (1.0 / wanted, "position and motor_position are swapped"),
         (-wanted, "one of both counts the other way round (a negative `gear_ratio` turns the motor)"),
@@ -97,13 +100,13 @@ fn ratio(name: &str, train: &Train, seen: &Seen) -> Option<Diagnostic> {
     )
 }
 
-fn one_way(name: &str, train: &Train, seen: &Seen) -> Option<Diagnostic> {
+fn one_way(name: &str, drive: &Drive, seen: &Seen) -> Option<Diagnostic> {
     let extent = seen.elongation;
     let both = extent.high.min(-extent.low);
-    if !train.is_elastic() || both > ONE_WAY * extent.size() {
+    if !drive.is_elastic() || both > ONE_WAY * extent.size() {
         return None;
     }
-    let torque = |x: f64| train.stiffness() * train.load_radius() * x;
+    let torque = |x: f64| drive.cable_stiffness() * drive.load_radius() * x;
     Some(
         Diagnostic::warning(format!(
             "the spring of `{name}` is loaded one way only (described: {:.3} to {:.3} N m): its stiffness holds for this side, and play or a shifted encoder would go unnoticed",

@@ -3,10 +3,10 @@ use super::super::accumulate::Log;
 use super::super::design::Design;
 use super::super::motions::Motions;
 use super::super::triangle::Triangle;
+use super::driven::Driven;
 use super::laws::Laws;
 use super::rows::{JointRows, motor_columns, motor_torque};
 use super::signals::{Chunk, Making, each};
-use super::train::Train;
 use bipedc_effects::diagnostic::Diagnostics;
 
 /// Samples that are evaluated together.
@@ -23,7 +23,7 @@ pub struct Folded {
     pub motors: Vec<Vec<Triangle>>,
     /// By stretch of motion, by channel of the design.
     pub joints: Vec<Vec<Triangle>>,
-    /// Trains of `motors`.
+    /// Drives of `motors`.
     pub elastic: Vec<usize>,
     /// By channel: index among `elastic` of its spring.
     pub springs: Vec<Option<usize>>,
@@ -36,22 +36,23 @@ pub struct Folded {
 /// What is folded, and how.
 pub struct Folding<'a, 'd> {
     pub design: &'a Design<'d>,
-    pub trains: &'a [Train],
+    pub drives: &'a [Driven<'a>],
     pub laws: Laws,
-    /// Per train, rad/s of the motor shaft.
+    /// Per drive, rad/s of the motor shaft.
     pub slow: &'a [f64],
     pub instruments: bool,
 }
 
 impl Folded {
     fn new(folding: &Folding<'_, '_>, cells: usize) -> Self {
-        let seen = |train: &Train| folding.design.channels.iter().any(|c| c.joint == Some(train.joint));
-        let elastic: Vec<usize> = (0..folding.trains.len())
-            .filter(|&t| folding.trains[t].is_elastic() && seen(&folding.trains[t]))
+        let seen =
+            |driven: &Driven<'_>| folding.design.channels.iter().any(|c| c.joint == Some(driven.joint));
+        let elastic: Vec<usize> = (0..folding.drives.len())
+            .filter(|&t| folding.drives[t].drive.is_elastic() && seen(&folding.drives[t]))
             .collect();
         let copies = if folding.instruments { 2 } else { 1 };
         let spring =
-            |joint: Option<usize>| elastic.iter().position(|&t| Some(folding.trains[t].joint) == joint);
+            |joint: Option<usize>| elastic.iter().position(|&t| Some(folding.drives[t].joint) == joint);
         let springs: Vec<Option<usize>> = folding.design.channels.iter().map(|c| spring(c.joint)).collect();
         let joints = || {
             let channels = folding.design.channels.iter().zip(&springs);
@@ -81,12 +82,12 @@ pub fn fold(folding: &Folding<'_, '_>, logs: &[Log<'_>], motions: &Motions) -> R
     let mut folded = Folded::new(folding, motions.cells());
     let making = Making {
         subject: folding.design.subject,
-        trains: folding.trains,
+        drives: folding.drives,
         slow: folding.slow,
         split: folding.instruments,
     };
-    let mut rows = JointRows::new(folding.design, folding.trains);
-    let mut others = JointRows::new(folding.design, folding.trains);
+    let mut rows = JointRows::new(folding.design, folding.drives);
+    let mut others = JointRows::new(folding.design, folding.drives);
     for (index, log) in logs.iter().enumerate() {
         let mut visit = |chunk: &Chunk, instruments: Option<&Chunk>| {
             let cells: Vec<usize> = chunk.time.iter().map(|time| motions.cell(index, *time)).collect();
@@ -114,17 +115,17 @@ impl Folded {
         cell: usize,
     ) {
         for (k, &t) in self.elastic.iter().enumerate() {
-            let (train, motor) = (&folding.trains[t], &chunk.motors[t]);
+            let (drive, motor) = (folding.drives[t].drive, &chunk.motors[t]);
             let other = instruments.map(|chunk| &chunk.motors[t]);
             let counts = |i: &usize| motor.turns[*i] && other.is_none_or(|o| o.turns[*i]);
             let mut rows = Vec::new();
             for i in range.clone().filter(counts) {
                 let mut row = Vec::new();
                 if let Some(other) = other {
-                    motor_columns(train, other, folding.laws, i, &mut row);
+                    motor_columns(drive, other, folding.laws, i, &mut row);
                 }
-                motor_columns(train, motor, folding.laws, i, &mut row);
-                row.push(motor_torque(train, motor, i));
+                motor_columns(drive, motor, folding.laws, i, &mut row);
+                row.push(motor_torque(drive, motor, i));
                 rows.push(row);
             }
             absorb(&mut self.motors[cell][k], &rows);

@@ -1,5 +1,5 @@
 //! What motors consist of, and how they are estimated.
-use super::train::Train;
+use bipedc_effects::drive::Drive;
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -37,11 +37,11 @@ impl Laws {
     }
 
     /// Described values in the same order.
-    pub fn nominal(&self, train: &Train) -> DVector<f64> {
+    pub fn nominal(&self, drive: &Drive) -> DVector<f64> {
         let all = [
-            (self.viscous, train.viscous_friction),
-            (self.coulomb, train.coulomb_friction),
-            (true, train.stiffness()),
+            (self.viscous, drive.viscous_friction),
+            (self.coulomb, drive.coulomb_friction),
+            (true, drive.cable_stiffness()),
             (self.offset, 0.0),
         ];
         DVector::from_vec(all.into_iter().filter(|(wanted, _)| *wanted).map(|(_, x)| x).collect())

@@ -1,9 +1,9 @@
 //! A first look at a log of drives: which motion, how fast motors turn, how far springs are stretched.
 use super::super::accumulate::Log;
 use super::super::survey::Survey;
+use super::driven::Driven;
 use super::plan::{Columns, observed};
 use super::signals::{Chunk, Making, each};
-use super::train::Train;
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
@@ -19,7 +19,7 @@ pub struct Look {
     pub survey: Survey,
     /// By joint.
     pub columns: Vec<Columns>,
-    /// By train; nothing where the log does not show it.
+    /// By drive; nothing where the log does not show it.
     pub(super) drives: Vec<Seen>,
 }
 
@@ -102,18 +102,18 @@ impl Line {
 ///
 /// # Errors
 /// Those of the reader; a log without a whole series elastic drive, or with hardly a sample.
-pub fn look(log: &Log<'_>, subject: &JointLayout, trains: &[Train]) -> Result<Look, Diagnostics> {
+pub fn look(log: &Log<'_>, subject: &JointLayout, drives: &[Driven<'_>]) -> Result<Look, Diagnostics> {
     let joints = subject.joints.len();
     let mut survey = Survey { speed: vec![0.0; joints], ..Survey::default() };
     survey.motion.positions = vec![Vec::new(); joints];
-    let mut drives = vec![Seen::default(); trains.len()];
-    let slow = vec![0.0; trains.len()];
-    let making = Making { subject, trains, slow: &slow, split: false };
+    let mut seen = vec![Seen::default(); drives.len()];
+    let slow = vec![0.0; drives.len()];
+    let making = Making { subject, drives, slow: &slow, split: false };
     let mut visit = |chunk: &Chunk, _: Option<&Chunk>| {
         note_motion(&mut survey, chunk, subject);
-        for ((seen, train), motor) in drives.iter_mut().zip(trains).zip(&chunk.motors) {
+        for ((seen, driven), motor) in seen.iter_mut().zip(drives).zip(&chunk.motors) {
             for (i, motion) in motor.motion.iter().enumerate() {
-                let q = chunk.q[i * (subject.base.nq() + joints) + subject.base.nq() + train.joint];
+                let q = chunk.q[i * (subject.base.nq() + joints) + subject.base.nq() + driven.joint];
                 seen.samples += 1;
                 seen.speed = seen.speed.max(motion[1].abs());
                 seen.angle.take(q);
@@ -124,7 +124,7 @@ pub fn look(log: &Log<'_>, subject: &JointLayout, trains: &[Train]) -> Result<Lo
         }
     };
     let head = each(log, &making, &mut visit)?;
-    survey.effort = observed(&head.plan.joints, trains);
+    survey.effort = observed(&head.plan.joints, drives);
     (survey.step, survey.cutoff_hz) = (head.step, head.cutoff_hz);
     (survey.assumptions, survey.warnings) = (head.plan.assumptions, head.plan.warnings);
     if survey.samples < FEWEST {
@@ -135,7 +135,7 @@ pub fn look(log: &Log<'_>, subject: &JointLayout, trains: &[Train]) -> Result<Lo
             warnings.chain([error.help("at least a few seconds of motion are needed")]).collect(),
         ));
     }
-    Ok(Look { survey, columns: head.plan.joints, drives })
+    Ok(Look { survey, columns: head.plan.joints, drives: seen })
 }
 
 fn note_motion(survey: &mut Survey, chunk: &Chunk, subject: &JointLayout) {

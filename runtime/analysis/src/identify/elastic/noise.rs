@@ -14,7 +14,7 @@ pub struct Noise {
 impl Noise {
     pub fn ones(solver: &Solver<'_, '_>) -> Self {
         // Before residuals are known, a motor's torque counts as much as the torque behind its gear.
-        let gear = |t: &usize| 1.0 / solver.trains[*t].turns().abs().max(f64::MIN_POSITIVE);
+        let gear = |t: &usize| 1.0 / solver.drives[*t].drive.turns().abs().max(f64::MIN_POSITIVE);
         Self {
             motors: solver.folded.elastic.iter().map(gear).collect(),
             joints: vec![1.0; solver.design.channels.len()],

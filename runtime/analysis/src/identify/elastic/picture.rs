@@ -24,18 +24,18 @@ pub fn of_log(
 ) -> Result<Vec<Row>, Diagnostics> {
     let design = folding.design;
     let mut pictures = Pictures::new(design, [nominal, &solved.joints.value]);
-    let mut rows = JointRows::new(design, folding.trains);
-    let elastic: Vec<usize> = (0..folding.trains.len())
-        .filter(|&t| folding.trains[t].is_elastic())
-        .filter(|&t| design.channels.iter().any(|c| c.joint == Some(folding.trains[t].joint)))
+    let mut rows = JointRows::new(design, folding.drives);
+    let elastic: Vec<usize> = (0..folding.drives.len())
+        .filter(|&t| folding.drives[t].drive.is_elastic())
+        .filter(|&t| design.channels.iter().any(|c| c.joint == Some(folding.drives[t].joint)))
         .collect();
-    let stiffness = |train: Option<usize>| {
-        let k = elastic.iter().position(|t| Some(*t) == train)?;
+    let stiffness = |drive: Option<usize>| {
+        let k = elastic.iter().position(|t| Some(*t) == drive)?;
         Some(solved.motors[k].value[folding.laws.stiffness()])
     };
     let joints = design.subject.joints.len();
     let (bq, bv) = (design.subject.base.nq(), design.subject.base.nv());
-    let making = Making { subject: design.subject, trains: folding.trains, slow: folding.slow, split: false };
+    let making = Making { subject: design.subject, drives: folding.drives, slow: folding.slow, split: false };
     let mut visit = |chunk: &Chunk, _: Option<&Chunk>| {
         let mut columns = Vec::new();
         let mut first = 0;
@@ -45,7 +45,7 @@ pub fn of_log(
             for (index, channel) in design.channels.iter().enumerate() {
                 let Some(joint) = channel.joint else { continue };
                 rows.columns(index, chunk, &piece, &mut columns);
-                let spring = stiffness(rows.train(channel.joint)).unwrap_or(0.0);
+                let spring = stiffness(rows.drive(channel.joint)).unwrap_or(0.0);
                 for i in 0..count {
                     let ([known, per_stiffness], counts) = rows.torque(index, chunk, &piece, i);
                     let torque = if counts { known + spring * per_stiffness } else { f64::NAN };

@@ -1,8 +1,9 @@
 //! Which columns of a log are needed, which are there, and whose row they serve.
-use super::train::Train;
+use super::driven::Driven;
 use crate::log::{Kind, Reader};
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::drive::Drive;
 
 /// Columns of a joint among the selected ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -16,16 +17,16 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Names of columns without which the row of this train's joint cannot be used.
-    pub(super) fn absent(&self, train: &Train) -> Vec<&'static str> {
+    /// Names of columns without which the row of a joint with this drive cannot be used.
+    pub(super) fn absent(&self, drive: &Drive) -> Vec<&'static str> {
         let wanted = [
-            (train.is_elastic() || !train.has_motor(), self.position, "position"),
-            (train.is_elastic(), self.motor_position, "motor_position"),
-            (train.has_motor(), self.motor_current, "motor_current"),
+            (!drive.is_stiff(), self.position, "position"),
+            (drive.is_elastic(), self.motor_position, "motor_position"),
+            (drive.has_motor(), self.motor_current, "motor_current"),
         ];
         let mut absent: Vec<&str> =
             wanted.iter().filter(|(needed, column, _)| *needed && column.is_none()).map(|w| w.2).collect();
-        if train.has_motor() && !train.is_elastic() && self.motor_position.or(self.position).is_none() {
+        if drive.is_stiff() && self.motor_position.or(self.position).is_none() {
             absent.push("motor_position");
         }
         absent
@@ -42,7 +43,11 @@ pub struct Plan {
 }
 
 impl Plan {
-    pub fn new(reader: &mut Reader, subject: &JointLayout, trains: &[Train]) -> Result<Self, Diagnostics> {
+    pub fn new(
+        reader: &mut Reader,
+        subject: &JointLayout,
+        drives: &[Driven<'_>],
+    ) -> Result<Self, Diagnostics> {
         let one =
             |error: Diagnostic, reader: &Reader| Diagnostics(vec![error.in_file(reader.file()).at(1, 0)]);
         if reader.kind() != Kind::Time {
@@ -68,7 +73,7 @@ impl Plan {
             };
             plan.joints.push(columns);
         }
-        plan.refuse(reader, subject, trains).map_err(|error| one(error, reader))?;
+        plan.refuse(reader, subject, drives).map_err(|error| one(error, reader))?;
         reader.select(&plan.selected);
         Ok(plan)
     }
@@ -82,29 +87,35 @@ impl Plan {
     }
 
     /// A log that shows no elastic drive at all; warns of drives that it shows in part.
-    fn refuse(&mut self, reader: &Reader, subject: &JointLayout, trains: &[Train]) -> Result<(), Diagnostic> {
+    fn refuse(
+        &mut self,
+        reader: &Reader,
+        subject: &JointLayout,
+        drives: &[Driven<'_>],
+    ) -> Result<(), Diagnostic> {
         let mut lacking = Vec::new();
-        for train in trains {
-            let name = &subject.joints[train.joint].name;
-            let absent = self.joints[train.joint].absent(train);
+        for driven in drives {
+            let name = &subject.joints[driven.joint].name;
+            let absent = self.joints[driven.joint].absent(driven.drive);
             if !absent.is_empty() {
                 let columns: Vec<String> = absent.iter().map(|what| format!("`{name}/{what}`")).collect();
-                lacking.push((train, columns.join(", ")));
+                lacking.push((driven, columns.join(", ")));
             }
         }
-        let shown =
-            |train: &&Train| train.is_elastic() && !lacking.iter().any(|(t, _)| t.joint == train.joint);
-        if !trains.iter().any(|train| shown(&train)) {
+        let shown = |driven: &Driven<'_>| {
+            driven.drive.is_elastic() && !lacking.iter().any(|(d, _)| d.joint == driven.joint)
+        };
+        if !drives.iter().any(shown) {
             let columns: Vec<&str> =
-                lacking.iter().filter(|(t, _)| t.is_elastic()).map(|(_, c)| c.as_str()).collect();
+                lacking.iter().filter(|(d, _)| d.drive.is_elastic()).map(|(_, c)| c.as_str()).collect();
             let message =
                 format!("no series elastic drive is logged whole: there is no {}", columns.join(", "));
             return Err(Diagnostic::error(message).help(
                 "log <joint>/position (rad), <joint>/motor_position (rad, motor shaft) and <joint>/motor_current (A), or name other columns with --mapping; --method torque needs joint torques only",
             ));
         }
-        for (train, columns) in &lacking {
-            let name = &subject.joints[train.joint].name;
+        for (driven, columns) in &lacking {
+            let name = &subject.joints[driven.joint].name;
             self.warnings.push(
                 Diagnostic::warning(format!("`{name}` teaches nothing: the log has no {columns}"))
                     .in_file(reader.file())
@@ -115,7 +126,7 @@ impl Plan {
         let still: Vec<&str> = (subject.joints.iter().zip(&self.joints))
             .enumerate()
             .filter(|(j, (_, c))| {
-                let geared = trains.iter().any(|t| t.joint == *j && t.has_motor() && !t.is_elastic());
+                let geared = drives.iter().any(|d| d.joint == *j && d.drive.is_stiff());
                 c.position.is_none() && !(geared && c.motor_position.is_some())
             })
             .map(|(_, (joint, _))| joint.name.as_str())
@@ -128,18 +139,18 @@ impl Plan {
     }
 
     /// Column that tells the joint's angle, and the factor to it.
-    pub fn angle(&self, joint: usize, trains: &[Train]) -> Option<(usize, f64)> {
+    pub fn angle(&self, joint: usize, drives: &[Driven<'_>]) -> Option<(usize, f64)> {
         let columns = self.joints[joint];
-        let stiff = trains.iter().find(|t| t.joint == joint && t.has_motor() && !t.is_elastic());
+        let stiff = drives.iter().find(|d| d.joint == joint && d.drive.is_stiff());
         match (stiff, columns.motor_position) {
-            (Some(train), Some(motor)) => Some((motor, 1.0 / train.gear_ratio)),
+            (Some(stiff), Some(motor)) => Some((motor, 1.0 / stiff.drive.gear_ratio)),
             _ => columns.position.map(|column| (column, 1.0)),
         }
     }
 }
 
 /// Whether each joint's row can be used with these columns.
-pub fn observed(joints: &[Columns], trains: &[Train]) -> Vec<bool> {
-    let usable = |j: usize| trains.iter().any(|t| t.joint == j && joints[j].absent(t).is_empty());
+pub fn observed(joints: &[Columns], drives: &[Driven<'_>]) -> Vec<bool> {
+    let usable = |j: usize| drives.iter().any(|d| d.joint == j && joints[j].absent(d.drive).is_empty());
     (0..joints.len()).map(usable).collect()
 }

@@ -1,38 +1,39 @@
 //! The rows of both regressions: motors (5.10) and joints (5.11), batch by batch.
 use super::super::design::{Design, Work};
 use super::super::unknowns::{Law, Source};
+use super::driven::Driven;
 use super::laws::Laws;
 use super::signals::{Chunk, Motor};
-use super::train::{Train, Transmission};
 use crate::robot::Batch;
+use bipedc_effects::drive::{Drive, Transmission};
 use std::ops::Range;
 
 /// Columns of a motor's row: laws in their order, stiffness always among them.
-pub fn motor_columns(train: &Train, motor: &Motor, laws: Laws, i: usize, out: &mut Vec<f64>) {
+pub fn motor_columns(drive: &Drive, motor: &Motor, laws: Laws, i: usize, out: &mut Vec<f64>) {
     let all = [
         (laws.viscous, motor.motion[i][1]),
         (laws.coulomb, motor.sign[i]),
-        (true, train.lever() * motor.elongation[i]),
+        (true, drive.lever() * motor.elongation[i]),
         (laws.offset, 1.0),
     ];
     out.extend(all.iter().filter(|(wanted, _)| *wanted).map(|(_, x)| x));
 }
 
 /// Torque of a motor less what its rotor takes, N m: the right-hand side of (5.10).
-pub fn motor_torque(train: &Train, motor: &Motor, i: usize) -> f64 {
-    train.torque_constant * motor.current[i] - train.rotor_inertia * motor.motion[i][2]
+pub fn motor_torque(drive: &Drive, motor: &Motor, i: usize) -> f64 {
+    drive.torque_constant.unwrap_or(0.0) * motor.current[i] - drive.rotor_inertia * motor.motion[i][2]
 }
 
 /// The joints' rows of a piece of a chunk.
 pub struct JointRows<'a, 'd> {
     pub design: &'a Design<'d>,
-    pub trains: &'a [Train],
+    pub drives: &'a [Driven<'a>],
     work: Work,
 }
 
 impl<'a, 'd> JointRows<'a, 'd> {
-    pub fn new(design: &'a Design<'d>, trains: &'a [Train]) -> Self {
-        Self { design, trains, work: Work::default() }
+    pub fn new(design: &'a Design<'d>, drives: &'a [Driven<'a>]) -> Self {
+        Self { design, drives, work: Work::default() }
     }
 
     /// Evaluates the regressor for these samples; channels are asked for after that.
@@ -51,12 +52,12 @@ impl<'a, 'd> JointRows<'a, 'd> {
     pub fn columns(&self, channel: usize, chunk: &Chunk, piece: &Piece, out: &mut Vec<f64>) {
         self.design.rows(channel, &piece.batch(), &self.work, out);
         let channel = &self.design.channels[channel];
-        let Some(index) = self.train(channel.joint) else { return };
+        let Some(index) = self.drive(channel.joint) else { return };
         let count = piece.range.len();
         for (place, &unknown) in channel.places.iter().enumerate() {
             let Source::Extra(k) = self.design.unknowns[unknown].source else { continue };
-            if self.design.extras[k].law == Law::COULOMB && self.trains[index].has_motor() {
-                let turns_back = self.trains[index].gear_ratio.signum();
+            if self.design.extras[k].law == Law::COULOMB && self.drives[index].drive.has_motor() {
+                let turns_back = self.drives[index].drive.gear_ratio.signum();
                 let signs = &chunk.motors[index].sign[piece.range.clone()];
                 let column = &mut out[place * count..(place + 1) * count];
                 column.iter_mut().zip(signs).for_each(|(x, sign)| *x = turns_back * sign);
@@ -64,29 +65,30 @@ impl<'a, 'd> JointRows<'a, 'd> {
         }
     }
 
-    /// Index of the train of a joint.
-    pub fn train(&self, joint: Option<usize>) -> Option<usize> {
-        self.trains.iter().position(|train| Some(train.joint) == joint)
+    /// Index of the drive of a joint.
+    pub fn drive(&self, joint: Option<usize>) -> Option<usize> {
+        self.drives.iter().position(|driven| Some(driven.joint) == joint)
     }
 
     /// Known torque on the channel's joint, torque per stiffness of its spring (N m per N/m), and whether it counts.
     pub fn torque(&self, channel: usize, chunk: &Chunk, piece: &Piece, i: usize) -> ([f64; 2], bool) {
         let joint = self.design.channels[channel].joint;
-        let Some(index) = self.train(joint) else { return ([0.0; 2], false) };
-        let (train, motor) = (&self.trains[index], &chunk.motors[index]);
+        let Some(index) = self.drive(joint) else { return ([0.0; 2], false) };
+        let (driven, motor) = (&self.drives[index], &chunk.motors[index]);
         let at = piece.range.start + i;
-        match train.transmission {
-            Transmission::SeriesElastic { load_radius, .. } => {
-                ([0.0, load_radius * motor.elongation[at]], true)
+        match driven.drive.transmission {
+            Transmission::SeriesElastic { load_pulley_radius, .. } => {
+                ([0.0, load_pulley_radius * motor.elongation[at]], true)
             }
             Transmission::Stiff => {
-                ([train.gear_ratio * motor_torque(train, motor, at), 0.0], motor.turns[at])
+                let torque = motor_torque(driven.drive, motor, at);
+                ([driven.drive.gear_ratio * torque, 0.0], motor.turns[at])
             }
             Transmission::Passive { stiffness, damping } => {
                 let joints = self.design.subject.joints.len();
                 let base = self.design.subject.base;
-                let q = piece.q[i * (base.nq() + joints) + base.nq() + train.joint];
-                let v = piece.v[i * (base.nv() + joints) + base.nv() + train.joint];
+                let q = piece.q[i * (base.nq() + joints) + base.nq() + driven.joint];
+                let v = piece.v[i * (base.nv() + joints) + base.nv() + driven.joint];
                 ([-(stiffness * q + damping * v), 0.0], true)
             }
         }

@@ -8,13 +8,13 @@ use super::super::run::{Parts, nominal};
 use super::super::unknowns::{Extra, ExtraChoice, Law};
 use super::bodies::Bodies;
 use super::check::{odd, stops};
+use super::driven::Driven;
 use super::fold::{Folded, Folding, fold};
 use super::laws::{Estimator, Laws, Steps};
 use super::look::Look;
 use super::picture;
 use super::solve::Solver;
 use super::summary::{DriveSummary, Found};
-use super::train::Train;
 use crate::experiments::plotted::Row;
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -28,7 +28,7 @@ pub struct ElasticParts<'a> {
     /// Bodies and the observed joints; its surveys are those of `looks`.
     pub parts: Parts<'a>,
     /// Drives.
-    pub trains: &'a [Train],
+    pub drives: &'a [Driven<'a>],
     /// What each log shows.
     pub looks: &'a [Look],
     /// Logs that teach.
@@ -87,12 +87,12 @@ pub fn identify_elastic(
     let warnings = checked(all, judge, options)?;
     let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(subject.base.nv())).collect();
     let extras =
-        ExtraChoice { exactly: Some(extras(all.trains, &joints, options.laws)), ..ExtraChoice::none() };
+        ExtraChoice { exactly: Some(extras(all.drives, &joints, options.laws)), ..ExtraChoice::none() };
     let design = Design::new(subject, parts.base, parts.regressor, extras.list(&joints), parts.rows);
-    let slow: Vec<f64> = (0..all.trains.len()).map(|t| options.slow * fastest(all.looks, t)).collect();
+    let slow: Vec<f64> = (0..all.drives.len()).map(|t| options.slow * fastest(all.looks, t)).collect();
     let folding = Folding {
         design: &design,
-        trains: all.trains,
+        drives: all.drives,
         laws: options.laws,
         slow: &slow,
         instruments: options.estimator == Estimator::Instrumental,
@@ -111,7 +111,7 @@ pub fn identify_elastic(
     let solver = Solver {
         design: &design,
         folded: &folded,
-        trains: all.trains,
+        drives: all.drives,
         subject,
         steps: options.steps,
         estimator: options.estimator,
@@ -131,7 +131,7 @@ pub fn identify_elastic(
     let (mut identification, links) = bodies.identify(parts, judge, options, &|p| progress(0.3 + 0.7 * p))?;
     let drives = Found {
         subject,
-        trains: all.trains,
+        drives: all.drives,
         looks: all.looks,
         folded: &folded,
         judged: judged.as_ref(),
@@ -141,7 +141,7 @@ pub fn identify_elastic(
     .summary(options, &identification.parameters);
     identification.warnings.extend(warnings);
     identification.warnings.extend(drives.joints.iter().flat_map(|joint| joint.warnings()));
-    identification.assumptions.extend(assumptions(all.trains, &joints, subject));
+    identification.assumptions.extend(assumptions(all.drives, &joints, subject));
     let pictures = match shown.or(all.logs.first()) {
         Some(log) if options.pictures => picture::of_log(&folding, log, &solved, &nominal)?,
         _ => Vec::new(),
@@ -155,8 +155,8 @@ fn checked(
     judge: Option<(&Log<'_>, &Look)>,
     options: &Elastic,
 ) -> Result<Vec<String>, Diagnostics> {
-    for train in all.trains {
-        train.check(all.parts.subject).map_err(|error| Diagnostics(vec![error]))?;
+    for driven in all.drives {
+        driven.check(all.parts.subject).map_err(|error| Diagnostics(vec![error]))?;
     }
     if options.steps == Steps::One && options.estimator != Estimator::Weighted {
         let error = Diagnostic::error(
@@ -168,7 +168,7 @@ fn checked(
     let logs = all.logs.iter().zip(all.looks).chain(judge);
     let mut found: Vec<Diagnostic> = logs
         .flat_map(|(log, look)| {
-            let list = odd(look, all.trains, all.parts.subject).into_iter();
+            let list = odd(look, all.drives, all.parts.subject).into_iter();
             list.map(|diagnostic| diagnostic.in_file(log.path)).collect::<Vec<_>>()
         })
         .collect();
@@ -183,24 +183,23 @@ fn checked(
 
 /// Friction and offset of stiff drives; of springs only what a shifted encoder adds to their torque. With described
 /// values at the joint.
-fn extras(trains: &[Train], joints: &[usize], laws: Laws) -> Vec<(Extra, f64)> {
+fn extras(drives: &[Driven<'_>], joints: &[usize], laws: Laws) -> Vec<(Extra, f64)> {
     let mut all = Vec::new();
-    for train in trains.iter().filter(|train| joints.contains(&train.joint)) {
-        let stiff = train.has_motor() && !train.is_elastic();
-        let gear = train.gear_ratio.abs();
+    for Driven { joint, drive } in drives.iter().filter(|driven| joints.contains(&driven.joint)) {
+        let stiff = drive.is_stiff();
         let wanted = [
-            (stiff && laws.viscous, Law::VISCOUS, gear * gear * train.viscous_friction),
-            (stiff && laws.coulomb, Law::COULOMB, gear * train.coulomb_friction),
-            (train.has_motor() && laws.offset, Law::OFFSET, 0.0),
+            (stiff && laws.viscous, Law::VISCOUS, drive.viscous_friction_at_joint()),
+            (stiff && laws.coulomb, Law::COULOMB, drive.coulomb_friction_at_joint()),
+            (drive.has_motor() && laws.offset, Law::OFFSET, 0.0),
         ];
-        let of = |law| Extra { law, joint: train.joint, other: train.joint };
+        let of = |law| Extra { law, joint: *joint, other: *joint };
         all.extend(wanted.into_iter().filter(|w| w.0).map(|(_, law, value)| (of(law), value)));
     }
     all
 }
 
-fn fastest(looks: &[Look], train: usize) -> f64 {
-    looks.iter().map(|look| look.drives[train].speed).fold(0.0, f64::max)
+fn fastest(looks: &[Look], drive: usize) -> f64 {
+    looks.iter().map(|look| look.drives[drive].speed).fold(0.0, f64::max)
 }
 
 /// Refuses motors with hardly a usable row.
@@ -208,7 +207,7 @@ fn enough(folded: &Folded, folding: &Folding<'_, '_>, slow: f64) -> Result<(), D
     for (k, &t) in folded.elastic.iter().enumerate() {
         let rows = folded.motor_rows(k);
         if rows < ROWS * folding.laws.count() {
-            let name = &folding.design.subject.joints[folding.trains[t].joint].name;
+            let name = &folding.design.subject.joints[folding.drives[t].joint].name;
             let message = format!(
                 "the motor of `{name}` has {rows} usable samples for {} parameters: elsewhere it is slower than {:.3} rad/s ({} % of its largest speed)",
                 folding.laws.count(),
@@ -222,10 +221,10 @@ fn enough(folded: &Folded, folding: &Folding<'_, '_>, slow: f64) -> Result<(), D
     Ok(())
 }
 
-fn assumptions(trains: &[Train], joints: &[usize], subject: &JointLayout) -> Vec<String> {
-    let name = |train: &Train| subject.joints[train.joint].name.clone();
+fn assumptions(drives: &[Driven<'_>], joints: &[usize], subject: &JointLayout) -> Vec<String> {
+    let name = |driven: &Driven<'_>| subject.joints[driven.joint].name.clone();
     let passive: Vec<String> =
-        trains.iter().filter(|t| !t.has_motor() && joints.contains(&t.joint)).map(name).collect();
+        drives.iter().filter(|d| !d.drive.has_motor() && joints.contains(&d.joint)).map(name).collect();
     let mut all =
         vec!["inertia of the rotors, gears, pulley radii and torque constants are as described".to_owned()];
     if !passive.is_empty() {

@@ -1,7 +1,7 @@
 //! Signals of joints and motors from a log: filtered alike, differentiated, and if wanted in two independent copies.
 use super::super::accumulate::Log;
+use super::driven::Driven;
 use super::plan::Plan;
-use super::train::Train;
 use crate::log::{Block, Blocks, Reader, Sampling};
 use crate::measure::base::rest;
 use crate::measure::recording::within;
@@ -26,7 +26,7 @@ pub struct Chunk {
     pub v: Vec<f64>,
     /// Accelerations, `samples × nv`.
     pub a: Vec<f64>,
-    /// By train; empty where the log does not show it.
+    /// By drive; empty where the log does not show it.
     pub motors: Vec<Motor>,
 }
 
@@ -51,8 +51,8 @@ pub struct Making<'a> {
     /// Joints and base.
     pub subject: &'a JointLayout,
     /// Drives.
-    pub trains: &'a [Train],
-    /// Per train: slower than this a motor does not count as turning, rad/s.
+    pub drives: &'a [Driven<'a>],
+    /// Per drive: slower than this a motor does not count as turning, rad/s.
     pub slow: &'a [f64],
     /// Whether two copies are made, of every other sample each.
     pub split: bool,
@@ -77,7 +77,7 @@ pub type Visit<'v> = &'v mut dyn FnMut(&Chunk, Option<&Chunk>);
 /// Those of the reader; a log without elastic drives, or one too short for the filter.
 pub fn each(log: &Log<'_>, making: &Making<'_>, visit: Visit<'_>) -> Result<Head, Diagnostics> {
     let mut reader = Reader::open(log.path, log.mapping)?;
-    let plan = Plan::new(&mut reader, making.subject, making.trains)?;
+    let plan = Plan::new(&mut reader, making.subject, making.drives)?;
     let sampling = Sampling::probe(reader)?;
     let step = sampling.step();
     let parts = if making.split { 2 } else { 1 };
@@ -217,11 +217,11 @@ impl Maker<'_> {
             q: vec![0.0; count * (bq + joints)],
             v: vec![0.0; count * (bv + joints)],
             a: vec![0.0; count * (bv + joints)],
-            motors: vec![Motor::default(); making.trains.len()],
+            motors: vec![Motor::default(); making.drives.len()],
         };
         chunk.q.chunks_exact_mut((bq + joints).max(1)).for_each(|q| rest(making.subject.base, q));
         for joint in 0..joints {
-            let Some((column, factor)) = self.head.plan.angle(joint, making.trains) else { continue };
+            let Some((column, factor)) = self.head.plan.angle(joint, making.drives) else { continue };
             let spline = self.spline(column, part)?;
             for (i, sample) in range.clone().enumerate() {
                 let [q, v, a] = spline.at(self.place(sample, part)).map(|x| factor * x);
@@ -230,14 +230,14 @@ impl Maker<'_> {
                 chunk.a[i * (bv + joints) + bv + joint] = a;
             }
         }
-        for (index, train) in making.trains.iter().enumerate().filter(|(_, train)| train.has_motor()) {
-            if self.head.plan.joints[train.joint].absent(train).is_empty() {
+        for (index, driven) in making.drives.iter().enumerate().filter(|(_, d)| d.drive.has_motor()) {
+            if self.head.plan.joints[driven.joint].absent(driven.drive).is_empty() {
                 chunk.motors[index] = self.motor(index, &range, part)?;
-                if train.is_elastic() {
+                if driven.drive.is_elastic() {
+                    let (lever, radius) = (driven.drive.lever(), driven.drive.load_radius());
                     let motion = chunk.motors[index].motion.iter();
-                    let q = chunk.q.chunks_exact(bq + joints).map(|q| q[bq + train.joint]);
-                    let elongation =
-                        motion.zip(q).map(|(m, q)| train.lever() * m[0] - train.load_radius() * q);
+                    let q = chunk.q.chunks_exact(bq + joints).map(|q| q[bq + driven.joint]);
+                    let elongation = motion.zip(q).map(|(m, q)| lever * m[0] - radius * q);
                     chunk.motors[index].elongation = elongation.collect();
                 }
             }
@@ -246,13 +246,13 @@ impl Maker<'_> {
     }
 
     fn motor(&self, index: usize, range: &Range<usize>, part: usize) -> Option<Motor> {
-        let train = &self.making.trains[index];
-        let columns = self.head.plan.joints[train.joint];
+        let driven = &self.making.drives[index];
+        let columns = self.head.plan.joints[driven.joint];
         let current = self.spline(columns.motor_current?, part)?;
         // A stiff drive's motor turns with its joint.
         let (column, factor) = match columns.motor_position {
             Some(column) => (column, 1.0),
-            None => (columns.position?, train.gear_ratio),
+            None => (columns.position?, driven.drive.gear_ratio),
         };
         let spline = self.spline(column, part)?;
         let places: Vec<f64> = range.clone().map(|sample| self.place(sample, part)).collect();

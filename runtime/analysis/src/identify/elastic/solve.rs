@@ -2,11 +2,11 @@
 use super::super::design::Design;
 use super::super::estimate::independent;
 use super::super::triangle::Triangle;
+use super::driven::Driven;
 use super::fold::Folded;
 use super::laws::{Estimator, Steps};
 use super::linear::{inverse, jackknife, least_squares, scatter, staged, variance};
 use super::noise::Noise;
-use super::train::Train;
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 use nalgebra::{DMatrix, DVector};
@@ -18,7 +18,7 @@ const ROUNDS: usize = 4;
 pub struct Solver<'a, 'd> {
     pub design: &'a Design<'d>,
     pub folded: &'a Folded,
-    pub trains: &'a [Train],
+    pub drives: &'a [Driven<'a>],
     pub subject: &'a JointLayout,
     pub steps: Steps,
     pub estimator: Estimator,
@@ -185,7 +185,7 @@ impl Solver<'_, '_> {
         let count = self.folded.laws.count();
         let (matrix, right) = staged(triangle, if self.folded.instruments { count } else { 0 });
         least_squares(&matrix, &right).map_err(|place| {
-            let joint = &self.subject.joints[self.trains[self.folded.elastic[k]].joint].name;
+            let joint = &self.subject.joints[self.drives[self.folded.elastic[k]].joint].name;
             let name = self.folded.laws.names()[place.min(count - 1)].0;
             Diagnostic::error(format!("the data do not tell `{name}` of `{joint}` from its other parameters"))
                 .help("record a motion in which this motor turns both ways at several speeds while its spring is loaded both ways")
@@ -257,8 +257,8 @@ impl Solver<'_, '_> {
             let count = self.folded.laws.count();
             match place.checked_sub(seen.len()) {
                 Some(rest) => {
-                    let train = &self.trains[self.folded.elastic[rest / count]];
-                    let (joint, name) = (&self.subject.joints[train.joint].name, self.folded.laws.names()[rest % count].0);
+                    let driven = &self.drives[self.folded.elastic[rest / count]];
+                    let (joint, name) = (&self.subject.joints[driven.joint].name, self.folded.laws.names()[rest % count].0);
                     Diagnostic::error(format!("the data do not tell `{name}` of `{joint}` from its other parameters"))
                         .help("record a motion in which this motor turns both ways while its spring is loaded both ways")
                 }

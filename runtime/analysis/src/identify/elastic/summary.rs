@@ -1,12 +1,12 @@
 //! What was found of the drives; the keys under `drives` of `identify --method elastic --json`.
 use super::super::result::Parameter;
 use super::super::summary::student;
+use super::driven::Driven;
 use super::fold::Folded;
 use super::laws::{Estimator, Laws, Steps};
 use super::look::Look;
 use super::run::Elastic;
 use super::solve::Solved;
-use super::train::{Train, Transmission};
 use crate::robot::JointLayout;
 use nalgebra::DVector;
 use serde::Serialize;
@@ -24,12 +24,12 @@ pub struct DriveSummary {
     /// Samples count for friction where the motor is nowhere near slower than this part of its largest speed, per cent.
     pub slow_percent: f64,
     /// One per drive, in the order of the joints.
-    pub joints: Vec<TrainSummary>,
+    pub joints: Vec<JointDriveSummary>,
 }
 
 /// One drive.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TrainSummary {
+pub struct JointDriveSummary {
     /// The driven joint.
     pub joint: String,
     /// `series_elastic`, `stiff` or `passive`.
@@ -121,7 +121,7 @@ impl DriveParameter {
 /// What summaries are made of.
 pub struct Found<'a> {
     pub subject: &'a JointLayout,
-    pub trains: &'a [Train],
+    pub drives: &'a [Driven<'a>],
     pub looks: &'a [Look],
     pub folded: &'a Folded,
     pub judged: Option<&'a Folded>,
@@ -140,17 +140,17 @@ impl Found<'_> {
         }
     }
 
-    fn joints(&self, parameters: &[Parameter]) -> Vec<TrainSummary> {
-        let of = |(index, train): (usize, &Train)| match self.folded.elastic.iter().position(|t| *t == index)
-        {
-            Some(k) => self.elastic(k, index, train),
-            None => self.other(train, parameters),
+    fn joints(&self, parameters: &[Parameter]) -> Vec<JointDriveSummary> {
+        let elastic = |index: usize| self.folded.elastic.iter().position(|t| *t == index);
+        let of = |(index, driven): (usize, &Driven<'_>)| match elastic(index) {
+            Some(k) => self.elastic(k, index, driven),
+            None => self.other(driven, parameters),
         };
-        self.trains.iter().enumerate().map(of).collect()
+        self.drives.iter().enumerate().map(of).collect()
     }
 
-    fn elastic(&self, k: usize, index: usize, train: &Train) -> TrainSummary {
-        let (estimated, nominal) = (&self.solved.motors[k], self.laws.nominal(train));
+    fn elastic(&self, k: usize, index: usize, driven: &Driven<'_>) -> JointDriveSummary {
+        let (estimated, nominal) = (&self.solved.motors[k], self.laws.nominal(driven.drive));
         let t = student(self.solved.stretches);
         let mut parameters: Vec<DriveParameter> = (self.laws.names().into_iter().enumerate())
             .map(|(i, name)| {
@@ -158,32 +158,33 @@ impl Found<'_> {
             })
             .collect();
         let spring = parameters[self.laws.stiffness()].clone();
-        let at_joint = spring.scaled(("joint_stiffness", "N m/rad"), train.load_radius().powi(2));
+        let at_joint = spring.scaled(("joint_stiffness", "N m/rad"), driven.drive.load_radius().powi(2));
         parameters.push(at_joint);
-        let torque = spring.value * train.load_radius();
+        let torque = spring.value * driven.drive.load_radius();
         let extents = self.looks.iter().map(|look| look.drives[index].elongation);
         let [low, high] = extents
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| [low.min(e.low), high.max(e.high)]);
-        TrainSummary {
-            joint: self.name(train),
-            kind: train.kind(),
+        JointDriveSummary {
+            joint: self.name(driven),
+            kind: driven.drive.transmission.kind(),
             parameters,
             rows: self.folded.motor_rows(k),
             condition_number: Some(self.solved.condition[k]),
             spring_torque: Some(if torque < 0.0 { [high, low] } else { [low, high] }.map(|x| x * torque)),
-            motor: self.errors(self.folded, k, train),
-            validation: self.judged.and_then(|judged| self.errors(judged, k, train)),
+            motor: self.errors(self.folded, k, driven),
+            validation: self.judged.and_then(|judged| self.errors(judged, k, driven)),
         }
     }
 
     /// Friction of stiff drives comes with the joints' rows: torques at the joint, speeds of the joint.
-    fn other(&self, train: &Train, parameters: &[Parameter]) -> TrainSummary {
-        let name = self.name(train);
-        let gear = train.gear_ratio.abs();
+    fn other(&self, driven: &Driven<'_>, parameters: &[Parameter]) -> JointDriveSummary {
+        let name = self.name(driven);
+        let drive = driven.drive;
+        let gear = drive.gear_ratio.abs();
         let laws = [
-            ("viscous_friction", "N m s/rad", 1.0 / (gear * gear), train.viscous_friction),
-            ("coulomb_friction", "N m", 1.0 / gear, train.coulomb_friction),
-            ("torque_offset", "N m", 1.0 / train.gear_ratio, 0.0),
+            ("viscous_friction", "N m s/rad", 1.0 / (gear * gear), drive.viscous_friction),
+            ("coulomb_friction", "N m", 1.0 / gear, drive.coulomb_friction),
+            ("torque_offset", "N m", 1.0 / drive.gear_ratio, 0.0),
         ];
         let t = student(self.solved.stretches);
         let found = laws.iter().filter_map(|(law, unit, factor, nominal)| {
@@ -192,14 +193,10 @@ impl Found<'_> {
             let errors = [p.standard_error, p.independent_error].map(|e| e * factor.abs());
             Some(DriveParameter::new((law, unit), p.value * factor, errors, *nominal, t))
         });
-        TrainSummary {
-            parameters: if matches!(train.transmission, Transmission::Stiff) {
-                found.collect()
-            } else {
-                Vec::new()
-            },
+        JointDriveSummary {
+            parameters: if drive.is_stiff() { found.collect() } else { Vec::new() },
             joint: name,
-            kind: train.kind(),
+            kind: driven.drive.transmission.kind(),
             rows: 0,
             condition_number: None,
             spring_torque: None,
@@ -208,11 +205,11 @@ impl Found<'_> {
         }
     }
 
-    fn name(&self, train: &Train) -> String {
-        self.subject.joints[train.joint].name.clone()
+    fn name(&self, driven: &Driven<'_>) -> String {
+        self.subject.joints[driven.joint].name.clone()
     }
 
-    fn errors(&self, folded: &Folded, k: usize, train: &Train) -> Option<MotorErrors> {
+    fn errors(&self, folded: &Folded, k: usize, driven: &Driven<'_>) -> Option<MotorErrors> {
         let zeros = if folded.instruments { self.laws.count() } else { 0 };
         let padded = |values: &DVector<f64>| {
             DVector::from_iterator(
@@ -220,7 +217,8 @@ impl Found<'_> {
                 std::iter::repeat_n(0.0, zeros).chain(values.iter().copied()),
             )
         };
-        let (estimate, nominal) = (padded(&self.solved.motors[k].value), padded(&self.laws.nominal(train)));
+        let (estimate, nominal) =
+            (padded(&self.solved.motors[k].value), padded(&self.laws.nominal(driven.drive)));
         let sum = |of: &dyn Fn(&super::super::triangle::Triangle) -> f64| -> f64 {
             folded.motors.iter().map(|cell| of(&cell[k])).sum()
         };
@@ -234,7 +232,7 @@ impl Found<'_> {
     }
 }
 
-impl TrainSummary {
+impl JointDriveSummary {
     /// What is strange about the numbers.
     pub fn warnings(&self) -> Vec<String> {
         let joint = &self.joint;

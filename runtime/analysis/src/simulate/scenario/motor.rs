@@ -3,6 +3,7 @@ use super::file::{File, Motor, Number};
 use super::read::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
 use crate::log::closest;
 use crate::simulate::{Actuator, Plant};
+use bipedc_effects::drive::{Drive, Transmission};
 use toml::Spanned;
 
 impl Reading<'_> {
@@ -41,7 +42,7 @@ impl Reading<'_> {
         }
         let names: Vec<String> = plant.joint_names().map(str::to_owned).collect();
         let of = |(j, name): (usize, &String)| {
-            let known = plant.drives.get(j).copied().flatten();
+            let known = plant.drives.get(j).copied().flatten().map(Actuator::described);
             match file.motor.get(name) {
                 Some(table) => Some(self.motor(table, known)),
                 None => known.filter(|_| described),
@@ -53,77 +54,63 @@ impl Reading<'_> {
     /// One table over what the description knows.
     fn motor(&mut self, table: &Spanned<Motor>, known: Option<Actuator>) -> Actuator {
         let motor = table.get_ref();
-        let base = known.unwrap_or_default();
-        if base.passive.is_some() {
+        let mut actuator = known.unwrap_or_default();
+        if !actuator.drive.has_motor() {
             let help = "the description says that it is passive: take the table out";
             self.wrong::<()>(table.span().start, "[motor] of a joint without a motor", help);
         }
-        let mut of = |name: &str, found: &Option<Number>, default: f64, range: (f64, f64), unit: &str| {
-            self.number(name, found.as_ref(), default, range, unit)
+        let mut stiffness = actuator.series_stiffness();
+        actuator.drive = self.shaft(motor, &actuator.drive);
+        let mut over =
+            |name: &str, found: &Option<Number>, value: &mut f64, range: (f64, f64), unit: &str| {
+                *value = self.number(name, found.as_ref(), *value, range, unit);
+            };
+        over("resistance", &motor.resistance, &mut actuator.resistance, NOT_NEGATIVE, "Ω");
+        over("voltage_limit", &motor.voltage_limit, &mut actuator.voltage_limit, POSITIVE, "V");
+        over("current_limit", &motor.current_limit, &mut actuator.current_limit, POSITIVE, "A");
+        over("stiffness", &motor.stiffness, &mut stiffness, POSITIVE, "N m/rad");
+        actuator.stiffness = Some(stiffness);
+        let damping = &mut actuator.spring_damping;
+        over("spring_damping", &motor.spring_damping, damping, NOT_NEGATIVE, "N m s/rad");
+        over("gap", &motor.gap, &mut actuator.gap, NOT_NEGATIVE, "rad");
+        let mut counts = |name: &str, found: &Option<Number>, known: &mut Option<f64>| {
+            let mut counts = known.unwrap_or(0.0);
+            over(name, found, &mut counts, NOT_NEGATIVE, "1");
+            *known = (counts > 0.0).then_some(counts);
         };
-        let turns = of("gear_ratio", &motor.gear_ratio, base.turns, ANY, "1");
-        let constant = of(
-            "torque_constant",
-            &motor.torque_constant,
-            base.torque_constant.unwrap_or(0.0),
-            POSITIVE,
-            "N m/A",
-        );
-        let actuator = Actuator {
-            turns,
-            rotor_inertia: of(
-                "rotor_inertia",
-                &motor.rotor_inertia,
-                base.rotor_inertia,
-                NOT_NEGATIVE,
-                "kg m²",
-            ),
-            viscous_friction: of(
-                "viscous_friction",
-                &motor.viscous_friction,
-                base.viscous_friction,
-                NOT_NEGATIVE,
-                "N m s/rad",
-            ),
-            coulomb_friction: of(
-                "coulomb_friction",
-                &motor.coulomb_friction,
-                base.coulomb_friction,
-                NOT_NEGATIVE,
-                "N m",
-            ),
-            torque_constant: (constant > 0.0).then_some(constant),
-            resistance: of("resistance", &motor.resistance, base.resistance, NOT_NEGATIVE, "Ω"),
-            voltage_limit: of("voltage_limit", &motor.voltage_limit, base.voltage_limit, POSITIVE, "V"),
-            current_limit: of("current_limit", &motor.current_limit, base.current_limit, POSITIVE, "A"),
-            stiffness: of("stiffness", &motor.stiffness, base.stiffness, POSITIVE, "N m/rad"),
-            spring_damping: of(
-                "spring_damping",
-                &motor.spring_damping,
-                base.spring_damping,
-                NOT_NEGATIVE,
-                "N m s/rad",
-            ),
-            gap: of("gap", &motor.gap, base.gap, NOT_NEGATIVE, "rad"),
-            motor_counts: of("encoder_counts", &motor.encoder_counts, base.motor_counts, NOT_NEGATIVE, "1"),
-            joint_counts: of(
-                "joint_encoder_counts",
-                &motor.joint_encoder_counts,
-                base.joint_counts,
-                NOT_NEGATIVE,
-                "1",
-            ),
-            voltage_command: self.choice("command", motor.command.as_ref(), ["current", "voltage"]) == 1,
-            ..base
-        };
+        let drive = &mut actuator.drive;
+        counts("encoder_counts", &motor.encoder_counts, &mut drive.motor_encoder_counts);
+        counts("joint_encoder_counts", &motor.joint_encoder_counts, &mut drive.joint_encoder_counts);
+        actuator.voltage_command =
+            self.choice("command", motor.command.as_ref(), ["current", "voltage"]) == 1;
         self.check_motor(table, &actuator);
         actuator
+    }
+
+    /// Gear, rotor, friction and torque constant. Gear ratio and spring of a scenario are those that the joint sees, so that
+    /// pulleys are in them: what is left of the transmission is stiff.
+    fn shaft(&mut self, motor: &Motor, known: &Drive) -> Drive {
+        let (gear_ratio, transmission) = (known.turns(), Transmission::Stiff);
+        let mut drive = Drive { gear_ratio, transmission, ..*known };
+        let mut constant = known.torque_constant.unwrap_or(0.0);
+        let mut over =
+            |name: &str, found: &Option<Number>, value: &mut f64, range: (f64, f64), unit: &str| {
+                *value = self.number(name, found.as_ref(), *value, range, unit);
+            };
+        over("gear_ratio", &motor.gear_ratio, &mut drive.gear_ratio, ANY, "1");
+        over("torque_constant", &motor.torque_constant, &mut constant, POSITIVE, "N m/A");
+        over("rotor_inertia", &motor.rotor_inertia, &mut drive.rotor_inertia, NOT_NEGATIVE, "kg m²");
+        let viscous = &mut drive.viscous_friction;
+        over("viscous_friction", &motor.viscous_friction, viscous, NOT_NEGATIVE, "N m s/rad");
+        over("coulomb_friction", &motor.coulomb_friction, &mut drive.coulomb_friction, NOT_NEGATIVE, "N m");
+        drive.torque_constant = (constant > 0.0).then_some(constant);
+        drive
     }
 
     fn check_motor(&mut self, table: &Spanned<Motor>, actuator: &Actuator) {
         let at = table.span().start;
         let motor = table.get_ref();
-        if actuator.turns == 0.0 {
+        if actuator.drive.gear_ratio == 0.0 {
             self.wrong::<()>(
                 at,
                 "a gear ratio of 0 moves nothing",
@@ -137,7 +124,7 @@ impl Reading<'_> {
             ("command", motor.command.is_some()),
         ];
         if let Some((key, _)) =
-            electric.iter().find(|(_, given)| *given && actuator.torque_constant.is_none())
+            electric.iter().find(|(_, given)| *given && actuator.drive.torque_constant.is_none())
         {
             self.wrong::<()>(at, format!("`{key}` of a motor without `torque_constant`"), "add it in N m/A");
         }
