@@ -1,8 +1,8 @@
 //! Explanations that the data cannot tell from the one that stands.
-use super::answer::Answer;
 use super::parallel::parallel;
-use super::setting::Trial;
-use super::simplest::ALIKE;
+use super::parsimony::ALIKE;
+use super::regression::ScoredFit;
+use super::run::Conclusion;
 use crate::diagnose::Found;
 use crate::experiments::form::Form;
 use bipedc_effects::effect::{Effect, Kind};
@@ -11,12 +11,12 @@ use std::collections::BTreeMap;
 /// They are as well if blocks of the judging data disagree about which is better, up to this part.
 const SCATTER: f64 = 0.05;
 
-impl Answer<'_> {
+impl Conclusion<'_> {
     /// Candidates that would do as well in the place of an effect that stands, alone or with another kind in the place
     /// of a second one.
     pub(super) fn alternatives(&self, found: &[Found], order: &[usize]) -> Vec<Vec<Vec<Found>>> {
         let active = &self.outcome.active;
-        if active.len() != self.polished.effects.len() {
+        if active.len() != self.refined.effects.len() {
             return Vec::new();
         }
         let mut groups = Vec::new();
@@ -36,30 +36,30 @@ impl Answer<'_> {
     }
 
     fn form(&self, c: usize) -> &Form {
-        &self.setting.candidates[c].form
+        &self.regression.candidates[c].form
     }
 
     /// Alternatives that differ in two effects: `c` in the place of the `k`-th, and another kind, or another place, in
     /// that of a second one; the best of each kind.
     fn together(&self, k: usize, c: usize, share: f64) -> Vec<Vec<Found>> {
-        let (setting, outcome) = (self.setting, self.outcome);
+        let (regression, outcome) = (self.regression, self.outcome);
         let mut out = Vec::new();
-        for j in (setting.standing.len()..outcome.active.len()).filter(|j| *j != k) {
+        for j in (regression.standing.len()..outcome.active.len()).filter(|j| *j != k) {
             let mut bare = outcome.active.clone();
             bare.remove(k.max(j));
             bare.remove(k.min(j));
             let Some(limit) = self.limit(&bare) else { continue };
-            let tried = parallel(setting.candidates.len(), |d| {
+            let tried = parallel(regression.candidates.len(), |d| {
                 let mut set = outcome.active.clone();
                 (set[k], set[j]) = (c, d);
-                let elsewhere = !setting.meet(d, outcome.active[j]);
-                if elsewhere || outcome.active.contains(&d) || d == c || setting.stands(d) {
+                let elsewhere = !regression.meet(d, outcome.active[j]);
+                if elsewhere || outcome.active.contains(&d) || d == c || regression.stands(d) {
                     return None;
                 }
-                let trial = setting.trial(&set, outcome.corrected)?;
-                let more = self.excess(&trial, &set);
-                let alike =
-                    self.as_well(&trial, &set, more, limit) && setting.impossible(&set, &trial).is_none();
+                let scored = regression.scored_fit(&set, outcome.corrected)?;
+                let more = self.excess(&scored, &set);
+                let alike = self.as_well(&scored, &set, more, limit)
+                    && regression.impossible(&set, &scored).is_none();
                 alike.then_some((more, d))
             });
             let mut alike: Vec<(f64, usize)> = tried.into_iter().flatten().collect();
@@ -79,22 +79,22 @@ impl Answer<'_> {
     }
 
     /// Deviance of a set beyond that of the effects that stand.
-    fn excess(&self, trial: &Trial, set: &[usize]) -> f64 {
-        let (setting, outcome) = (self.setting, self.outcome);
-        let here = outcome.trial.cost - setting.price(&outcome.active);
-        trial.cost - setting.price(set) - here
+    fn excess(&self, scored: &ScoredFit, set: &[usize]) -> f64 {
+        let (regression, outcome) = (self.regression, self.outcome);
+        let here = outcome.scored.cost - regression.complexity_penalty(&outcome.active);
+        scored.cost - regression.complexity_penalty(set) - here
     }
 
     /// Deviance that the effects missing in `bare` remove.
     fn limit(&self, bare: &[usize]) -> Option<f64> {
-        let without = self.setting.trial(bare, self.outcome.corrected)?;
+        let without = self.regression.scored_fit(bare, self.outcome.corrected)?;
         Some(self.excess(&without, bare))
     }
 
     /// Whether so much more deviance than that of the effects that stand is nothing, beside what they remove or beside
     /// what blocks of the judging data disagree by.
-    fn as_well(&self, trial: &Trial, set: &[usize], more: f64, removed: f64) -> bool {
-        let chance = || self.setting.scatter(&self.outcome.trial, &self.outcome.active, trial, set);
+    fn as_well(&self, scored: &ScoredFit, set: &[usize], more: f64, removed: f64) -> bool {
+        let chance = || self.regression.scatter(&self.outcome.scored, &self.outcome.active, scored, set);
         more <= (ALIKE * removed).max(4.0) || (more <= SCATTER * removed && more <= chance())
     }
 
@@ -102,8 +102,8 @@ impl Answer<'_> {
     fn alternative(&self, set: &[usize], k: usize, c: usize, share: f64) -> Found {
         let mut set = set.to_vec();
         set[k] = c;
-        let effect = match self.setting.trial(&set, self.outcome.corrected) {
-            Some(trial) => self.form(c).effect(self.setting.coefficients(&set, &trial, k)),
+        let effect = match self.regression.scored_fit(&set, self.outcome.corrected) {
+            Some(scored) => self.form(c).effect(self.regression.coefficients(&set, &scored, k)),
             None => Effect::new(self.form(c).kind, self.form(c).location.clone(), &[]),
         };
         Found { effect, ci95: BTreeMap::new(), share, doubts: Vec::new() }
@@ -112,25 +112,29 @@ impl Answer<'_> {
     /// Candidates that would do as well in the place of the `k`-th effect, and those that would nearly; best first, one
     /// per kind and place.
     fn alike(&self, active: &[usize], k: usize) -> (Vec<usize>, Vec<usize>) {
-        let (setting, corrected) = (self.setting, self.outcome.corrected);
+        let (regression, corrected) = (self.regression, self.outcome.corrected);
         let mut fewer = active.to_vec();
         fewer.remove(k);
         let Some(removed) = self.limit(&fewer) else { return Default::default() };
         let mine = self.form(active[k]);
-        let tried = parallel(setting.candidates.len(), |c| {
+        let tried = parallel(regression.candidates.len(), |c| {
             let other = self.form(c);
             let same = (other.kind, &other.location) == (mine.kind, &mine.location);
-            let elsewhere = !setting.meet(c, active[k]);
-            if same || elsewhere || active.contains(&c) || setting.stands(c) || other.kind.contains(mine.kind)
+            let elsewhere = !regression.meet(c, active[k]);
+            if same
+                || elsewhere
+                || active.contains(&c)
+                || regression.stands(c)
+                || other.kind.contains(mine.kind)
             {
                 return None;
             }
             let mut set = active.to_vec();
             set[k] = c;
-            let trial = setting.trial(&set, corrected)?;
-            let more = self.excess(&trial, &set);
-            let near = more <= (SCATTER * removed).max(4.0) && setting.impossible(&set, &trial).is_none();
-            near.then(|| (more, c, self.as_well(&trial, &set, more, removed)))
+            let scored = regression.scored_fit(&set, corrected)?;
+            let more = self.excess(&scored, &set);
+            let near = more <= (SCATTER * removed).max(4.0) && regression.impossible(&set, &scored).is_none();
+            near.then(|| (more, c, self.as_well(&scored, &set, more, removed)))
         });
         let mut near: Vec<(f64, usize, bool)> = tried.into_iter().flatten().collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,5 +1,5 @@
 //! Which effects a search tries, in which forms.
-use super::bank::Spread;
+use super::block_equations::Spread;
 use super::fit::Candidate;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};

@@ -1,5 +1,5 @@
 //! Fits of effects and inertial corrections together, and their errors on other data.
-use super::bank::{RowBank, Spread};
+use super::block_equations::{BlockEquations, Spread};
 use crate::experiments::form::{Form, Search};
 use nalgebra::{DMatrix, DVector};
 
@@ -36,12 +36,12 @@ impl Candidate {
 }
 
 /// Sums of products over some blocks of all rows.
-pub(super) struct Sums {
-    pub rows: Vec<RowSum>,
+pub(super) struct NormalEquations {
+    pub rows: Vec<RowEquations>,
 }
 
-/// One row of [`Sums`].
-pub(super) struct RowSum {
+/// One row of [`NormalEquations`].
+pub(super) struct RowEquations {
     bodies: Vec<usize>,
     ids: Vec<usize>,
     gram: DMatrix<f64>,
@@ -49,7 +49,7 @@ pub(super) struct RowSum {
     pub count: usize,
 }
 
-impl RowSum {
+impl RowEquations {
     fn residual(&self) -> usize {
         self.gram.nrows() - 1
     }
@@ -104,13 +104,13 @@ impl RowSum {
     }
 }
 
-impl Sums {
-    pub fn of(banks: &[RowBank], blocks: &[usize]) -> Self {
-        let rows = banks.iter().map(|bank| RowSum {
-            bodies: bank.bodies.clone(),
-            ids: bank.ids.clone(),
-            gram: bank.sum(blocks),
-            count: bank.count(blocks),
+impl NormalEquations {
+    pub fn of(equations: &[BlockEquations], blocks: &[usize]) -> Self {
+        let rows = equations.iter().map(|of_row| RowEquations {
+            bodies: of_row.bodies.clone(),
+            ids: of_row.ids.clone(),
+            gram: of_row.sum(blocks),
+            count: of_row.count(blocks),
         });
         Self { rows: rows.collect() }
     }
@@ -129,7 +129,7 @@ pub(super) struct Corrections {
 }
 
 impl Corrections {
-    pub fn new(train: &Sums, weights: &[f64], count: usize) -> Self {
+    pub fn new(train: &NormalEquations, weights: &[f64], count: usize) -> Self {
         let mut matrix = DMatrix::zeros(count, count);
         let mut right = DVector::zeros(count);
         for (row, w) in train.rows.iter().zip(weights) {
@@ -179,7 +179,7 @@ pub(super) struct Fit {
 ///
 /// `None` if the data cannot tell the terms apart.
 pub(super) fn fit(
-    train: &Sums,
+    train: &NormalEquations,
     weights: &[f64],
     corrections: Option<&Corrections>,
     terms: &[&Term],
@@ -274,13 +274,13 @@ fn solve(
 }
 
 /// Sums of squared errors of a fit, by row.
-pub(super) fn errors(sums: &Sums, fit: &Fit, terms: &[&Term]) -> Vec<f64> {
+pub(super) fn errors(sums: &NormalEquations, fit: &Fit, terms: &[&Term]) -> Vec<f64> {
     sums.rows.iter().map(|row| error(row, fit, terms)).collect()
 }
 
 /// Sums of squares of what some terms with these coefficients make, by row.
-pub(super) fn sizes(sums: &Sums, terms: &[Term], coefficients: &[f64]) -> Vec<f64> {
-    let size = |row: &RowSum| {
+pub(super) fn sizes(sums: &NormalEquations, terms: &[Term], coefficients: &[f64]) -> Vec<f64> {
+    let size = |row: &RowEquations| {
         let mut u = DVector::zeros(row.residual() + 1);
         for (term, coefficient) in terms.iter().zip(coefficients) {
             if let Some(local) = row.local(term) {
@@ -292,7 +292,7 @@ pub(super) fn sizes(sums: &Sums, terms: &[Term], coefficients: &[f64]) -> Vec<f6
     sums.rows.iter().map(size).collect()
 }
 
-fn error(row: &RowSum, fit: &Fit, terms: &[&Term]) -> f64 {
+fn error(row: &RowEquations, fit: &Fit, terms: &[&Term]) -> f64 {
     let last = row.residual();
     let mut u = DVector::zeros(last + 1);
     u[last] = -1.0;

@@ -1,20 +1,20 @@
 //! The engine: from experiments to a [`Diagnosis`].
 mod alternatives;
-mod answer;
-mod bank;
+mod block_equations;
 mod candidates;
-mod doubtful;
+mod exchange;
 mod fit;
-mod floor;
+mod noise_floor;
 mod parallel;
-mod polish;
-mod refine;
-mod remainder;
+mod parsimony;
+mod refinement;
+mod regression;
+mod run;
 mod search;
-mod setting;
-mod simplest;
+mod significance;
 mod smoother;
-mod words;
+mod text;
+mod unexplained;
 
-pub use answer::{Options, diagnose, errors, estimate};
-pub use words::summary;
+pub use run::{Options, diagnose, errors, estimate};
+pub use text::summary;

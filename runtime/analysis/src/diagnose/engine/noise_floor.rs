@@ -1,5 +1,5 @@
 //! The least that any explanation of a row can leave: what a smooth function of the signals leaves, or noise.
-use super::setting::BLOCKS;
+use super::regression::BLOCKS;
 use super::smoother::{self, Signals, reach};
 use crate::experiments::Experiment;
 
@@ -21,7 +21,7 @@ fn quick_part(residual: &[f64]) -> Vec<f64> {
 }
 
 /// Variance and correlation length that any explanation can hope for.
-pub(super) fn floor(
+pub(super) fn noise_floor(
     train: &dyn Experiment,
     judge: &dyn Experiment,
     own_blocks: bool,

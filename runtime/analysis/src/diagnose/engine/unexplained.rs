@@ -1,7 +1,7 @@
 //! What the effects leave unexplained.
 use super::parallel::parallel;
-use super::polish::Amended;
-use super::setting::QUIET;
+use super::refinement::Amended;
+use super::regression::NOISE_MARGIN;
 use super::smoother::{self, reach};
 use crate::diagnose::Unexplained;
 use crate::experiments::Experiment;
@@ -78,12 +78,11 @@ pub(super) fn unexplained(
         let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
         let slow = slow_share(judge.time(), s);
         let share = if smooth > UNEXPLAINED { smooth } else { slow };
-        (matters && ((smooth > UNEXPLAINED && size > QUIET) || (slow > SLOW && size > LOUD.powi(2)))).then(
-            || {
+        (matters && ((smooth > UNEXPLAINED && size > NOISE_MARGIN) || (slow > SLOW && size > LOUD.powi(2))))
+            .then(|| {
                 let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
                 named(share, signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect())
-            },
-        )
+            })
     });
     let mut parts: Vec<Unexplained> = parts.into_iter().flatten().collect();
     parts.sort_by(|a, b| b.share.total_cmp(&a.share));

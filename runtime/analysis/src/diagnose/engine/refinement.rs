@@ -1,6 +1,6 @@
-//! The final estimate: all parameters of all effects at once, with everything nonlinear, and error bars.
-use super::bank::{RowBank, Spread, row_bank};
-use super::fit::{Corrections, Sums, Term, fit};
+//! The final estimate by Gauss–Newton: all parameters of all effects at once, with everything nonlinear, and error bars.
+use super::block_equations::{BlockEquations, Spread, block_equations};
+use super::fit::{Corrections, NormalEquations, Term, fit};
 use super::parallel::parallel;
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
@@ -89,7 +89,7 @@ struct Unknown {
 }
 
 /// Effects with their final parameters.
-pub(super) struct Polished {
+pub(super) struct Refined {
     pub effects: Vec<Effect>,
     /// Half widths of 95 % confidence intervals, by effect and parameter.
     pub half_width: Vec<Vec<(String, f64)>>,
@@ -100,13 +100,13 @@ pub(super) struct Polished {
 }
 
 /// Gauss–Newton from the search's estimate.
-pub(super) fn polish(
+pub(super) fn refine(
     experiment: &dyn Experiment,
     effects: Vec<Effect>,
     spread: &Spread,
     weights: &[f64],
     corrected: bool,
-) -> Polished {
+) -> Refined {
     let wanted = effects.len();
     let mut current = with_nuisances(experiment, effects);
     let unknowns = unknowns(&current);
@@ -115,9 +115,9 @@ pub(super) fn polish(
     for step_number in 0..STEPS {
         let amended = Amended::new(experiment, &current);
         let jacobian = jacobian(experiment, &current, &amended, &unknowns);
-        let banks = banks(&amended, spread, &jacobian);
+        let equations = equations(&amended, spread, &jacobian);
         let all: Vec<usize> = (0..BLOCKS).collect();
-        let sums = Sums::of(&banks, &all);
+        let sums = NormalEquations::of(&equations, &all);
         let here: f64 = sums.rows.iter().zip(weights).map(|(row, w)| w * row.squares()).sum();
         let corrections = corrected.then(|| Corrections::new(&sums, weights, spread.len()));
         let terms: Vec<Term> = (0..unknowns.len()).map(Term::Data).collect();
@@ -129,7 +129,7 @@ pub(super) fn polish(
             let value = current[u.effect].value(&u.name);
             d.abs() <= 1e-4 * value.abs().max(u.step)
         });
-        last = Some((banks, step.corrections.clone()));
+        last = Some((equations, step.corrections.clone()));
         if negligible || (step_number > 3 && !corrected && here >= error) {
             break;
         }
@@ -137,8 +137,8 @@ pub(super) fn polish(
         current = moved;
     }
     let (sigmas, corrections, corrections_sigma) = match last {
-        Some((banks, corrections)) => {
-            let (all, spread_sigma) = uncertainty(&banks, weights, unknowns.len(), &corrections);
+        Some((equations, corrections)) => {
+            let (all, spread_sigma) = uncertainty(&equations, weights, unknowns.len(), &corrections);
             (all, corrections, spread_sigma)
         }
         None => (vec![f64::INFINITY; unknowns.len()], Vec::new(), Vec::new()),
@@ -149,7 +149,7 @@ pub(super) fn polish(
     }
     current.truncate(wanted);
     half_width.truncate(wanted);
-    Polished { effects: current, half_width, corrections, corrections_sigma }
+    Refined { effects: current, half_width, corrections, corrections_sigma }
 }
 
 /// The effects and what is estimated beside them without being reported.
@@ -224,13 +224,13 @@ fn jacobian(
     })
 }
 
-fn banks(experiment: &dyn Experiment, spread: &Spread, columns: &[Column]) -> Vec<RowBank> {
+fn equations(experiment: &dyn Experiment, spread: &Spread, columns: &[Column]) -> Vec<BlockEquations> {
     let flat: Vec<(usize, &Column)> = columns.iter().enumerate().collect();
     parallel(experiment.rows().len(), |row| {
         // Play is on one side or the other, or being crossed: absolute values, not squares.
         let play = experiment.rows()[row].channel == Channel::Transmission;
         let emphasis = forgiveness(experiment.residual(row), if play { 0.1 } else { 2.0 });
-        row_bank(experiment, row, spread, &flat, BLOCKS, Some(&emphasis))
+        block_equations(experiment, row, spread, &flat, BLOCKS, Some(&emphasis))
     })
 }
 
@@ -254,7 +254,7 @@ pub(super) fn middle_size(values: &[f64]) -> f64 {
 /// Standard deviations of the unknowns from the scores of blocks of time (which residuals may be correlated
 /// within), at least those of white residuals; and of the corrections.
 fn uncertainty(
-    banks: &[RowBank],
+    equations: &[BlockEquations],
     weights: &[f64],
     unknowns: usize,
     corrections: &[f64],
@@ -266,9 +266,9 @@ fn uncertainty(
     let mut scores = vec![DVector::<f64>::zeros(n); BLOCKS];
     // Variance of the scores if residuals were white.
     let mut white = DMatrix::<f64>::zeros(n, n);
-    for (row, bank) in banks.iter().enumerate() {
-        let places = places(bank, p);
-        let last = bank.residual();
+    for (row, of_row) in equations.iter().enumerate() {
+        let places = places(of_row, p);
+        let last = of_row.residual();
         let mut u = DVector::zeros(last + 1);
         u[last] = 1.0;
         for (local, global) in &places {
@@ -276,9 +276,9 @@ fn uncertainty(
                 u[*local] = -corrections[*global];
             }
         }
-        let total = bank.sum(&(0..BLOCKS).collect::<Vec<_>>());
+        let total = of_row.sum(&(0..BLOCKS).collect::<Vec<_>>());
         let squares = (&total * &u).dot(&u).max(0.0);
-        let variance = squares / bank.count(&(0..BLOCKS).collect::<Vec<_>>()).max(1) as f64;
+        let variance = squares / of_row.count(&(0..BLOCKS).collect::<Vec<_>>()).max(1) as f64;
         for (a, ga) in &places {
             for (b, gb) in &places {
                 information[(*ga, *gb)] += weights[row] * total[(*a, *b)];
@@ -286,7 +286,7 @@ fn uncertainty(
             }
         }
         for (block, score) in scores.iter_mut().enumerate() {
-            let product = &bank.grams[block] * &u;
+            let product = &of_row.grams[block] * &u;
             for (local, global) in &places {
                 score[*global] += weights[row] * product[*local];
             }
@@ -311,14 +311,14 @@ fn uncertainty(
 }
 
 /// (local, global) indices of a row's columns among corrections and unknowns.
-fn places(bank: &RowBank, p: usize) -> Vec<(usize, usize)> {
+fn places(of_row: &BlockEquations, p: usize) -> Vec<(usize, usize)> {
     let mut places = Vec::new();
     if p > 0 {
-        for (place, body) in bank.bodies.iter().enumerate() {
+        for (place, body) in of_row.bodies.iter().enumerate() {
             places.extend((0..10).map(|k| (10 * place + k, 10 * body + k)));
         }
     }
-    places.extend(bank.ids.iter().enumerate().map(|(k, id)| (bank.inertial() + k, p + id)));
+    places.extend(of_row.ids.iter().enumerate().map(|(k, id)| (of_row.inertial() + k, p + id)));
     places
 }
 

@@ -1,4 +1,4 @@
-//! The answer in plain words.
+//! A diagnosis as sentences.
 use crate::diagnose::{Diagnosis, Found};
 use bipedc_effects::effect::{Effect, Location, kinds};
 use std::collections::BTreeMap;

@@ -1,27 +1,28 @@
 //! The best small set at every joint, and exchanges of one effect for another.
 use super::parallel::parallel;
+use super::regression::{Regression, ScoredFit};
 use super::search::{consider, shares};
-use super::setting::{Setting, Trial};
 
 /// Candidates of a joint that are combined.
 const POOL: usize = 12;
 
 /// The best set of up to three effects at the place of the newcomer, or of what stands there and two more; everything
 /// elsewhere kept.
-pub(super) fn refine(
-    setting: &Setting<'_>,
+pub(super) fn best_set(
+    regression: &Regression<'_>,
     active: Vec<usize>,
-    trial: Trial,
+    scored: ScoredFit,
     newcomer: usize,
     corrected: bool,
-) -> (Vec<usize>, Trial) {
-    let Some(joint) = setting.candidates[newcomer].form.location.joint.clone() else {
-        return (active, trial);
+) -> (Vec<usize>, ScoredFit) {
+    let Some(joint) = regression.candidates[newcomer].form.location.joint.clone() else {
+        return (active, scored);
     };
-    let here =
-        |c: usize| setting.candidates[c].form.location.joint.as_ref() == Some(&joint) && !setting.stands(c);
+    let here = |c: usize| {
+        regression.candidates[c].form.location.joint.as_ref() == Some(&joint) && !regression.stands(c)
+    };
     let elsewhere: Vec<usize> = active.iter().copied().filter(|&c| !here(c)).collect();
-    let pool = pool(setting, &elsewhere, &active, &here, corrected);
+    let pool = pool(regression, &elsewhere, &active, &here, corrected);
     let mut sets: Vec<Vec<usize>> = Vec::new();
     for i in 0..pool.len() {
         sets.push(vec![pool[i]]);
@@ -42,9 +43,9 @@ pub(super) fn refine(
         }
     }
     let distinct = |set: &[usize]| {
-        let form = |c: usize| &setting.candidates[c].form;
+        let form = |c: usize| &regression.candidates[c].form;
         set.iter().enumerate().all(|(n, &a)| {
-            set[..n].iter().all(|&b| !shares(setting, a, b))
+            set[..n].iter().all(|&b| !shares(regression, a, b))
                 && set[..n]
                     .iter()
                     .all(|&b| form(a).kind != form(b).kind || form(a).location != form(b).location)
@@ -53,37 +54,37 @@ pub(super) fn refine(
     sets.retain(|set| distinct(set));
     let tried = parallel(sets.len(), |i| {
         let all: Vec<usize> = elsewhere.iter().chain(&sets[i]).copied().collect();
-        let t = setting.trial(&all, corrected)?;
-        setting.impossible(&all, &t).is_none().then_some((all, t))
+        let t = regression.scored_fit(&all, corrected)?;
+        regression.impossible(&all, &t).is_none().then_some((all, t))
     });
     tried
         .into_iter()
         .flatten()
-        .fold((active, trial), |best, other| if other.1.cost < best.1.cost { other } else { best })
+        .fold((active, scored), |best, other| if other.1.cost < best.1.cost { other } else { best })
 }
 
 /// The candidates at a place that do best alone, one per kind and place, and those that stand there.
 fn pool(
-    setting: &Setting<'_>,
+    regression: &Regression<'_>,
     elsewhere: &[usize],
     active: &[usize],
     here: &(dyn Fn(usize) -> bool + Sync),
     corrected: bool,
 ) -> Vec<usize> {
     let local: Vec<usize> =
-        (0..setting.candidates.len()).filter(|&c| here(c) && !setting.banned.contains(&c)).collect();
+        (0..regression.candidates.len()).filter(|&c| here(c) && !regression.banned.contains(&c)).collect();
     let costs = parallel(local.len(), |i| {
         let all: Vec<usize> = elsewhere.iter().copied().chain([local[i]]).collect();
-        setting.trial(&all, corrected).map_or(f64::INFINITY, |t| t.cost)
+        regression.scored_fit(&all, corrected).map_or(f64::INFINITY, |t| t.cost)
     });
     let mut ranked: Vec<(usize, f64)> = local.into_iter().zip(costs).collect();
     ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
     let mut pool: Vec<usize> = active.iter().copied().filter(|&c| here(c)).collect();
     let mut couplings = 0;
     for (c, _) in ranked {
-        let form = &setting.candidates[c].form;
+        let form = &regression.candidates[c].form;
         let known = pool.iter().any(|&p| {
-            let other = &setting.candidates[p].form;
+            let other = &regression.candidates[p].form;
             other.kind == form.kind && other.location == form.location
         });
         let is_coupling = form.location.other_joint.is_some();
@@ -101,39 +102,40 @@ fn pool(
 
 /// Exchanges effects one at a time for others that do better, until none does.
 pub(super) fn exchange(
-    setting: &Setting<'_>,
+    regression: &Regression<'_>,
     mut active: Vec<usize>,
-    mut trial: Trial,
+    mut scored: ScoredFit,
     corrected: bool,
-) -> (Vec<usize>, Trial) {
+) -> (Vec<usize>, ScoredFit) {
     for _ in 0..3 {
-        let before = trial.cost;
-        for k in setting.standing.len()..active.len() {
+        let before = scored.cost;
+        for k in regression.standing.len()..active.len() {
             let mut fewer = active.clone();
             let gone = fewer.remove(k);
-            let (Some(base), Some(rough)) = (setting.trial(&fewer, corrected), setting.trial(&fewer, false))
+            let (Some(base), Some(rough)) =
+                (regression.scored_fit(&fewer, corrected), regression.scored_fit(&fewer, false))
             else {
                 continue;
             };
-            let rows = &setting.candidates[gone].rows;
-            let tried = parallel(setting.candidates.len(), |c| {
-                if !setting.candidates[c].rows.iter().any(|r| rows.contains(r)) {
+            let rows = &regression.candidates[gone].rows;
+            let tried = parallel(regression.candidates.len(), |c| {
+                if !regression.candidates[c].rows.iter().any(|r| rows.contains(r)) {
                     return None;
                 }
-                let t = consider(setting, &fewer, &base, &rough, corrected, c).ok()?;
+                let t = consider(regression, &fewer, &base, &rough, corrected, c).ok()?;
                 let mut other = fewer.clone();
                 other.push(c);
                 Some((other, t))
             });
             for (other, t) in tried.into_iter().flatten() {
-                if t.cost < trial.cost {
-                    (active, trial) = (other, t);
+                if t.cost < scored.cost {
+                    (active, scored) = (other, t);
                 }
             }
         }
-        if trial.cost >= before - 1e-9 {
+        if scored.cost >= before - 1e-9 {
             break;
         }
     }
-    (active, trial)
+    (active, scored)
 }

@@ -1,4 +1,4 @@
-//! Sums of products of everything that may explain a residual, by row and block of time.
+//! Block normal equations: products of everything that may explain a residual, by row and block of time.
 //!
 //! Once they are formed, every fit and every held-out error is a small dense problem, whatever the length of the log.
 use crate::experiments::Experiment;
@@ -79,7 +79,7 @@ impl Spread {
 }
 
 /// One row of one experiment.
-pub(super) struct RowBank {
+pub(super) struct BlockEquations {
     /// Bodies whose inertial parameters matter to the row.
     pub bodies: Vec<usize>,
     /// Ids of the columns that touch it, in local order.
@@ -90,7 +90,7 @@ pub(super) struct RowBank {
     pub counts: Vec<usize>,
 }
 
-impl RowBank {
+impl BlockEquations {
     /// Number of inertial columns.
     pub fn inertial(&self) -> usize {
         10 * self.bodies.len()
@@ -117,14 +117,14 @@ pub(super) fn block_limits(samples: usize, blocks: usize) -> Vec<usize> {
 
 /// Forms all products of one row. `columns` have ids; those that do not touch the row are passed over. `emphasis`
 /// multiplies each sample.
-pub(super) fn row_bank(
+pub(super) fn block_equations(
     experiment: &dyn Experiment,
     row: usize,
     spread: &Spread,
     columns: &[(usize, &Column)],
     blocks: usize,
     emphasis: Option<&[f64]>,
-) -> RowBank {
+) -> BlockEquations {
     let residual = experiment.residual(row);
     let inertial = experiment.inertial(row);
     let mut bodies: Vec<usize> = inertial.map_or(Vec::new(), |i| i.columns.iter().map(|c| c / 10).collect());
@@ -137,7 +137,7 @@ pub(super) fn row_bank(
     let p = 10 * bodies.len();
     let size = p + touching.len() + 1;
     let limits = block_limits(residual.len(), blocks);
-    let mut bank = RowBank {
+    let mut of_row = BlockEquations {
         bodies,
         ids: touching.iter().map(|(id, _)| *id).collect(),
         grams: Vec::with_capacity(blocks),
@@ -150,7 +150,7 @@ pub(super) fn row_bank(
             let last = (first + CHUNK).min(block[1]);
             let mut x = DMatrix::zeros(last - first, size);
             if let Some(inertial) = inertial {
-                fill_inertial(&mut x, inertial, spread, &bank.bodies, first);
+                fill_inertial(&mut x, inertial, spread, &of_row.bodies, first);
             }
             for (k, (_, values)) in touching.iter().enumerate() {
                 x.column_mut(p + k).copy_from_slice(&values[first..last]);
@@ -164,9 +164,9 @@ pub(super) fn row_bank(
             gram.gemm_tr(1.0, &x, &x, 1.0);
             first = last;
         }
-        bank.grams.push(gram);
+        of_row.grams.push(gram);
     }
-    bank
+    of_row
 }
 
 fn fill_inertial(

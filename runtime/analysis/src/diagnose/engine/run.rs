@@ -1,18 +1,18 @@
 //! The diagnosis of a log: search, final estimate, what is left, in numbers and words.
-use super::doubtful::idle;
-use super::polish::{Amended, Polished, polish};
-use super::remainder::unexplained;
+use super::parsimony::simplify;
+use super::refinement::{Amended, Refined, refine};
+use super::regression::{BLOCKS, Regression};
 use super::search::{Outcome, search};
-use super::setting::{BLOCKS, Setting};
-use super::simplest::simplest;
-use super::words;
+use super::significance::insignificant;
+use super::text;
+use super::unexplained::unexplained;
 use crate::diagnose::{Diagnosis, Fall, Found, Rejected, Step};
 use crate::experiments::{Channel, Experiment};
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use std::collections::BTreeMap;
 
-/// Most searches with a lower floor.
+/// Most searches with a lower noise floor.
 const WEIGHINGS: usize = 2;
 
 /// How to diagnose.
@@ -52,47 +52,49 @@ pub fn diagnose(
             places.push((kind, place));
         }
     }
-    let mut setting = Setting::new(train, validation, &places, options, &|part| progress(0.5 * part));
-    let left_out = setting.keep(&options.standing, setting.has_corrections());
+    let mut regression = Regression::new(train, validation, &places, options, &|part| progress(0.5 * part));
+    let left_out = regression.keep(&options.standing, regression.has_corrections());
     let entered = |count: usize| progress(0.5 + 0.3 * (count as f64 / (count as f64 + 2.0)));
-    let Some(mut outcome) = search(&mut setting, options.most, &entered) else { return Diagnosis::default() };
+    let Some(mut outcome) = search(&mut regression, options.most, &entered) else {
+        return Diagnosis::default();
+    };
     for _ in 0..WEIGHINGS {
-        if !setting.reweigh(&outcome.trial) {
+        if !regression.reweigh(&outcome.scored) {
             break;
         }
-        let Some(again) = search(&mut setting, options.most, &entered) else { break };
+        let Some(again) = search(&mut regression, options.most, &entered) else { break };
         outcome = again;
     }
-    simplest(&setting, &mut outcome);
+    simplify(&regression, &mut outcome);
     progress(0.85);
     let mut retries = 4;
-    let polished = loop {
-        let effects = estimates(&setting, &outcome);
-        let polished = polish(train, effects, &setting.spread, &setting.weights, outcome.corrected);
-        let Some((idle, impossible)) = idle(&setting, &polished) else { break polished };
+    let refined = loop {
+        let effects = estimates(&regression, &outcome);
+        let refined = refine(train, effects, &regression.spread, &regression.weights, outcome.corrected);
+        let Some((idle, impossible)) = insignificant(&regression, &refined) else { break refined };
         if impossible && retries > 0 {
             // What the exact estimate makes impossible hid something else: look again without it.
             retries -= 1;
-            setting.ban(outcome.active[idle]);
-            let Some(again) = search(&mut setting, options.most, &entered) else { break polished };
+            regression.ban(outcome.active[idle]);
+            let Some(again) = search(&mut regression, options.most, &entered) else { break refined };
             outcome = again;
-            simplest(&setting, &mut outcome);
+            simplify(&regression, &mut outcome);
             continue;
         }
         let mut fewer = outcome.active.clone();
         fewer.remove(idle);
-        let Some(trial) = setting.trial(&fewer, outcome.corrected) else { break polished };
-        (outcome.active, outcome.trial) = (fewer, trial);
+        let Some(scored) = regression.scored_fit(&fewer, outcome.corrected) else { break refined };
+        (outcome.active, outcome.scored) = (fewer, scored);
     };
     progress(0.95);
-    let mut answer =
-        Answer { setting: &setting, outcome: &outcome, polished: &polished }.write(train, validation);
-    answer.warnings.extend(left_out.into_iter().map(|effect| {
+    let mut diagnosis =
+        Conclusion { regression: &regression, outcome: &outcome, refined: &refined }.write(train, validation);
+    diagnosis.warnings.extend(left_out.into_iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
     }));
-    answer.summary = words::summary(&answer);
+    diagnosis.summary = text::summary(&diagnosis);
     progress(1.0);
-    answer
+    diagnosis
 }
 
 /// Estimates parameters of given effects; those that are stated are where the search starts, others are found.
@@ -104,16 +106,16 @@ pub fn estimate(
     effects: &[Effect],
     options: &Options,
 ) -> Diagnosis {
-    let setting = Setting::new(train, validation, &places_of(effects), options, &|_| ());
-    let starts: Vec<Effect> = effects.iter().map(|effect| start(&setting, effect)).collect();
-    let corrected = setting.has_corrections();
-    let Some(trial) = setting.trial(&[], corrected) else { return Diagnosis::default() };
-    let outcome = Outcome { active: Vec::new(), trial, corrected, reasons: BTreeMap::new() };
-    let polished = polish(train, starts, &setting.spread, &setting.weights, corrected);
-    let mut answer =
-        Answer { setting: &setting, outcome: &outcome, polished: &polished }.write(train, validation);
-    answer.summary = words::summary(&answer);
-    answer
+    let regression = Regression::new(train, validation, &places_of(effects), options, &|_| ());
+    let starts: Vec<Effect> = effects.iter().map(|effect| start(&regression, effect)).collect();
+    let corrected = regression.has_corrections();
+    let Some(scored) = regression.scored_fit(&[], corrected) else { return Diagnosis::default() };
+    let outcome = Outcome { active: Vec::new(), scored, corrected, reasons: BTreeMap::new() };
+    let refined = refine(train, starts, &regression.spread, &regression.weights, corrected);
+    let mut diagnosis =
+        Conclusion { regression: &regression, outcome: &outcome, refined: &refined }.write(train, validation);
+    diagnosis.summary = text::summary(&diagnosis);
+    diagnosis
 }
 
 fn places_of(effects: &[Effect]) -> Vec<(&'static Kind, Location)> {
@@ -126,19 +128,19 @@ pub fn errors(experiment: &dyn Experiment, effects: &[Effect]) -> BTreeMap<Strin
 }
 
 /// Where the final estimate of an effect starts.
-fn start(setting: &Setting<'_>, effect: &Effect) -> Effect {
+fn start(regression: &Regression<'_>, effect: &Effect) -> Effect {
     let stated = |name: &str| effect.parameters.get(name).copied();
-    let forms = setting.candidates.iter().enumerate();
+    let forms = regression.candidates.iter().enumerate();
     let mine = forms.filter(|(_, c)| c.form.is_of(effect) && c.form.fixed.is_empty());
     let best = mine
         .filter_map(|(index, _)| {
-            let trial = setting.trial(&[index], setting.has_corrections())?;
-            setting.impossible(&[index], &trial).is_none().then_some((index, trial))
+            let scored = regression.scored_fit(&[index], regression.has_corrections())?;
+            regression.impossible(&[index], &scored).is_none().then_some((index, scored))
         })
         .min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let mut start = match best {
-        Some((index, trial)) => {
-            setting.candidates[index].form.effect(setting.coefficients(&[index], &trial, 0))
+        Some((index, scored)) => {
+            regression.candidates[index].form.effect(regression.coefficients(&[index], &scored, 0))
         }
         None => effect.clone(),
     };
@@ -156,28 +158,28 @@ fn start(setting: &Setting<'_>, effect: &Effect) -> Effect {
 }
 
 /// The effects of a search, with the values of its fit.
-fn estimates(setting: &Setting<'_>, outcome: &Outcome) -> Vec<Effect> {
+fn estimates(regression: &Regression<'_>, outcome: &Outcome) -> Vec<Effect> {
     (0..outcome.active.len())
         .map(|k| {
-            let coefficients = setting.coefficients(&outcome.active, &outcome.trial, k);
-            setting.candidates[outcome.active[k]].form.effect(coefficients)
+            let coefficients = regression.coefficients(&outcome.active, &outcome.scored, k);
+            regression.candidates[outcome.active[k]].form.effect(coefficients)
         })
         .collect()
 }
 
-pub(super) struct Answer<'s> {
-    pub setting: &'s Setting<'s>,
+pub(super) struct Conclusion<'s> {
+    pub regression: &'s Regression<'s>,
     pub outcome: &'s Outcome,
-    pub polished: &'s Polished,
+    pub refined: &'s Refined,
 }
 
-impl Answer<'_> {
+impl Conclusion<'_> {
     fn write(&self, train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Diagnosis {
         let judge = validation.unwrap_or(train);
         let counts = |i: usize, n: usize| validation.is_some() || (i * BLOCKS / n.max(1)) % 3 == 1;
-        let effects = &self.polished.effects;
-        let change = self.setting.spread.change(&self.polished.corrections);
-        let standing = self.setting.standing.len();
+        let effects = &self.refined.effects;
+        let change = self.regression.spread.change(&self.refined.corrections);
+        let standing = self.regression.standing.len();
         let steps = self.sequence(judge, &counts);
         let order: Vec<usize> = {
             let mut order: Vec<usize> = (standing..effects.len()).collect();
@@ -213,10 +215,10 @@ impl Answer<'_> {
 
     /// Shares of the held-out squared error, and errors, as the effects entered one after the other.
     fn sequence(&self, judge: &dyn Experiment, counts: &dyn Fn(usize, usize) -> bool) -> Vec<(f64, Step)> {
-        let weights = &self.setting.weights;
+        let weights = &self.regression.weights;
         let main = main_rows(judge);
         let errors = |count: usize| -> (f64, f64) {
-            let amended = Amended::new(judge, &self.polished.effects[..count]);
+            let amended = Amended::new(judge, &self.refined.effects[..count]);
             let (mut weighted, mut plain, mut n) = (0.0, 0.0, 0usize);
             for (row, weight) in weights.iter().enumerate() {
                 let values = amended.residual(row);
@@ -231,14 +233,14 @@ impl Answer<'_> {
             }
             (weighted, (plain / n.max(1) as f64).sqrt())
         };
-        let standing = self.setting.standing.len();
-        let prefixes = standing..=self.polished.effects.len();
+        let standing = self.regression.standing.len();
+        let prefixes = standing..=self.refined.effects.len();
         let all: Vec<(f64, f64)> = match prefixes.clone().map(|n| self.corrected(n, &main)).collect() {
             Some(all) => all,
             None => prefixes.map(errors).collect(),
         };
         let nominal = all[0].1.powi(2).max(f64::MIN_POSITIVE);
-        (0..self.polished.effects.len() - standing)
+        (0..self.refined.effects.len() - standing)
             .map(|k| {
                 let (before, after) = (all[k].1, all[k + 1].1);
                 let mut share = (before * before - after * after) / nominal;
@@ -246,7 +248,7 @@ impl Answer<'_> {
                     // An effect that shows in another kind of row only.
                     share = (all[k].0 - all[k + 1].0) / all[0].0.max(f64::MIN_POSITIVE);
                 }
-                (share, Step { effect: self.polished.effects[standing + k].clone(), before, after })
+                (share, Step { effect: self.refined.effects[standing + k].clone(), before, after })
             })
             .collect()
     }
@@ -256,16 +258,16 @@ impl Answer<'_> {
     /// explains.
     fn corrected(&self, count: usize, main: &[usize]) -> Option<(f64, f64)> {
         let active = self.outcome.active.get(..count).filter(|_| self.outcome.corrected)?;
-        let errors = self.setting.trial(active, true)?.errors;
-        let weighted = errors.iter().zip(&self.setting.weights).map(|(e, w)| e * w).sum();
-        let samples: usize = main.iter().map(|&row| self.setting.judge_sums.rows[row].count).sum();
+        let errors = self.regression.scored_fit(active, true)?.errors;
+        let weighted = errors.iter().zip(&self.regression.weights).map(|(e, w)| e * w).sum();
+        let samples: usize = main.iter().map(|&row| self.regression.judge_sums.rows[row].count).sum();
         let plain: f64 = main.iter().map(|&row| errors[row]).sum();
         Some((weighted, (plain / samples.max(1) as f64).sqrt()))
     }
 
     fn found(&self, k: usize, share: f64) -> Found {
-        let effect = self.polished.effects[k].clone();
-        let widths = &self.polished.half_width[k];
+        let effect = self.refined.effects[k].clone();
+        let widths = &self.refined.half_width[k];
         let ci95 = widths
             .iter()
             .map(|(name, half)| {
@@ -284,15 +286,15 @@ impl Answer<'_> {
         }
         let mut list: Vec<(f64, Found)> = Vec::new();
         for (body, name) in train.bodies().iter().enumerate() {
-            let coordinates = &self.polished.corrections[10 * body..10 * body + 10];
-            let sigma = &self.polished.corrections_sigma[10 * body..10 * body + 10];
+            let coordinates = &self.refined.corrections[10 * body..10 * body + 10];
+            let sigma = &self.refined.corrections_sigma[10 * body..10 * body + 10];
             let evidence: f64 =
                 coordinates.iter().zip(sigma).map(|(x, s)| x * x * (1.0 - s * s).max(0.0)).sum();
             if evidence < 0.5 {
                 continue;
             }
             let nominal = &train.inertial_parameters()[10 * body..10 * body + 10];
-            list.push((evidence, words::correction(name, nominal, &change[10 * body..10 * body + 10])));
+            list.push((evidence, text::correction(name, nominal, &change[10 * body..10 * body + 10])));
         }
         list.sort_by(|a, b| b.0.total_cmp(&a.0));
         list.into_iter().map(|(_, found)| found).collect()
@@ -307,7 +309,7 @@ impl Answer<'_> {
             .chain(diagnosis.suspects.iter().map(String::as_str))
             .collect();
         let mut list: Vec<Rejected> = Vec::new();
-        for (c, candidate) in self.setting.candidates.iter().enumerate() {
+        for (c, candidate) in self.regression.candidates.iter().enumerate() {
             let form = &candidate.form;
             let asked = form.location.joint.as_deref().is_none_or(|joint| places.contains(&joint));
             let stands = diagnosis

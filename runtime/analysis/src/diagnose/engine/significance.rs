@@ -1,44 +1,44 @@
-//! Effects that do not survive the exact estimate.
-use super::polish::{Amended, Polished};
+//! Significance: effects that do not survive the exact estimate.
+use super::refinement::{Amended, Refined};
+use super::regression::{MOST, Regression};
 use super::search::{LEAST, least};
-use super::setting::{MOST, Setting};
 use crate::experiments::form::within_reach;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Law, Role, Size};
 
 /// The effect that removes least from the judging data once everything is estimated exactly, if that is next to
 /// nothing.
-pub(super) fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize, bool)> {
-    let change = setting.spread.change(&polished.corrections);
+pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> Option<(usize, bool)> {
+    let change = regression.spread.change(&refined.corrections);
     let errors = |effects: &[Effect], corrected: bool| -> Vec<f64> {
-        let mut amended = Amended::new(setting.judge, effects);
+        let mut amended = Amended::new(regression.judge, effects);
         if corrected && !change.is_empty() {
             amended.correct(&change);
         }
-        let size = |row: usize, x: f64| match setting.judge.rows()[row].channel {
+        let size = |row: usize, x: f64| match regression.judge.rows()[row].channel {
             // While play is crossed the angle is anywhere: squares would be theirs.
             Channel::Transmission => x.abs(),
             _ => x * x,
         };
-        let rows = 0..setting.judge.rows().len();
+        let rows = 0..regression.judge.rows().len();
         rows.map(|row| amended.residual(row).iter().map(|x| size(row, *x)).sum()).collect()
     };
-    let judged = setting.standing.len()..polished.effects.len();
+    let judged = regression.standing.len()..refined.effects.len();
     let falls = judged.clone().map(|k| {
-        let mut fewer = polished.effects.clone();
+        let mut fewer = refined.effects.clone();
         fewer.remove(k);
         let fall = |corrected: bool| {
-            let (with, without) = (errors(&polished.effects, corrected), errors(&fewer, corrected));
+            let (with, without) = (errors(&refined.effects, corrected), errors(&fewer, corrected));
             let relative = without.iter().zip(&with).enumerate().map(|(row, (a, b))| {
-                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST / least(setting.judge.rows()[row].channel)
+                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST / least(regression.judge.rows()[row].channel)
             });
             relative.fold(f64::NEG_INFINITY, f64::max)
         };
         // Also without corrections an effect must explain something, unless nothing can be said without them.
-        (k, fall(setting.free))
+        (k, fall(regression.free))
     });
     let reachable = |k: usize| {
-        let effect = &polished.effects[k];
+        let effect = &refined.effects[k];
         effect.parameters.iter().all(|(name, value)| {
             effect
                 .kind
@@ -46,22 +46,22 @@ pub(super) fn idle(setting: &Setting<'_>, polished: &Polished) -> Option<(usize,
                 .is_none_or(|p| matches!(p.role, Role::Setting(_)) || within_reach(p.plausible, *value))
         })
     };
-    let several = polished.effects.len() > 1;
+    let several = refined.effects.len() > 1;
     let doubtful = judged.clone().find(|&k| {
         !reachable(k)
-            || !saturates(setting, polished, k)
-            || (several && is_cancelled(setting, &polished.effects[k]))
+            || !saturates(regression, refined, k)
+            || (several && is_cancelled(regression, &refined.effects[k]))
     });
-    let falls = falls.map(|(k, fall)| (k, if uncertain(polished, k) { f64::NEG_INFINITY } else { fall }));
+    let falls = falls.map(|(k, fall)| (k, if uncertain(refined, k) { f64::NEG_INFINITY } else { fall }));
     let least = || falls.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, fall)| *fall < 0.5 * LEAST);
     doubtful.map(|k| (k, true)).or_else(|| least().map(|(k, _)| (k, false)))
 }
 
 /// Whether all that an effect might be includes that it is nothing.
-fn uncertain(polished: &Polished, k: usize) -> bool {
-    let effect = &polished.effects[k];
+fn uncertain(refined: &Refined, k: usize) -> bool {
+    let effect = &refined.effects[k];
     let size = |name: &str| effect.kind.parameter(name).map_or(Size::NothingAt(0.0), |p| p.size);
-    let mut sizes = polished.half_width[k]
+    let mut sizes = refined.half_width[k]
         .iter()
         .map(|(name, half)| (name, half, size(name)))
         .filter(|(.., size)| *size != Size::Place)
@@ -73,25 +73,25 @@ fn uncertain(polished: &Polished, k: usize) -> bool {
 }
 
 /// Whether an effect makes far more than there is to explain, so that another one takes it back.
-fn is_cancelled(setting: &Setting<'_>, effect: &Effect) -> bool {
+fn is_cancelled(regression: &Regression<'_>, effect: &Effect) -> bool {
     let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
     let (mut made, mut wanted) = (0.0, 0.0);
-    for (row, response) in setting.train.response(std::slice::from_ref(effect)) {
-        made += setting.weights[row] * squares(&response);
-        wanted += setting.weights[row] * squares(setting.train.residual(row));
+    for (row, response) in regression.train.response(std::slice::from_ref(effect)) {
+        made += regression.weights[row] * squares(&response);
+        wanted += regression.weights[row] * squares(regression.train.residual(row));
     }
     made > MOST * wanted
 }
 
 /// Where a drive saturates, the true torque is the limit: what is left there must be no more than elsewhere. Otherwise
 /// the limit only hides that the model is wrong where torques are large. True for all other kinds.
-fn saturates(setting: &Setting<'_>, polished: &Polished, k: usize) -> bool {
-    let effect = &polished.effects[k];
+fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
+    let effect = &refined.effects[k];
     if !matches!(effect.kind.law, Law::TrueTorque(_)) {
         return true;
     }
-    let experiment = setting.train;
-    let amended = Amended::new(experiment, &polished.effects);
+    let experiment = regression.train;
+    let amended = Amended::new(experiment, &refined.effects);
     experiment.response(std::slice::from_ref(effect)).iter().all(|(row, response)| {
         let left = amended.residual(*row);
         let mean = |inside: bool| {

@@ -1,8 +1,8 @@
-//! Everything a search works on: candidates, sums of products, weights.
-use super::bank::{RowBank, Spread, row_bank};
+//! The linear regression that a search works on: candidates, normal equations, weights, and what a set of effects costs.
+use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::candidates::{all_forms, candidates_of};
-use super::fit::{Candidate, Corrections, Fit, Sums, Term, errors, fit, sizes};
-use super::floor::floor;
+use super::fit::{Candidate, Corrections, Fit, NormalEquations, Term, errors, fit, sizes};
+use super::noise_floor::noise_floor;
 use super::parallel::parallel;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
@@ -13,44 +13,44 @@ pub(super) const BLOCKS: usize = 9;
 
 /// Evidence that an effect must bring beyond its parameters, as a fall of deviance.
 const ENTRY: f64 = 15.0;
-/// Part of the floor's deviance that each parameter has to pay.
-const PRICE: f64 = 0.005;
+/// Part of the noise floor's deviance that each parameter has to pay.
+const PARAMETER_PENALTY: f64 = 0.005;
 /// Evidence that each parameter of an effect on a link must bring.
 const INERTIAL: f64 = 4.0;
 /// The same for each effect: of equivalent explanations the one with fewer effects is the cheaper one.
-const EFFECT: f64 = 0.02;
+const EFFECT_PENALTY: f64 = 0.02;
 
 /// What an effect makes is at most so many times all that there is to explain, as sums of squares.
 pub(super) const MOST: f64 = 4.0;
 
 /// Squared errors below so many times the noise's variance are noise: estimates of noise are no better.
-pub(super) const QUIET: f64 = 2.0;
+pub(super) const NOISE_MARGIN: f64 = 2.0;
 
-/// A floor that effects lower further than to this part of it was none.
+/// A noise floor that effects lower further than to this part of it was none.
 const LOWER: f64 = 0.4;
 
-/// What the search works on.
-pub(super) struct Setting<'a> {
+/// Candidates with the normal equations of their columns, and how errors weigh.
+pub(super) struct Regression<'a> {
     pub train: &'a dyn Experiment,
     /// The data that judge; the training data's own blocks if there are no others.
     pub judge: &'a dyn Experiment,
     pub own_blocks: bool,
     pub spread: Spread,
     pub candidates: Vec<Candidate>,
-    banks: Vec<RowBank>,
-    judge_banks: Option<Vec<RowBank>>,
-    pub train_sums: Sums,
-    pub judge_sums: Sums,
+    equations: Vec<BlockEquations>,
+    judge_equations: Option<Vec<BlockEquations>>,
+    pub train_sums: NormalEquations,
+    pub judge_sums: NormalEquations,
     pub judge_blocks: Vec<usize>,
-    /// One over the floor's variance and correlation, per row.
+    /// One over the noise floor's variance and correlation, per row.
     pub weights: Vec<f64>,
-    /// Deviance of the floor on the judging data, per row.
-    pub floor: Vec<f64>,
-    /// Variance of the floor and how many samples tell the same, per row.
-    floors: Vec<(f64, f64)>,
+    /// Deviance of the noise floor on the judging data, per row.
+    pub floor_deviance: Vec<f64>,
+    /// Variance of the noise floor and how many samples tell the same, per row.
+    noise_floors: Vec<(f64, f64)>,
     corrections: Option<Corrections>,
     /// Sum of squares per row below which errors are the measurement's noise, however small they become.
-    quiet: Vec<f64>,
+    noise_squares: Vec<f64>,
     /// Inertial parameters are estimated freely: without them nothing can be said of the size of effects.
     pub free: bool,
     /// Squared errors by row before any effect entered.
@@ -63,15 +63,15 @@ pub(super) struct Setting<'a> {
 
 /// A fit and what it costs.
 #[derive(Debug, Clone)]
-pub(super) struct Trial {
+pub(super) struct ScoredFit {
     pub fit: Fit,
     /// Sums of squared errors on the judging data, by row.
     pub errors: Vec<f64>,
-    /// Weighted errors, prior and price of all effects.
+    /// Weighted errors, prior and complexity penalty of all effects.
     pub cost: f64,
 }
 
-impl<'a> Setting<'a> {
+impl<'a> Regression<'a> {
     /// Forms all sums; `progress` is told which part of it is done.
     pub fn new(
         train: &'a dyn Experiment,
@@ -87,9 +87,10 @@ impl<'a> Setting<'a> {
         progress(0.2);
         let judge_columns = validation.map(|v| columns_of(v, &forms));
         progress(0.4);
-        let banks = banks_of(train, &spread, &columns);
+        let equations = equations_of(train, &spread, &columns);
         progress(0.7);
-        let judge_banks = validation.zip(judge_columns).map(|(v, columns)| banks_of(v, &spread, &columns));
+        let judge_equations =
+            validation.zip(judge_columns).map(|(v, columns)| equations_of(v, &spread, &columns));
         progress(0.9);
         let candidates = candidates_of(train, forms, &columns, &spread);
         let own_blocks = validation.is_none();
@@ -98,24 +99,24 @@ impl<'a> Setting<'a> {
         } else {
             ((0..BLOCKS).collect(), (0..BLOCKS).collect())
         };
-        let train_sums = Sums::of(&banks, &train_blocks);
-        let judge_sums = Sums::of(judge_banks.as_deref().unwrap_or(&banks), &judge_blocks);
+        let train_sums = NormalEquations::of(&equations, &train_blocks);
+        let judge_sums = NormalEquations::of(judge_equations.as_deref().unwrap_or(&equations), &judge_blocks);
         let mut this = Self {
             train,
             judge,
             own_blocks,
             spread,
             candidates,
-            banks,
-            judge_banks,
+            equations,
+            judge_equations,
             train_sums,
             judge_sums,
             judge_blocks,
             weights: Vec::new(),
-            floor: Vec::new(),
-            floors: Vec::new(),
+            floor_deviance: Vec::new(),
+            noise_floors: Vec::new(),
             corrections: None,
-            quiet: Vec::new(),
+            noise_squares: Vec::new(),
             reference: Vec::new(),
             free: options.widening > 1.0,
             banned: Vec::new(),
@@ -132,36 +133,42 @@ impl<'a> Setting<'a> {
     /// Weights from what a smooth function of the signals could reach, or the noise where there are no signals.
     fn weigh(&mut self) {
         let rows = self.train.rows();
-        self.floors = parallel(rows.len(), |row| floor(self.train, self.judge, self.own_blocks, row));
-        self.floor =
-            self.judge_sums.rows.iter().zip(&self.floors).map(|(row, (_, c))| row.count as f64 / c).collect();
-        let noise = |(row, sums): (&crate::experiments::Row, &super::fit::RowSum)| {
-            QUIET * row.noise.powi(2) * sums.count as f64
+        self.noise_floors =
+            parallel(rows.len(), |row| noise_floor(self.train, self.judge, self.own_blocks, row));
+        self.floor_deviance = self
+            .judge_sums
+            .rows
+            .iter()
+            .zip(&self.noise_floors)
+            .map(|(row, (_, c))| row.count as f64 / c)
+            .collect();
+        let noise = |(row, sums): (&crate::experiments::Row, &super::fit::RowEquations)| {
+            NOISE_MARGIN * row.noise.powi(2) * sums.count as f64
         };
         // Tables of postures and impacts know no more than a bound of their noise.
         let is_table = self.train.motion().time.is_empty();
-        self.quiet = rows
+        self.noise_squares = rows
             .iter()
             .zip(&self.judge_sums.rows)
             .map(|row| if is_table { 0.0 } else { noise(row) })
             .collect();
-        self.weigh_by_floors();
+        self.weigh_by_noise_floors();
     }
 
-    fn weigh_by_floors(&mut self) {
+    fn weigh_by_noise_floors(&mut self) {
         self.weights =
-            self.floors.iter().map(|(variance, correlation)| 1.0 / (variance * correlation)).collect();
+            self.noise_floors.iter().map(|(variance, correlation)| 1.0 / (variance * correlation)).collect();
         let wanted = self.train.inertial_count() > 0 && self.spread.corrects;
         self.corrections =
             wanted.then(|| Corrections::new(&self.train_sums, &self.weights, self.spread.len()));
     }
 
-    /// Lowers the floor where effects do better than the smooth function did, which cannot follow every jump. Tells
+    /// Lowers the noise floor where effects do better than the smooth function did, which cannot follow every jump. Tells
     /// whether that changed anything worth another search.
-    pub fn reweigh(&mut self, trial: &Trial) -> bool {
+    pub fn reweigh(&mut self, scored: &ScoredFit) -> bool {
         let mut changed = false;
-        for (row, (variance, _)) in self.floors.iter_mut().enumerate() {
-            let reached = trial.errors[row] / self.judge_sums.rows[row].count.max(1) as f64;
+        for (row, (variance, _)) in self.noise_floors.iter_mut().enumerate() {
+            let reached = scored.errors[row] / self.judge_sums.rows[row].count.max(1) as f64;
             let noise = self.train.rows()[row].noise.powi(2);
             if reached < LOWER * *variance && noise < LOWER * *variance {
                 *variance = reached.max(noise);
@@ -169,7 +176,7 @@ impl<'a> Setting<'a> {
             }
         }
         if changed {
-            self.weigh_by_floors();
+            self.weigh_by_noise_floors();
         }
         changed
     }
@@ -190,7 +197,7 @@ impl<'a> Setting<'a> {
         self.train.inertial_parameters().get(10 * body).copied()
     }
 
-    /// A candidate's terms, for [`Setting::recall`].
+    /// A candidate's terms, for [`Regression::recall`].
     pub fn remembered(&self, c: usize) -> (Form, Vec<Term>) {
         (self.candidates[c].form.clone(), self.candidates[c].terms.clone())
     }
@@ -212,8 +219,8 @@ impl<'a> Setting<'a> {
             }
             let place = with.iter().position(|a| *a == c).unwrap_or(0);
             for _ in 0..6 {
-                let Some(trial) = self.trial(&with, corrected) else { break };
-                let coefficients = self.coefficients(&with, &trial, place);
+                let Some(scored) = self.scored_fit(&with, corrected) else { break };
+                let coefficients = self.coefficients(&with, &scored, place);
                 let Some(form) = self.candidates[c].form.linearised(self.train, coefficients) else { break };
                 let rows = self.candidates[c].rows.clone();
                 self.candidates[c] = Candidate::new(form, &[], rows, &self.spread, 0);
@@ -226,45 +233,50 @@ impl<'a> Setting<'a> {
         active.iter().flat_map(|&c| &self.candidates[c].terms).collect()
     }
 
-    /// The price of effects: evidence that they have to bring.
-    pub fn price(&self, active: &[usize]) -> f64 {
-        let total: f64 = self.floor.iter().sum::<f64>().max(2.0);
-        let price = |&c: &usize| {
+    /// Evidence that effects have to bring for being more than none.
+    pub fn complexity_penalty(&self, active: &[usize]) -> f64 {
+        let total: f64 = self.floor_deviance.iter().sum::<f64>().max(2.0);
+        let penalty = |&c: &usize| {
             let candidate = &self.candidates[c];
             if let Search::Inertial(_) = candidate.form.search {
                 // These compete with corrections that cost by themselves.
                 return INERTIAL * candidate.parameters as f64 + ENTRY;
             }
-            let floor = candidate.rows.iter().map(|&r| self.floor[r]).fold(0.0, f64::max);
-            candidate.parameters as f64 * (total.ln() + PRICE * floor) + ENTRY + EFFECT * floor
+            let floor = candidate.rows.iter().map(|&r| self.floor_deviance[r]).fold(0.0, f64::max);
+            candidate.parameters as f64 * (total.ln() + PARAMETER_PENALTY * floor)
+                + ENTRY
+                + EFFECT_PENALTY * floor
         };
-        active.iter().map(price).sum()
+        active.iter().map(penalty).sum()
     }
 
     /// Fits candidates and judges them.
-    pub fn trial(&self, active: &[usize], corrected: bool) -> Option<Trial> {
+    pub fn scored_fit(&self, active: &[usize], corrected: bool) -> Option<ScoredFit> {
         let terms = self.terms(active);
         let corrections = self.corrections.as_ref().filter(|_| corrected);
         let fit = fit(&self.train_sums, &self.weights, corrections, &terms)?;
         let errors = errors(&self.judge_sums, &fit, &terms);
-        let heard = errors.iter().zip(&self.quiet).map(|(error, quiet)| error.max(*quiet));
+        let heard = errors.iter().zip(&self.noise_squares).map(|(error, noise)| error.max(*noise));
         let deviance: f64 = heard.zip(&self.weights).map(|(e, w)| e * w).sum();
-        let cost = deviance + fit.prior + self.price(active);
-        Some(Trial { fit, errors, cost })
+        let cost = deviance + fit.prior + self.complexity_penalty(active);
+        Some(ScoredFit { fit, errors, cost })
     }
 
     /// Errors of a fit in each judging block, one row.
-    pub fn block_errors(&self, trial: &Trial, active: &[usize]) -> Vec<Vec<f64>> {
-        let banks = self.judge_banks.as_deref().unwrap_or(&self.banks);
+    pub fn block_errors(&self, scored: &ScoredFit, active: &[usize]) -> Vec<Vec<f64>> {
+        let equations = self.judge_equations.as_deref().unwrap_or(&self.equations);
         let terms = self.terms(active);
-        self.judge_blocks.iter().map(|&b| errors(&Sums::of(banks, &[b]), &trial.fit, &terms)).collect()
+        self.judge_blocks
+            .iter()
+            .map(|&b| errors(&NormalEquations::of(equations, &[b]), &scored.fit, &terms))
+            .collect()
     }
 
     /// Standard error of the difference between the deviances of two fits, from the scatter over the judging blocks.
-    pub fn scatter(&self, a: &Trial, with_a: &[usize], b: &Trial, with_b: &[usize]) -> f64 {
-        let of = |trial: &Trial, active: &[usize]| -> Vec<f64> {
+    pub fn scatter(&self, a: &ScoredFit, with_a: &[usize], b: &ScoredFit, with_b: &[usize]) -> f64 {
+        let of = |scored: &ScoredFit, active: &[usize]| -> Vec<f64> {
             let weighted = |errors: Vec<f64>| errors.iter().zip(&self.weights).map(|(e, w)| e * w).sum();
-            self.block_errors(trial, active).into_iter().map(weighted).collect()
+            self.block_errors(scored, active).into_iter().map(weighted).collect()
         };
         let differences: Vec<f64> =
             of(a, with_a).iter().zip(of(b, with_b)).map(|(a, b): (&f64, f64)| b - a).collect();
@@ -275,16 +287,16 @@ impl<'a> Setting<'a> {
     }
 
     /// Coefficients of one of the active candidates.
-    pub fn coefficients<'t>(&self, active: &[usize], trial: &'t Trial, which: usize) -> &'t [f64] {
+    pub fn coefficients<'t>(&self, active: &[usize], scored: &'t ScoredFit, which: usize) -> &'t [f64] {
         let first: usize = active[..which].iter().map(|&c| self.candidates[c].terms.len()).sum();
-        &trial.fit.coefficients[first..first + self.candidates[active[which]].terms.len()]
+        &scored.fit.coefficients[first..first + self.candidates[active[which]].terms.len()]
     }
 
     /// Why a fit is physically impossible, if it is.
-    pub fn impossible(&self, active: &[usize], trial: &Trial) -> Option<(usize, String)> {
+    pub fn impossible(&self, active: &[usize], scored: &ScoredFit) -> Option<(usize, String)> {
         (0..active.len()).filter(|&k| !self.standing.contains(&active[k])).find_map(|k| {
             let (form, coefficients) =
-                (&self.candidates[active[k]].form, self.coefficients(active, trial, k));
+                (&self.candidates[active[k]].form, self.coefficients(active, scored, k));
             let why = form.impossible(coefficients).or_else(|| self.massless(form, coefficients)).or_else(
                 || self.cancelled(&self.candidates[active[k]], coefficients).filter(|_| active.len() > 1),
             )?;
@@ -348,7 +360,7 @@ impl<'a> Setting<'a> {
             };
             let forms = (0..self.candidates.len()).filter(searched);
             let with = |c: usize| self.standing.iter().copied().chain([c]).collect::<Vec<usize>>();
-            let tried = forms.filter_map(|c| Some((c, self.trial(&with(c), corrected)?.cost)));
+            let tried = forms.filter_map(|c| Some((c, self.scored_fit(&with(c), corrected)?.cost)));
             match tried.min_by(|a, b| a.1.total_cmp(&b.1)) {
                 Some((best, _)) => self.standing.push(best),
                 None => left_out.push(effect),
@@ -381,7 +393,11 @@ fn columns_of(experiment: &dyn Experiment, forms: &[Form]) -> Vec<Vec<Column>> {
     parallel(forms.len(), |i| forms[i].columns(experiment))
 }
 
-fn banks_of(experiment: &dyn Experiment, spread: &Spread, columns: &[Vec<Column>]) -> Vec<RowBank> {
+fn equations_of(
+    experiment: &dyn Experiment,
+    spread: &Spread,
+    columns: &[Vec<Column>],
+) -> Vec<BlockEquations> {
     let flat: Vec<(usize, &Column)> = columns.iter().flatten().enumerate().collect();
-    parallel(experiment.rows().len(), |row| row_bank(experiment, row, spread, &flat, BLOCKS, None))
+    parallel(experiment.rows().len(), |row| block_equations(experiment, row, spread, &flat, BLOCKS, None))
 }
