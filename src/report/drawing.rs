@@ -15,7 +15,9 @@ pub fn drawing(description: &RobotDescription, tree: &Tree, positions: &[f64]) -
     let joints = tree.joints.iter().filter_map(|joint| {
         let index = tree.bodies.iter().position(|body| body.joint == joint.name)?;
         let body = &tree.bodies[index];
-        let (axis, reversed) = axis_of(body.motion)?;
+        let (Motion::Revolute { axis, reversed } | Motion::Prismatic { axis, reversed }) = body.motion else {
+            return None;
+        };
         let mut direction = [0.0; 3];
         direction[axis] = if reversed { -1.0 } else { 1.0 };
         Some(DrawnJoint {
@@ -30,13 +32,6 @@ pub fn drawing(description: &RobotDescription, tree: &Tree, positions: &[f64]) -
     bones.extend(self::bones(tree, &placed));
     let hulls = trunk.into_iter().chain(hulls(tree, &placed)).collect();
     Drawing { joints: joints.collect(), bones, hulls }
-}
-
-fn axis_of(motion: Motion) -> Option<(usize, bool)> {
-    match motion {
-        Motion::Free => None,
-        Motion::Revolute { axis, reversed } | Motion::Prismatic { axis, reversed } => Some((axis, reversed)),
-    }
 }
 
 /// Every body's frame in the world.

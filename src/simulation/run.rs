@@ -2,7 +2,7 @@
 use super::{in_world, plant, stepping, walking};
 use crate::progress::Run;
 use bipedc_analysis::report::Film;
-use bipedc_analysis::simulate::phases::WalkSummary;
+use bipedc_analysis::simulate::phases::{WalkEnd, WalkSummary};
 use bipedc_analysis::simulate::{Plant, Scenario, Summary};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -138,13 +138,13 @@ impl Simulated {
     pub fn is_interrupted(&self) -> bool {
         match &self.outcome {
             Outcome::Stepped(summary) => summary.interrupted,
-            Outcome::Walked { summary, .. } => summary.end == "interrupted",
+            Outcome::Walked { summary, .. } => summary.end == WalkEnd::Interrupted,
         }
     }
 
     /// Whether an assumption of the model did not hold and ended it.
     pub fn is_refuted(&self) -> bool {
-        matches!(&self.outcome, Outcome::Walked { summary, .. } if summary.end == "verdict")
+        matches!(&self.outcome, Outcome::Walked { summary, .. } if summary.end == WalkEnd::Verdict)
     }
 }
 

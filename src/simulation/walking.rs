@@ -5,7 +5,9 @@ use super::{Options, Outcome, Scene, Simulated, true_walker};
 use crate::film::Recorder;
 use crate::progress::Run;
 use bipedc_analysis::report::{Fact, Film};
-use bipedc_analysis::simulate::phases::{FootImpulse, Projected, Violation, WalkSummary, Walking, columns};
+use bipedc_analysis::simulate::phases::{
+    FootImpulse, Projected, Violation, WalkEnd, WalkSummary, Walking, columns,
+};
 use bipedc_analysis::simulate::{self, EventDriven, Mechanics, Sample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::control::{Controller, JointCommand, Observation};
@@ -133,9 +135,9 @@ pub(super) fn text(summary: &WalkSummary, real_time_factor: f64, log: &Path) -> 
 fn words(summary: &WalkSummary) -> String {
     let steps = if summary.steps == 1 { "step" } else { "steps" };
     let end = match summary.end {
-        "verdict" => ", then an assumption of the model did not hold",
-        "interrupted" => ", then interrupted",
-        _ => "",
+        WalkEnd::Verdict => ", then an assumption of the model did not hold",
+        WalkEnd::Interrupted => ", then interrupted",
+        WalkEnd::Duration | WalkEnd::Steps => "",
     };
     format!("walked {} {steps} in {:.4} s{end}", summary.steps, summary.time)
 }

@@ -1,6 +1,7 @@
 //! The five-link walker: event times against a tighter tolerance, and time stepping beside it.
 use super::{scenario_text, time_stepped, walked};
 use bipedc_analysis::simulate::Sample;
+use bipedc_analysis::simulate::phases::WalkEnd;
 
 const FOLDER: &str = "robots/five_link";
 const SCENARIO: &str = "robots/five_link/scenarios/gait.toml";
@@ -9,7 +10,7 @@ const SLICED: &str = "robots/five_link/scenarios/gait_time_stepping.toml";
 #[test]
 fn the_shipped_gait_walks_and_settles() {
     let (summary, samples) = walked(FOLDER, &scenario_text(SCENARIO)).unwrap();
-    assert_eq!((summary.end, summary.steps), ("steps", 10), "{:?}", summary.verdict);
+    assert_eq!((summary.end, summary.steps), (WalkEnd::Steps, 10), "{:?}", summary.verdict);
     let times: Vec<f64> = summary.changes.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
     let shrink = (times[4] - times[3]) / (times[3] - times[2]);
     let forward = samples.last().unwrap().q[0] - samples[0].q[0];

@@ -1,6 +1,7 @@
 //! The three-link walker with its published gait and controller (Grizzle, Abba and Plestan, 2001).
 use super::{scenario_text, walked};
 use bipedc_analysis::simulate::Sample;
+use bipedc_analysis::simulate::phases::WalkEnd;
 
 const SCENARIO: &str = "robots/three_link/scenarios/published_gait.toml";
 
@@ -14,7 +15,7 @@ fn stance_rate(sample: &Sample) -> f64 {
 fn the_published_speed_comes_out_of_the_scenario() {
     let text = scenario_text(SCENARIO).replace("log_step = 0.005", "log_step = 0.0005");
     let (summary, samples) = walked("robots/three_link", &text).unwrap();
-    assert_eq!((summary.end, summary.steps, &summary.verdict), ("steps", 8, &None));
+    assert_eq!((summary.end, summary.steps, &summary.verdict), (WalkEnd::Steps, 8, &None));
     let changes = &summary.changes;
     let last = changes.last().unwrap();
     // The rate just before the last impact, along the last two rows before it.

@@ -1,11 +1,12 @@
 //! Every assumption has a scenario that violates it, and the verdict says what happened.
 use super::{scenario_text, walked};
 use bipedc_analysis::simulate::phases::Violation;
+use bipedc_analysis::simulate::phases::WalkEnd;
 
 /// What ended the walk.
 pub fn verdict(folder: &str, text: &str) -> Violation {
     let (summary, samples) = walked(folder, text).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(summary.end, "verdict", "{summary:?}");
+    assert_eq!(summary.end, WalkEnd::Verdict, "{summary:?}");
     let violation = summary.verdict.unwrap();
     println!("{violation:?}");
     assert_eq!(violation.time, summary.time);

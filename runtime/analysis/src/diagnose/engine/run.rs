@@ -3,7 +3,7 @@ use super::parsimony::simplify;
 use super::refinement::{Amended, Refined, refine};
 use super::regression::{BLOCKS, Regression};
 use super::search::{Outcome, search};
-use super::significance::insignificant;
+use super::significance::{Insignificant, insignificant};
 use super::text;
 use super::unexplained::unexplained;
 use crate::diagnose::{Diagnosis, Fall, Found, Rejected, Step};
@@ -71,18 +71,20 @@ pub fn diagnose(
     let refined = loop {
         let effects = estimates(&regression, &outcome);
         let refined = refine(train, effects, &regression.spread, &regression.weights, outcome.corrected);
-        let Some((idle, impossible)) = insignificant(&regression, &refined) else { break refined };
+        let Some(Insignificant { effect, impossible }) = insignificant(&regression, &refined) else {
+            break refined;
+        };
         if impossible && retries > 0 {
             // What the exact estimate makes impossible hid something else: look again without it.
             retries -= 1;
-            regression.ban(outcome.active[idle]);
+            regression.ban(outcome.active[effect]);
             let Some(again) = search(&mut regression, options.most, &entered) else { break refined };
             outcome = again;
             simplify(&regression, &mut outcome);
             continue;
         }
         let mut fewer = outcome.active.clone();
-        fewer.remove(idle);
+        fewer.remove(effect);
         let Some(scored) = regression.scored_fit(&fewer, outcome.corrected) else { break refined };
         (outcome.active, outcome.scored) = (fewer, scored);
     };

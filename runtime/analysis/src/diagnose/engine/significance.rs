@@ -6,9 +6,17 @@ use crate::experiments::form::within_reach;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Law, Role, Size};
 
+/// An effect that does not stay.
+pub(super) struct Insignificant {
+    /// Its index among the refined ones.
+    pub effect: usize,
+    /// It cannot be so; otherwise it explains next to nothing.
+    pub impossible: bool,
+}
+
 /// The effect that removes least from the judging data once everything is estimated exactly, if that is next to
 /// nothing.
-pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> Option<(usize, bool)> {
+pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> Option<Insignificant> {
     let change = regression.spread.change(&refined.corrections);
     let errors = |effects: &[Effect], corrected: bool| -> Vec<f64> {
         let mut amended = Amended::new(regression.judge, effects);
@@ -54,7 +62,8 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     });
     let falls = falls.map(|(k, fall)| (k, if uncertain(refined, k) { f64::NEG_INFINITY } else { fall }));
     let least = || falls.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, fall)| *fall < 0.5 * LEAST);
-    doubtful.map(|k| (k, true)).or_else(|| least().map(|(k, _)| (k, false)))
+    let of = |effect, impossible| Insignificant { effect, impossible };
+    doubtful.map(|k| of(k, true)).or_else(|| least().map(|(k, _)| of(k, false)))
 }
 
 /// Whether all that an effect might be includes that it is nothing.

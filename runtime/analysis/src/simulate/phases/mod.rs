@@ -19,6 +19,6 @@ pub use integrate::{
 pub(crate) use mirror::Mirror;
 pub use project::Projected;
 pub use robot::PhasedRobot;
-pub use run::{FootImpulse, PhaseChange, WalkSummary, Walking, columns};
+pub use run::{FootImpulse, PhaseChange, WalkEnd, WalkSummary, Walking, columns};
 pub use spec::{Ending, Landing, PhaseSpec};
 pub use support::{Row, RowKind};

@@ -45,6 +45,20 @@ pub struct FootImpulse {
     pub z: f64,
 }
 
+/// Why a walk ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WalkEnd {
+    /// The time that it was given was over.
+    Duration,
+    /// It has done its steps.
+    Steps,
+    /// An assumption of the model did not hold.
+    Verdict,
+    /// It was stopped.
+    Interrupted,
+}
+
 /// What a walk reports besides its log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WalkSummary {
@@ -54,8 +68,8 @@ pub struct WalkSummary {
     pub time: f64,
     /// Walking steps: landings.
     pub steps: usize,
-    /// `duration`, `steps`, `verdict` or `interrupted`.
-    pub end: &'static str,
+    /// Why it ended.
+    pub end: WalkEnd,
     /// The assumption that did not hold, if one ended the walk.
     pub verdict: Option<Violation>,
     /// In order.
@@ -175,10 +189,10 @@ impl Walking<'_> {
         }
         let done = done?;
         let (end, verdict) = match done.end {
-            End::Violated(violation) => ("verdict", Some(violation)),
-            _ if interrupted => ("interrupted", None),
-            End::Time => ("duration", None),
-            End::Changes | End::Stopped => ("steps", None),
+            End::Violated(violation) => (WalkEnd::Verdict, Some(violation)),
+            _ if interrupted => (WalkEnd::Interrupted, None),
+            End::Time => (WalkEnd::Duration, None),
+            End::Changes | End::Stopped => (WalkEnd::Steps, None),
         };
         Ok(WalkSummary {
             rows,
