@@ -6,7 +6,7 @@
 mod reproduction;
 
 use bipedc::ProgramRegressor;
-use bipedc::identification::standing::{Root, Standing as Rooted};
+use bipedc::identification::standing::{Root, StandingRobot};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::contact_log::ContactExperiment;
 use bipedc_analysis::identify::cop::least_squares;
@@ -114,9 +114,9 @@ impl Truth {
 }
 
 fn main() -> Result<(), Failure> {
-    let stood = Stood::new(Rooted::new(&tulip()?, Some("right_foot"), Root::Sole).map_err(said)?)?;
+    let stood = Stood::new(StandingRobot::new(&tulip()?, Some("right_foot"), Root::Sole).map_err(said)?)?;
     let hidden =
-        Stood::new(Rooted::new(&other(&tulip()?, 86), Some("right_foot"), Root::Sole).map_err(said)?)?;
+        Stood::new(StandingRobot::new(&other(&tulip()?, 86), Some("right_foot"), Root::Sole).map_err(said)?)?;
     let base = stood.rooted.base(Model::ZeroMomentPoint, &["Fz", "Mx", "My"], false).map_err(one)?;
     let actual = base.values(&hidden.rooted.link_inertias.parameters());
     let nominal = base.values(&stood.rooted.link_inertias.parameters());
@@ -188,8 +188,7 @@ fn main() -> Result<(), Failure> {
         )
         .map_err(said)?;
         let options = Options { cutoff_hz: Some(8.0), trim_s: 1.0, ..Options::default() };
-        let experiment = ContactExperiment::from_reader(stood.robot(), reader, &Mapping::default(), &options)
-            .map_err(said)?;
+        let experiment = ContactExperiment::from_reader(stood.robot(), reader, &options).map_err(said)?;
         let (free, possible) = identified(&stood, &base, &experiment, &nominal)?;
         row(&format!("{name}: least squares"), &free);
         row(&format!("{name}: physically possible"), &possible);

@@ -5,8 +5,8 @@
 #[path = "reproduction/mod.rs"]
 mod reproduction;
 
-use bipedc::identification::standing::{Root, Standing as Rooted};
-use bipedc_analysis::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
+use bipedc::identification::standing::{Root, StandingRobot};
+use bipedc_analysis::identify::excite::postures::{PostureRequest, StanceModel, Tolerance, design_postures};
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_compiler::exact::Model;
@@ -18,7 +18,7 @@ const THESIS: [[f64; 2]; 6] =
 
 fn main() -> Result<(), Failure> {
     let evaluations = std::env::args().nth(1).map_or(Ok(6000), |text| text.parse())?;
-    let rooted = Rooted::new(&tulip()?, Some("right_foot"), Root::Link).map_err(said)?;
+    let rooted = StandingRobot::new(&tulip()?, Some("right_foot"), Root::Link).map_err(said)?;
     let request = FunctionRequest::of_robot("center_of_mass_regressor");
     let model = ProgramModel::new(rooted.robot.compile_only(&[request]).map_err(one)?);
     // Masses are eliminated: every sum is led by a first moment. The swing foot's height is seen only when it tilts.
@@ -28,7 +28,7 @@ fn main() -> Result<(), Failure> {
     base.sums = seen.iter().map(|&k| base.sums[k].clone()).collect();
     base.names = seen.iter().map(|&k| base.names[k].clone()).collect();
     let parts = rooted.parts(&model, &base, &mut Vec::new()).map_err(one)?;
-    let standing = Standing::new(parts).map_err(one)?;
+    let standing = StanceModel::new(parts).map_err(one)?;
     let request = PostureRequest {
         postures: 50,
         placements: 10,

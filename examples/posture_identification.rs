@@ -5,15 +5,15 @@
 #[path = "reproduction/mod.rs"]
 mod reproduction;
 
-use bipedc::identification::standing::{Root, Standing as Rooted};
+use bipedc::identification::standing::{Root, StandingRobot};
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::cop::{
     PostureTable, PressureErrors, held_out, least_squares, pressure_errors, simplified,
 };
-use bipedc_analysis::identify::excite::postures::{PostureRequest, Standing, Tolerance, design_postures};
+use bipedc_analysis::identify::excite::postures::{PostureRequest, StanceModel, Tolerance, design_postures};
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
-use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_analysis::log::{Log, Mapping, Reader};
 use bipedc_compiler::exact::Model;
 use reproduction::{Failure, Noise, Stood, one, other, said, tulip};
 use std::fmt::Write as _;
@@ -24,15 +24,15 @@ use std::path::Path;
 const NOISE: f64 = 4e-3;
 
 fn main() -> Result<(), Failure> {
-    let rooted = Rooted::new(&tulip()?, Some("right_foot"), Root::Link).map_err(said)?;
+    let rooted = StandingRobot::new(&tulip()?, Some("right_foot"), Root::Link).map_err(said)?;
     let truth =
-        Stood::new(Rooted::new(&other(&tulip()?, 83), Some("right_foot"), Root::Link).map_err(said)?)?;
+        Stood::new(StandingRobot::new(&other(&tulip()?, 83), Some("right_foot"), Root::Link).map_err(said)?)?;
     let stood = Stood::new(rooted)?;
     let full = stood.rooted.base(Model::CenterOfMass, &["x", "y"], true).map_err(one)?;
     let zeros = stood.rooted.zeros().map_err(one)?;
     let smaller = simplified(&full, &names(&stood), &|k| zeros.contains(&k));
-    let standing =
-        Standing::new(stood.rooted.parts(&stood.model, &full, &mut Vec::new()).map_err(one)?).map_err(one)?;
+    let standing = StanceModel::new(stood.rooted.parts(&stood.model, &full, &mut Vec::new()).map_err(one)?)
+        .map_err(one)?;
     let actual = truth.rooted.link_inertias.parameters();
     let mass: f64 = actual.iter().step_by(10).sum();
     let set = |postures, placements, seed, evaluations| {
@@ -169,13 +169,8 @@ fn parameters(
 fn example(stood: &Stood, full: &BaseSet, smaller: &BaseSet) -> Result<(), Failure> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/examples/postures");
     let read = |name: &str| -> Result<PostureTable, Failure> {
-        let read = PostureExperiment::read(
-            stood.robot(),
-            &folder.join(name),
-            &Mapping::default(),
-            Some("right_foot"),
-        )
-        .map_err(said)?;
+        let log = Log::open(folder.join(name)).map_err(said)?;
+        let read = PostureExperiment::read(stood.robot(), &log, Some("right_foot")).map_err(said)?;
         let carried = read.carried().ok_or("no corner forces")?;
         Ok(PostureTable::new(&read, carried.iter().sum::<f64>() / carried.len() as f64))
     };

@@ -1,7 +1,7 @@
 //! What the reproductions share: TUlip, a TUlip whose parameters are others, postures, and numbers that look random.
 #![allow(dead_code)]
 use bipedc::feet;
-use bipedc::identification::standing::Standing as Rooted;
+use bipedc::identification::standing::StandingRobot;
 use bipedc_analysis::robot::{BaseKind, Foot, Joint, JointLayout, Robot as Parts};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
@@ -60,7 +60,7 @@ impl Noise {
 
 /// Functions of a robot on its standing foot, and what measurements know of it.
 pub struct Stood {
-    pub rooted: Rooted,
+    pub rooted: StandingRobot,
     pub model: ProgramModel,
     pub subject: JointLayout,
     pub feet: Vec<Foot>,
@@ -68,7 +68,7 @@ pub struct Stood {
 
 impl Stood {
     /// Compiles what posture tables and logs with ground forces need.
-    pub fn new(rooted: Rooted) -> Result<Self, Failure> {
+    pub fn new(rooted: StandingRobot) -> Result<Self, Failure> {
         let rigid = rooted.robot.clone().without_effects();
         let names = [
             "inverse_dynamics",

@@ -1,8 +1,8 @@
 //! Writing a proposal into a description.
 use super::files::{Lock, prepared, read_text};
-use super::history::{Action, Change, History, Standing, Step, Version, pack};
+use super::history::{Action, Change, History, HistoryState, Step, Version, pack};
 use super::text::{self, Written};
-use super::{Proposal, Proposed, Wish, description_path, is_same, now, words};
+use super::{Proposal, Proposed, Request, description_path, is_same, now, words};
 use bipedc_compiler::description::SourceFiles;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -88,15 +88,15 @@ fn pushed(mut list: Vec<Change>, change: Change) -> Vec<Change> {
 /// Brings the history up to what the description is; says what was found.
 fn settle(history: &mut History, text: &str, date: &str) -> Vec<String> {
     let Some(last) = history.last().map(|step| step.step) else { return Vec::new() };
-    match history.standing(text) {
-        Standing::Agree => Vec::new(),
-        Standing::LastStepMissing => {
+    match history.state(text) {
+        HistoryState::Agree => Vec::new(),
+        HistoryState::LastStepMissing => {
             history.take_back(date);
             vec![format!(
                 "step {last} is not in the description (interrupted, or restored by other means): marked as taken back"
             )]
         }
-        Standing::Edited => vec![format!("the description was edited by hand since step {last}: noted")],
+        HistoryState::Edited => vec![format!("the description was edited by hand since step {last}: noted")],
     }
 }
 
@@ -132,10 +132,12 @@ fn put(
     }
     let is_twin = |change: &Change| is_same(&change.effect, &effect);
     let action = match proposed.wish {
-        Wish::Remove => Action::Removed,
+        Request::Remove => Action::Removed,
         // Of two alike in one proposal (two ripples, say) the second comes beside the first.
-        Wish::Put if !step.changes.iter().any(is_twin) && text::count(text, &effect)? > 0 => Action::Replaced,
-        Wish::Put | Wish::Add => Action::Added,
+        Request::Put if !step.changes.iter().any(is_twin) && text::count(text, &effect)? > 0 => {
+            Action::Replaced
+        }
+        Request::Put | Request::Add => Action::Added,
     };
     let comment = words::above(&effect, proposed, step);
     let written = Written { effect: &effect, ci95: &proposed.ci95, comment: &comment };

@@ -1,7 +1,7 @@
 //! From a diagnosis to a proposal.
 use super::history::{ChannelError, Fall};
-use super::{Proposal, Proposed, Wish, is_same};
-use bipedc_analysis::diagnose::{Diagnosis, Fall as Measured, Found};
+use super::{Proposal, Proposed, Request, is_same};
+use bipedc_analysis::diagnose::{Diagnosis, Fall as Measured, FoundEffect};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::kinds;
 use std::collections::BTreeMap;
@@ -54,9 +54,10 @@ fn not_one(path: &Path, error: &serde_json::Error) -> Diagnostic {
 /// A selection that the diagnosis does not have.
 pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Result<Proposal, Diagnostic> {
     let mut chosen = choose(diagnosis, &selection.only)?;
-    let entered = |found: &Found| diagnosis.steps.iter().position(|s| is_same(&s.effect, &found.effect));
+    let entered =
+        |found: &FoundEffect| diagnosis.steps.iter().position(|s| is_same(&s.effect, &found.effect));
     chosen.sort_by_key(|found| entered(found).unwrap_or(usize::MAX));
-    let wish = if selection.add { Wish::Add } else { Wish::Put };
+    let wish = if selection.add { Request::Add } else { Request::Put };
     let main = main_channel(diagnosis);
     let mut effects: Vec<Proposed> = Vec::new();
     for (index, found) in chosen.iter().enumerate() {
@@ -78,16 +79,16 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
         effects.extend(diagnosis.inertial_corrections.iter().map(|found| proposed(found, None, wish)));
     }
     // Effects that stood already and were estimated again belong to the estimates of the others.
-    effects.extend(diagnosis.standing.iter().map(|found| proposed(found, None, Wish::Put)));
+    effects.extend(diagnosis.standing.iter().map(|found| proposed(found, None, Request::Put)));
     let training = (!diagnosis.training.file.is_empty()).then(|| diagnosis.training.clone());
     let validation = diagnosis.validation.clone();
     Ok(Proposal { effects, origin: origin.to_owned(), training, validation, errors, note })
 }
 
 /// Corrections by mass and centre of mass are no effects that a description could state.
-fn refuse_untold(corrections: &[Found]) -> Result<(), Diagnostic> {
-    let link = |found: &&Found| found.effect.kind == &kinds::INERTIAL_CORRECTION;
-    let change = |found: &Found| {
+fn refuse_untold(corrections: &[FoundEffect]) -> Result<(), Diagnostic> {
+    let link = |found: &&FoundEffect| found.effect.kind == &kinds::INERTIAL_CORRECTION;
+    let change = |found: &FoundEffect| {
         let [mass, x, y, z] = ["mass", "x", "y", "z"].map(|name| found.effect.value(name));
         format!("{} {mass:+.4} kg, centre of mass {x:+.5} {y:+.5} {z:+.5} m", found.effect.location)
     };
@@ -101,14 +102,14 @@ fn refuse_untold(corrections: &[Found]) -> Result<(), Diagnostic> {
     )))
 }
 
-fn proposed(found: &Found, error: Option<ChannelError>, wish: Wish) -> Proposed {
+fn proposed(found: &FoundEffect, error: Option<ChannelError>, wish: Request) -> Proposed {
     Proposed { effect: found.effect.clone(), ci95: found.ci95.clone(), error, wish }
 }
 
-fn choose<'d>(diagnosis: &'d Diagnosis, only: &[String]) -> Result<Vec<&'d Found>, Diagnostic> {
+fn choose<'d>(diagnosis: &'d Diagnosis, only: &[String]) -> Result<Vec<&'d FoundEffect>, Diagnostic> {
     let mut chosen = vec![only.is_empty(); diagnosis.effects.len()];
     for wanted in only {
-        let matches = |index: usize, found: &Found| match wanted.parse::<usize>() {
+        let matches = |index: usize, found: &FoundEffect| match wanted.parse::<usize>() {
             Ok(number) => number == index + 1,
             Err(_) => wanted == found.effect.kind.name || wanted == &name(found),
         };
@@ -127,7 +128,7 @@ fn choose<'d>(diagnosis: &'d Diagnosis, only: &[String]) -> Result<Vec<&'d Found
 }
 
 /// `KIND:PLACE`
-fn name(found: &Found) -> String {
+fn name(found: &FoundEffect) -> String {
     format!("{}:{}", found.effect.kind, found.effect.location)
 }
 

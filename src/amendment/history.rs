@@ -143,7 +143,7 @@ pub struct Version {
 
 /// How the description and its history stand to each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Standing {
+pub enum HistoryState {
     /// The description is what the last step made of it, or there are no steps.
     Agree,
     /// The description is as before the last step: interrupted, or restored by other means.
@@ -277,13 +277,13 @@ impl History {
     }
 
     /// Whether the description is what the history says.
-    pub fn standing(&self, text: &str) -> Standing {
+    pub fn state(&self, text: &str) -> HistoryState {
         let now = Version::of(text);
         match self.last() {
-            None => Standing::Agree,
-            Some(step) if step.after == now => Standing::Agree,
-            Some(step) if step.before == now => Standing::LastStepMissing,
-            Some(_) => Standing::Edited,
+            None => HistoryState::Agree,
+            Some(step) if step.after == now => HistoryState::Agree,
+            Some(step) if step.before == now => HistoryState::LastStepMissing,
+            Some(_) => HistoryState::Edited,
         }
     }
 

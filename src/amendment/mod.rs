@@ -52,12 +52,12 @@ pub struct Proposed {
     /// Error before and after this effect alone, where known.
     pub error: Option<ChannelError>,
     /// What to do with it.
-    pub wish: Wish,
+    pub wish: Request,
 }
 
 /// What to do with an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wish {
+pub enum Request {
     /// Replace the parameters of the effect of this kind at this place, or add it.
     Put,
     /// Add it whatever is there.

@@ -1,6 +1,6 @@
 //! Taking the last step back.
 use super::files::{Lock, prepared};
-use super::history::{History, Standing, Step};
+use super::history::{History, HistoryState, Step};
 use super::{now, open};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::Batch;
@@ -35,17 +35,17 @@ pub fn undo(path: &Path, force: bool) -> Result<Undone, Diagnostic> {
     let _lock = Lock::of_folder(&description, &[&description, &History::path(&description)])?;
     let (description, text, mut history) = open(&description)?;
     let Some(step) = history.last().cloned() else { return Err(nothing(&description, &history)) };
-    let standing = history.standing(&text);
+    let standing = history.state(&text);
     let before = step.text_before().map_err(|error| error.in_file(&History::path(&description)))?;
-    let lost = if standing == Standing::Edited { lines_only_in(&text, &before) } else { Vec::new() };
-    if standing == Standing::Edited && !force {
+    let lost = if standing == HistoryState::Edited { lines_only_in(&text, &before) } else { Vec::new() };
+    if standing == HistoryState::Edited && !force {
         return Err(edited(&description, &step, &lost));
     }
     history.take_back(&now());
     let mut all = Batch::default();
     let mut kept = None;
-    if standing != Standing::LastStepMissing {
-        if standing == Standing::Edited {
+    if standing != HistoryState::LastStepMissing {
+        if standing == HistoryState::Edited {
             let copy = free_name(&description);
             all.add(prepared(&copy, &text)?);
             kept = Some(copy);
@@ -55,7 +55,7 @@ pub fn undo(path: &Path, force: bool) -> Result<Undone, Diagnostic> {
     }
     all.add(prepared(&History::path(&description), &history.to_text()?)?);
     all.commit()?;
-    let restored = standing != Standing::LastStepMissing;
+    let restored = standing != HistoryState::LastStepMissing;
     Ok(Undone { step, description, restored, edited: kept, lost })
 }
 

@@ -5,7 +5,7 @@ use crate::terminal::output;
 use crate::terminal::pages::Pages;
 use bipedc::amendment::{Amended, description_path, words};
 use bipedc::diagnosis::{self, Options};
-use bipedc::workbench::{Explained, Told};
+use bipedc::workbench::{Event, Explained};
 use bipedc::{Diagnostic, Diagnostics, Log, Workbench};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure;
@@ -133,11 +133,11 @@ impl Diagnose {
         let options = Options { report: false, ..self.options() };
         let explained = bench.explain((&log, judge.as_ref()), &options, &mut |told| {
             let text = match told {
-                Told::Warnings(warnings) => {
+                Event::Warnings(warnings) => {
                     output::diagnostics(warnings);
                     return Ok(());
                 }
-                Told::Step(amended) => {
+                Event::Step(amended) => {
                     output::diagnostics(&amended.warnings);
                     step(amended)
                 }

@@ -1,7 +1,7 @@
 //! `bipedc history`: what was done to a description, and how the error fell.
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output;
-use bipedc::amendment::history::{Action, Stair, Standing, Step};
+use bipedc::amendment::history::{Action, HistoryState, Stair, Step};
 use bipedc::amendment::{self, open, picture, svg, words};
 use bipedc::report;
 use bipedc_analysis::report::{Report, write};
@@ -55,7 +55,7 @@ impl History {
     pub fn run(self) -> Outcome {
         let (description, text, history) = open(&self.path)?;
         self.check_files(&description)?;
-        let standing = history.standing(&text);
+        let standing = history.state(&text);
         let stairs = history.stairs();
         if let Some(file) = &self.svg {
             write_with_folders(file, &svg::staircase(&stairs))?;
@@ -114,11 +114,11 @@ impl History {
     }
 }
 
-fn state(standing: Standing) -> &'static str {
+fn state(standing: HistoryState) -> &'static str {
     match standing {
-        Standing::Agree => "agrees",
-        Standing::LastStepMissing => "last_step_missing",
-        Standing::Edited => "edited",
+        HistoryState::Agree => "agrees",
+        HistoryState::LastStepMissing => "last_step_missing",
+        HistoryState::Edited => "edited",
     }
 }
 
@@ -166,7 +166,7 @@ fn minute(date: &str) -> String {
     words::one_line(&date.get(..16).unwrap_or(date).replace('T', " "))
 }
 
-fn remarks(steps: &[Step], standing: Standing) -> String {
+fn remarks(steps: &[Step], standing: HistoryState) -> String {
     let mut text = String::new();
     let standing_steps: Vec<&Step> = steps.iter().filter(|step| step.stands()).collect();
     for pair in standing_steps.windows(2) {
@@ -179,13 +179,13 @@ fn remarks(steps: &[Step], standing: Standing) -> String {
     }
     if let Some(last) = standing_steps.last() {
         text += &match standing {
-            Standing::Agree => String::new(),
-            Standing::LastStepMissing => format!(
+            HistoryState::Agree => String::new(),
+            HistoryState::LastStepMissing => format!(
                 "step {} is not in the description: it was interrupted, or the file restored by other means; the \
                  next amend marks it\n",
                 last.step
             ),
-            Standing::Edited => format!("the description was edited by hand since step {}\n", last.step),
+            HistoryState::Edited => format!("the description was edited by hand since step {}\n", last.step),
         };
     }
     text

@@ -60,7 +60,7 @@ pub(super) fn predict(
     let request = FunctionRequest::of_robot("forward_dynamics");
     let compiled = progress.stage("deriving", || robot.compile_only(&[request]))?;
     let model = ProgramModel::new(compiled);
-    let read = || Recording::read(log.path(), log.mapping(), &subject, options);
+    let read = || Recording::read(log, &subject, options);
     let recording = progress.stage("reading", read)?;
     let effects = &robot.description.effects;
     let found = progress

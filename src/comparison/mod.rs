@@ -152,9 +152,8 @@ fn compare_efforts(
     let request = FunctionRequest::of_robot("inverse_dynamics");
     let compiled = progress.stage("deriving", || robot.compile_only(&[request]))?;
     let mut torques = ProgramTorques::new(&compiled)?;
-    let mut comparison = progress.stage("reading and comparing", || {
-        compare_file(&mut torques, &subject, log.path(), log.mapping(), reading)
-    })?;
+    let mut comparison =
+        progress.stage("reading and comparing", || compare_file(&mut torques, &subject, log, reading))?;
     let outside = |effect: &Effect| matches!(effect.kind.law, Law::Delay | Law::TrueTorque(_));
     if !robot.description.effects.iter().any(outside) {
         return Ok(comparison);

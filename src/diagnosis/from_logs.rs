@@ -148,7 +148,7 @@ fn answer(
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
     if options.reading.cutoff_hz.is_none() {
-        best_filter(&measured, request, &mut answer)?;
+        best_filter(&measured, request, (&train, &reading), &mut answer)?;
     }
     let shown = judge.as_ref().unwrap_or(&train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
@@ -267,6 +267,7 @@ fn alike(train: &Loaded<'_>, judge: &Loaded<'_>, file: &Path) -> Result<(), Diag
 fn best_filter(
     measured: &Measured,
     request: &Request<'_>,
+    (train, read): (&Loaded<'_>, &measure::Options),
     answer: &mut Diagnosis,
 ) -> Result<(), Diagnostics> {
     let efforts = measured.content(&request.log) == Content::Efforts;
@@ -279,15 +280,17 @@ fn best_filter(
     }
     let standing = answer.standing.iter().map(|found| found.effect.clone());
     let effects: Vec<Effect> = standing.chain(answer.steps.iter().map(|step| step.effect.clone())).collect();
+    let reading = |cutoff: f64| measure::Options { cutoff_hz: Some(cutoff), ..measure::Options::default() };
     let at = |log: &Log, cutoff: f64| -> Result<_, Diagnostics> {
-        let reading = measure::Options { cutoff_hz: Some(cutoff), ..measure::Options::default() };
-        let loaded = measured.load(log, &reading, None)?;
+        let loaded = measured.load(log, &reading(cutoff), None)?;
         Ok(errors(&*loaded.experiment, &effects))
     };
     let mut best: Option<(f64, f64)> = None;
     for cutoff in measure::CANDIDATES {
+        let known = (*read == reading(cutoff)).then(|| errors(&*train.experiment, &effects));
+        let falls = known.map_or_else(|| at(&request.log, cutoff), Ok);
         // A cut-off beyond half the sampling rate is not one.
-        let Ok(falls) = at(&request.log, cutoff) else { continue };
+        let Ok(falls) = falls else { continue };
         let error = falls.get("effort").map_or(f64::INFINITY, |fall| fall.after);
         if best.is_none_or(|(_, least)| error < least) {
             best = Some((cutoff, error));

@@ -1,6 +1,6 @@
 //! A diagnosis for people: words, then tables.
 use crate::table::table;
-use bipedc_analysis::diagnose::{Diagnosis, Found};
+use bipedc_analysis::diagnose::{Diagnosis, FoundEffect};
 
 /// The answer for people: words, then tables.
 pub fn text(d: &Diagnosis) -> String {
@@ -30,7 +30,7 @@ fn bound(x: f64) -> String {
     if x.is_finite() { format!("{x:.5}") } else { "unknown".to_owned() }
 }
 
-fn effect_rows(found: &Found) -> Vec<Vec<String>> {
+fn effect_rows(found: &FoundEffect) -> Vec<Vec<String>> {
     let effect = &found.effect;
     found
         .ci95

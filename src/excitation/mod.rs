@@ -5,7 +5,7 @@ mod postures;
 mod separate;
 mod subject;
 
-pub use motion::{DesignedMotion, Held, Joint, design_motion};
+pub use motion::{DesignedMotion, FixedJoint, Joint, design_motion};
 pub use postures::{PostureOptions, PostureSet, design_postures};
 pub use separate::{Judged, SeparateOptions, SeparatingMotion, separate_effects};
 

@@ -30,7 +30,7 @@ pub struct DesignedMotion {
     pub after: MotionQuality,
     joints: Vec<Joint>,
     /// Positions of joints that do not move.
-    held: Vec<Held>,
+    held: Vec<FixedJoint>,
     /// m.
     feet_distance: Option<f64>,
     margin: f64,
@@ -58,7 +58,7 @@ pub struct Joint {
 
 /// A joint that does not move.
 #[derive(Debug, Serialize)]
-pub struct Held {
+pub struct FixedJoint {
     name: String,
     position: f64,
 }
@@ -110,7 +110,7 @@ impl DesignedMotion {
             before: found.before,
             after: found.after,
             joints: Joint::all(machine, &found.peaks),
-            held: Held::all(machine),
+            held: FixedJoint::all(machine),
             feet_distance: found.feet_distance,
             margin: request.margin,
             seed: request.seed,
@@ -186,7 +186,7 @@ pub fn family_words(trajectory: &str, order: usize) -> String {
     }
 }
 
-impl Held {
+impl FixedJoint {
     /// Those that do not move.
     pub fn all(machine: &Machine<'_>) -> Vec<Self> {
         let described = &machine.subject.joints;
@@ -195,7 +195,7 @@ impl Held {
     }
 }
 
-impl fmt::Display for Held {
+impl fmt::Display for FixedJoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "held: `{}` at {:.4}", self.name, self.position)
     }

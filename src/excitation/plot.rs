@@ -1,6 +1,6 @@
 //! Foot placements and centres of pressure from above.
 use bipedc_analysis::identify::excite::polygon::Polygon;
-use bipedc_analysis::identify::excite::postures::{DesignedPostures, Standing};
+use bipedc_analysis::identify::excite::postures::{DesignedPostures, StanceModel};
 use std::fmt::Write as _;
 
 /// Size of a panel and of its margin, px.
@@ -11,7 +11,7 @@ const ACROSS: usize = 5;
 const SIDE: f64 = 0.75;
 
 /// One panel per placement: x forward is up, y left is left; soles, support and centres of pressure.
-pub fn from_above(standing: &Standing<'_>, found: &DesignedPostures) -> String {
+pub fn from_above(standing: &StanceModel<'_>, found: &DesignedPostures) -> String {
     let count = found.placements.len();
     let (columns, rows) = (count.min(ACROSS), count.div_ceil(ACROSS));
     let (width, height) = (PANEL * columns as f64, PANEL * rows as f64 + 30.0);
@@ -34,7 +34,7 @@ pub fn from_above(standing: &Standing<'_>, found: &DesignedPostures) -> String {
 }
 
 /// Soles, support and centres of pressure of one placement.
-fn panel(standing: &Standing<'_>, found: &DesignedPostures, (k, placement): (usize, &[f64; 3])) -> String {
+fn panel(standing: &StanceModel<'_>, found: &DesignedPostures, (k, placement): (usize, &[f64; 3])) -> String {
     let mut svg = String::new();
     let soles = standing.corners(placement);
     let all = soles.concat();

@@ -1,10 +1,10 @@
 //! Static postures on two feet from which first moments can be told (thesis 5.24).
 use super::plot;
-use crate::identification::standing::{Root, Standing as Rooted};
+use crate::identification::standing::{Root, StandingRobot};
 use crate::progress::Run;
 use crate::table::table;
 use bipedc_analysis::identify::excite::postures::{
-    self, DesignedPostures, JointPlace, PostureRequest, Standing, Tolerance,
+    self, DesignedPostures, JointPlace, PostureRequest, StanceModel, Tolerance,
 };
 use bipedc_analysis::identify::excite::{Criterion, Scaling};
 use bipedc_compiler::Robot;
@@ -101,7 +101,7 @@ pub fn design_postures(
     run: &Run<'_>,
 ) -> Result<PostureSet, Diagnostics> {
     let request = options.request()?;
-    let rooted = Rooted::new(robot, options.stance.as_deref(), Root::Link)?;
+    let rooted = StandingRobot::new(robot, options.stance.as_deref(), Root::Link)?;
     let regressor = FunctionRequest::of_robot("center_of_mass_regressor");
     let rigid = rooted.robot.clone().without_effects();
     let (model, base) = run.progress.stage("deriving", || {
@@ -109,7 +109,7 @@ pub fn design_postures(
         Ok::<_, Diagnostic>((model, rooted.base(Model::CenterOfMass, &["x", "y"], true)?))
     })?;
     let mut assumptions = Vec::new();
-    let standing = Standing::new(rooted.parts(&model, &base, &mut assumptions)?)?;
+    let standing = StanceModel::new(rooted.parts(&model, &base, &mut assumptions)?)?;
     // Whether the files can be written shows before the search, not after it.
     let table = Output::create(out)?;
     let drawing = options.plot.as_deref().map(Output::create).transpose()?;
@@ -130,7 +130,7 @@ pub fn design_postures(
 /// The table and the drawing, both or none.
 fn write(
     (mut table, drawing): (Output, Option<Output>),
-    standing: &Standing<'_>,
+    standing: &StanceModel<'_>,
     found: &DesignedPostures,
 ) -> Result<(), Diagnostic> {
     let mut files = Batch::default();
@@ -177,7 +177,7 @@ impl PostureOptions {
 }
 
 /// The postures in the order of their placements, as a table of postures without measurements.
-fn csv(standing: &Standing<'_>, found: &DesignedPostures) -> String {
+fn csv(standing: &StanceModel<'_>, found: &DesignedPostures) -> String {
     let mut text = String::from("posture,placement");
     for name in &standing.parts.names {
         let _ = write!(text, ",{name}/position");
@@ -195,7 +195,7 @@ fn csv(standing: &Standing<'_>, found: &DesignedPostures) -> String {
     text
 }
 
-fn joints(standing: &Standing<'_>, found: &DesignedPostures) -> Vec<Joint> {
+fn joints(standing: &StanceModel<'_>, found: &DesignedPostures) -> Vec<Joint> {
     let parts = &standing.parts;
     let joint = |(j, (name, place)): (usize, (&String, &JointPlace))| {
         let positions = found.postures.iter().map(|posture| posture.joints[j]);
@@ -214,7 +214,7 @@ impl fmt::Display for PostureSet {
 
 impl PostureSet {
     /// Without robot, files and assumptions.
-    fn new(standing: &Standing<'_>, request: &PostureRequest, found: DesignedPostures) -> Self {
+    fn new(standing: &StanceModel<'_>, request: &PostureRequest, found: DesignedPostures) -> Self {
         Self {
             robot: String::new(),
             stance: String::new(),

@@ -1,5 +1,5 @@
 //! The motion that best tells two effects apart.
-use super::motion::{Held, Joint, family, family_words, last_words};
+use super::motion::{FixedJoint, Joint, family, family_words, last_words};
 use super::subject::Excited;
 use super::{Options, written};
 use crate::kinds::demand_kind;
@@ -205,7 +205,7 @@ pub struct SeparatingMotion {
     /// The motion that was written.
     pub after: Judged,
     joints: Vec<Joint>,
-    held: Vec<Held>,
+    held: Vec<FixedJoint>,
     /// m.
     feet_distance: Option<f64>,
     margin: f64,
@@ -238,7 +238,7 @@ impl SeparatingMotion {
             before: Judged::new(found.before, pair, rows),
             after: Judged::new(found.after, pair, rows),
             joints: Joint::all(machine, &found.peaks),
-            held: Held::all(machine),
+            held: FixedJoint::all(machine),
             feet_distance: found.feet_distance,
             margin: request.margin,
             seed: request.seed,

@@ -1,6 +1,6 @@
 //! Static postures on force plates (thesis 5.4.1).
 use super::ground::{Center, Ground, InMetres, Mass, ModelErrors, parameters, values};
-use super::standing::{Root, Standing};
+use super::standing::{Root, StandingRobot};
 use super::{Identified, Job};
 use crate::measurements::{Log, Measured};
 use bipedc_analysis::experiments::postures::PostureExperiment;
@@ -45,7 +45,7 @@ struct Weighed {
 /// Tables and what is asked of them.
 struct Tables<'a> {
     job: &'a Job<'a>,
-    standing: &'a Standing,
+    standing: &'a StandingRobot,
     measured: &'a Measured,
     training: Vec<PostureExperiment<'a>>,
     judging: Vec<PostureExperiment<'a>>,
@@ -58,12 +58,12 @@ struct Tables<'a> {
 /// Reads, estimates; pictures there are none of.
 pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let Job { robot, options, progress, .. } = *job;
-    let standing = Standing::new(robot, options.stance.as_deref(), Root::Link)?;
+    let standing = StandingRobot::new(robot, options.stance.as_deref(), Root::Link)?;
     let measured = progress.stage("deriving", || Measured::new(&standing.robot))?;
     let (logs, judge) = (job.logs, job.judge);
     let mut read = |log: &Log| {
         let stance = Some(standing.stance.as_str());
-        let found = PostureExperiment::read(measured.robot(), log.path(), log.mapping(), stance)?;
+        let found = PostureExperiment::read(measured.robot(), log, stance)?;
         let odd = check_postures(&found, &measured.subject);
         job.pass(odd.into_iter().map(|d| d.in_file(log.path())).collect())?;
         Ok::<_, Diagnostics>(found)
@@ -81,7 +81,7 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
 }
 
 /// The thesis' simplified model.
-fn reduced(standing: &Standing, full: &BaseSet) -> Result<BaseSet, Diagnostic> {
+fn reduced(standing: &StandingRobot, full: &BaseSet) -> Result<BaseSet, Diagnostic> {
     let zeros = standing.zeros()?;
     let ten = ["m", "m*cx", "m*cy", "m*cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"];
     let names: Vec<String> =
@@ -92,7 +92,7 @@ fn reduced(standing: &Standing, full: &BaseSet) -> Result<BaseSet, Diagnostic> {
 fn weighed(
     given: Option<f64>,
     tables: &[PostureExperiment<'_>],
-    standing: &Standing,
+    standing: &StandingRobot,
 ) -> Result<Weighed, Diagnostic> {
     if let Some(mass) = given {
         if !(mass.is_finite() && mass > 0.0) {

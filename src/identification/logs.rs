@@ -28,7 +28,7 @@ impl Identifiable {
     /// Derives the base parameters of what logs of joint torques measured.
     pub fn of_torques(
         robot: &Robot,
-        logs: &[identify::Log<'_>],
+        logs: &[identify::Reading<'_>],
         progress: &dyn Progress,
     ) -> Result<Self, Diagnostics> {
         let subject = joint_layout(&robot.clone().without_effects().tree()?)?;
@@ -41,7 +41,7 @@ impl Identifiable {
     /// The same for logs of a free robot with forces at its feet: the rows of the base.
     pub fn of_contacts(
         robot: &Robot,
-        logs: &[identify::Log<'_>],
+        logs: &[identify::Reading<'_>],
         loaded: &[Loaded<'_>],
         progress: &dyn Progress,
     ) -> Result<Self, Diagnostics> {
@@ -91,8 +91,8 @@ impl Identifiable {
 }
 
 /// Their names.
-fn files(logs: &[identify::Log<'_>]) -> Vec<PathBuf> {
-    logs.iter().map(|log| log.path.to_path_buf()).collect()
+fn files(logs: &[identify::Reading<'_>]) -> Vec<PathBuf> {
+    logs.iter().map(|reading| reading.log.path().to_path_buf()).collect()
 }
 
 /// What a log with forces at the feet shows.
@@ -202,7 +202,7 @@ impl<'d> Drives<'d> {
     pub fn bodies(
         &self,
         robot: &Robot,
-        logs: &[identify::Log<'_>],
+        logs: &[identify::Reading<'_>],
         (surveys, looks): (&[Survey], &[&Look]),
         progress: &dyn Progress,
     ) -> Result<Identifiable, Diagnostics> {

@@ -140,12 +140,9 @@ pub fn identify(
 
 impl<'a> Job<'a> {
     /// The logs that teach, and the one that judges, as the estimators read them.
-    fn read(&self) -> (Vec<identify::Log<'a>>, Vec<identify::Log<'a>>) {
-        let read = |log: &'a Log, options: &measure::Options| identify::Log {
-            path: log.path(),
-            mapping: log.mapping(),
-            options: options.clone(),
-        };
+    fn read(&self) -> (Vec<identify::Reading<'a>>, Vec<identify::Reading<'a>>) {
+        let read =
+            |log: &'a Log, options: &measure::Options| identify::Reading { log, options: options.clone() };
         let reading = &self.options.reading;
         // The judge is another recording: its clock has nothing to do with the times of the others.
         let whole = measure::Options { from_s: None, to_s: None, ..reading.clone() };

@@ -21,7 +21,7 @@ pub enum Root {
 }
 
 /// A robot on its standing foot.
-pub struct Standing {
+pub struct StandingRobot {
     /// With effects.
     pub robot: Robot,
     /// Without.
@@ -35,7 +35,7 @@ pub struct Standing {
     root: String,
 }
 
-impl Standing {
+impl StandingRobot {
     /// Stands a robot on the foot of this name; by default the right one, or the only one.
     ///
     /// # Errors

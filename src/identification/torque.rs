@@ -27,11 +27,12 @@ fn of_torques(job: &mut Job<'_>, measured: &Measured) -> Result<Answer, Diagnost
     let check = || inspected(measured, job.logs, &job.options.reading);
     let odd = job.progress.stage("checking", check)?;
     job.pass(odd)?;
-    let surveys = judge.iter().map(|log| survey(log, &found.subject)).collect::<Result<Vec<_>, _>>()?;
-    let judge = judge.first().zip(surveys.first()).map(|(log, survey)| Judge {
+    let surveys =
+        judge.iter().map(|reading| survey(reading, &found.subject)).collect::<Result<Vec<_>, _>>()?;
+    let judge = judge.first().zip(surveys.first()).map(|(reading, survey)| Judge {
         feed: Feed::Logs(&judge),
         survey,
-        file: log.path,
+        file: reading.log.path(),
     });
     let feed = Feed::Logs(&logs);
     let work = |progress: &dyn Fn(f64)| identify(&found.parts(), &feed, judge.as_ref(), &options, progress);

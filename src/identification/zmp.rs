@@ -2,7 +2,7 @@
 use super::cop::NoRegressor;
 use super::ground::{Center, Ground, Mass, mean_joints, parameters};
 use super::logs::{Identifiable, loaded, table_survey};
-use super::standing::{Root, Standing};
+use super::standing::{Root, StandingRobot};
 use super::{Identified, Job};
 use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::robot::joint_layout;
@@ -59,7 +59,7 @@ fn readings(job: &Job<'_>) -> (measure::Options, measure::Options) {
 /// The robot stands on a foot that does not move.
 fn standing(job: &Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let progress = job.progress;
-    let standing = Standing::new(job.robot, job.options.stance.as_deref(), Root::Sole)?;
+    let standing = StandingRobot::new(job.robot, job.options.stance.as_deref(), Root::Sole)?;
     let measured = progress.stage("deriving", || Measured::new(&standing.robot))?;
     let (reading, whole) = readings(job);
     let read = |logs: &[&Log], reading: &measure::Options| {

@@ -1,8 +1,8 @@
 //! Measurement files as experiments: what comparisons, diagnoses and estimates work on.
 pub mod currents;
-mod log;
 
-pub use log::{Content, Log};
+pub use bipedc_analysis::log::Log;
+pub use bipedc_analysis::measure::Content;
 
 use crate::robot::{ProgramTorques, feet, joint_layout, link_inertias};
 use bipedc_analysis::compare::compare_file;
@@ -109,7 +109,7 @@ impl Measured {
     /// # Errors
     /// Unreadable files, columns that are missing.
     pub fn contacts(&self, log: &Log, options: &Options) -> Result<Loaded<'_>, Diagnostics> {
-        let experiment = ContactExperiment::read(self.robot(), log.path(), log.mapping(), options)?;
+        let experiment = ContactExperiment::read(self.robot(), log, options)?;
         let mut source = log.source()?;
         source.samples = experiment.time().len();
         let recording = experiment.recording();
@@ -163,14 +163,13 @@ impl Measured {
         options: &Options,
         most: usize,
     ) -> Result<MotionExperiment<'_>, Diagnostics> {
-        let (file, mapping) = (log.path(), log.mapping());
         let recording = if most == usize::MAX {
-            Recording::read(file, mapping, &self.subject, options)?
+            Recording::read(log, &self.subject, options)?
         } else {
-            Recording::read_thinned(file, mapping, &self.subject, options, most)?
+            Recording::read_thinned(log, &self.subject, options, most)?
         };
         MotionExperiment::new(&self.model, &self.subject, &self.link_inertias, recording, &self.present)
-            .map_err(|e| e.in_file(file).into())
+            .map_err(|e| e.in_file(log.path()).into())
     }
 
     /// The cut-off for a file, Hz: the given one, else the one at which most channels fit best; 0 for tables.
@@ -184,7 +183,7 @@ impl Measured {
             (None, Content::Postures | Content::Impacts) => Ok(0.0),
             (None, Content::Efforts) => {
                 let (torques, subject) = (&mut self.torques, &self.subject);
-                let comparison = compare_file(torques, subject, log.path(), log.mapping(), options)?;
+                let comparison = compare_file(torques, subject, log, options)?;
                 Ok(comparison.quietest_cutoff())
             }
         }
@@ -192,7 +191,7 @@ impl Measured {
 
     /// A log with forces at the feet, with the joints' efforts if they are wanted and logged.
     fn in_contact(&self, log: &Log, options: &Options) -> Result<Read<'_>, Diagnostics> {
-        let experiment = ContactExperiment::read(self.robot(), log.path(), log.mapping(), options)?;
+        let experiment = ContactExperiment::read(self.robot(), log, options)?;
         let recording = experiment.recording();
         let (warnings, mut assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
         if !(self.with_joints && recording.has_efforts()) {
@@ -215,37 +214,30 @@ impl Measured {
         options: &Options,
         foot: Option<&str>,
     ) -> Result<Loaded<'m>, Diagnostics> {
-        let (file, mapping) = (log.path(), log.mapping());
         let cutoff_hz = options.cutoff_hz.unwrap_or(0.0);
-        let mut source = log.source()?;
         let content = self.content(log);
-        let mut loaded = |experiment: Box<dyn Experiment + 'm>, warnings, assumptions| {
-            source.samples = experiment.time().len();
-            let source = std::mem::take(&mut source);
-            Loaded { experiment, source, warnings, assumptions, cutoff_hz, content }
-        };
-        Ok(match content {
+        let (experiment, warnings, assumptions): Read<'m> = match content {
             Content::Efforts => {
                 let experiment = self.efforts(log, options, SAMPLES)?;
                 let recording = experiment.recording();
                 let (warnings, assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
-                loaded(Box::new(experiment), warnings, assumptions)
+                (Box::new(experiment), warnings, assumptions)
             }
-            Content::Contacts => {
-                let (experiment, warnings, assumptions) = self.in_contact(log, options)?;
-                loaded(experiment, warnings, assumptions)
-            }
+            Content::Contacts => self.in_contact(log, options)?,
             Content::Postures => {
-                let experiment = PostureExperiment::read(self.robot(), file, mapping, foot)?;
+                let experiment = PostureExperiment::read(self.robot(), log, foot)?;
                 let assumptions = experiment.assumptions.clone();
-                loaded(Box::new(experiment), Vec::new(), assumptions)
+                (Box::new(experiment), Vec::new(), assumptions)
             }
             Content::Impacts => {
-                let experiment = ImpactExperiment::read(self.robot(), file, mapping, foot)?;
+                let experiment = ImpactExperiment::read(self.robot(), log, foot)?;
                 let assumptions = experiment.assumptions.clone();
-                loaded(Box::new(experiment), Vec::new(), assumptions)
+                (Box::new(experiment), Vec::new(), assumptions)
             }
-        })
+        };
+        // The hash is known now that the rows were read.
+        let source = Source { samples: experiment.time().len(), ..log.source()? };
+        Ok(Loaded { experiment, source, warnings, assumptions, cutoff_hz, content })
     }
 }
 

@@ -12,7 +12,7 @@ const ROUNDS: usize = 4;
 
 /// What becomes known on the way.
 #[derive(Debug, Clone, Copy)]
-pub enum Told<'a> {
+pub enum Event<'a> {
     /// What is odd about the logs.
     Warnings(&'a [Diagnostic]),
     /// A step that was written.
@@ -48,7 +48,7 @@ impl Workbench {
         &self,
         (train, judge): (&Log, Option<&Log>),
         options: &diagnosis::Options,
-        tell: &mut dyn FnMut(Told<'_>) -> Result<(), Diagnostics>,
+        tell: &mut dyn FnMut(Event<'_>) -> Result<(), Diagnostics>,
     ) -> Result<Explained, Diagnostics> {
         // Better now than after the search.
         description_path(&self.path)?;
@@ -57,7 +57,7 @@ impl Workbench {
             let bench = if searches == 0 { self.clone() } else { self.reopened()? };
             let last = bench.diagnose_with(train, judge, options)?;
             if searches == 0 {
-                tell(Told::Warnings(&last.warnings))?;
+                tell(Event::Warnings(&last.warnings))?;
             }
             searches += 1;
             if last.effects.is_empty() {
@@ -81,10 +81,10 @@ impl Workbench {
     fn take(
         &self,
         answer: &Diagnosed,
-        tell: &mut dyn FnMut(Told<'_>) -> Result<(), Diagnostics>,
+        tell: &mut dyn FnMut(Event<'_>) -> Result<(), Diagnostics>,
     ) -> Result<(), Diagnostics> {
         let proposal = propose(answer, &Selection::default(), "diagnose --until-explained")?;
         let amended = self.amend_with(&proposal, false)?;
-        tell(Told::Step(&amended))
+        tell(Event::Step(&amended))
     }
 }

@@ -1,7 +1,7 @@
 //! A robot on the bench: compared with logs, diagnosed, amended, identified, simulated, filmed.
 mod explaining;
 
-pub use explaining::{Explained, Told};
+pub use explaining::{Event, Explained};
 
 use crate::amendment::diagnosis::{Selection, propose};
 use crate::amendment::history::History;

@@ -213,8 +213,7 @@ fn with_experiment<T>(
     let source = Box::new(Cursor::new(made.text().into_bytes()));
     let reader = Reader::from_source(Path::new("made.csv"), source, &mapping).unwrap();
     let experiment =
-        ContactExperiment::from_reader(subjects.robot(&Tulip, &[]), reader, &mapping, &Options::default())
-            .unwrap();
+        ContactExperiment::from_reader(subjects.robot(&Tulip, &[]), reader, &Options::default()).unwrap();
     use_it(&experiment)
 }
 

@@ -3,16 +3,15 @@
 use crate::experiments::support::measured::{Subjects, example, rms};
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording};
 use bipedc_analysis::experiments::{Channel, Experiment};
-use bipedc_analysis::log::Mapping;
+use bipedc_analysis::log::Log;
 use bipedc_analysis::measure::{Options, Recording};
 use bipedc_effects::effect::{Effect, Location, kinds};
 use bipedc_runtime::{Argument, Model, State};
 use tulip::Tulip;
 
 fn read<'a>(subjects: &'a Subjects, file: &str) -> ContactExperiment<'a> {
-    let path = example("swaying").join(file);
-    ContactExperiment::read(subjects.robot(&Tulip, &[]), &path, &Mapping::default(), &Options::default())
-        .unwrap()
+    let log = Log::open(example("swaying").join(file)).unwrap();
+    ContactExperiment::read(subjects.robot(&Tulip, &[]), &log, &Options::default()).unwrap()
 }
 
 /// Errors of the metric of the example: all components together per sample.
@@ -68,11 +67,11 @@ fn the_example_has_its_known_figures() {
 #[test]
 fn efforts_are_inverse_dynamics_without_the_feet() {
     let subjects = Subjects::named("tulip");
-    let path = example("swaying").join("validation.csv.gz");
-    let (mapping, options) = (Mapping::default(), Options { cutoff_hz: Some(10.0), ..Options::default() });
+    let log = Log::open(example("swaying").join("validation.csv.gz")).unwrap();
+    let options = Options { cutoff_hz: Some(10.0), ..Options::default() };
     let robot = subjects.robot(&Tulip, &[]);
-    let motion = Recording::read(&path, &mapping, &subjects.subject, &options).unwrap();
-    let feet = ContactRecording::read(&robot, &path, &mapping, &options, Some(1)).unwrap();
+    let motion = Recording::read(&log, &subjects.subject, &options).unwrap();
+    let feet = ContactRecording::read(&robot, &log, &options, Some(1)).unwrap();
     let ground = feet.generalised_forces(&robot, &motion.time, &motion.q).unwrap();
     let function = Model::<f64>::function(&Tulip, "inverse_dynamics").unwrap();
     for (j, joint) in subjects.subject.joints.iter().enumerate() {

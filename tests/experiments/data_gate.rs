@@ -2,7 +2,7 @@
 use crate::experiments::support::measured::{Subjects, example};
 use bipedc_analysis::experiments::data_checks::inspect;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
-use bipedc_analysis::log::Mapping;
+use bipedc_analysis::log::Log;
 use bipedc_analysis::measure::{Options, Recording};
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
 use std::sync::OnceLock;
@@ -20,8 +20,8 @@ fn subjects() -> &'static Subjects {
 
 fn read(name: &str, file: &str) -> Recording {
     let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
-    let path = example(name).join(file);
-    let mut recording = Recording::read(&path, &Mapping::default(), &subjects().subject, &options).unwrap();
+    let log = Log::open(example(name).join(file)).unwrap();
+    let mut recording = Recording::read(&log, &subjects().subject, &options).unwrap();
     recording.thin(4000);
     recording
 }
@@ -171,8 +171,8 @@ fn joints_that_hardly_move_are_named() {
 #[test]
 fn short_logs_are_doubted() {
     let options = Options { cutoff_hz: Some(16.0), to_s: Some(2.0), ..Options::default() };
-    let path = example("coulomb").join("train.csv.gz");
-    let log = Recording::read(&path, &Mapping::default(), &subjects().subject, &options).unwrap();
+    let file = Log::open(example("coulomb").join("train.csv.gz")).unwrap();
+    let log = Recording::read(&file, &subjects().subject, &options).unwrap();
     assert_warning(&judge(log), &["only 1.", "s of motion"]);
 }
 
@@ -244,8 +244,8 @@ fn effects_of_the_library_are_no_mix_ups() {
             continue;
         }
         let [train, other] = ["train.csv", "validation.csv"].map(|file| {
-            let read = Recording::read(&case.join(file), &Mapping::default(), &subjects().subject, &options);
-            read.ok().map(|mut recording| {
+            let read = |log| Recording::read(&log, &subjects().subject, &options);
+            Log::open(case.join(file)).and_then(read).ok().map(|mut recording| {
                 recording.thin(10_000);
                 experiment(recording)
             })

@@ -5,7 +5,7 @@ use crate::experiments::support::measured::Subjects;
 use crate::experiments::support::project;
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording, Quantity};
-use bipedc_analysis::log::Mapping;
+use bipedc_analysis::log::{Log, Mapping};
 use bipedc_analysis::measure::Options;
 use bipedc_compiler::Robot as Described;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
@@ -112,8 +112,8 @@ fn walking_icub_has_its_known_figures() {
     let mapping = Mapping::parse(Path::new("icub.toml"), &mapping.concat()).unwrap();
     let options = Options { cutoff_hz: Some(3.0), ..Options::default() };
     let robot = subjects.robot(&model, &[]);
-    let mut recording =
-        ContactRecording::read(&robot, &folder.join("icub_walking.csv"), &mapping, &options, None).unwrap();
+    let log = Log::with_mapping(folder.join("icub_walking.csv"), mapping).unwrap();
+    let mut recording = ContactRecording::read(&robot, &log, &options, None).unwrap();
     // The known figures were made with one pass of a filter.
     recording.filter_rows = false;
     let experiment = ContactExperiment::new(robot, recording).unwrap();

@@ -2,7 +2,7 @@
 use crate::experiments::support::measured::{Subjects, example, inertial_error, rms};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
-use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_analysis::log::{Log, Mapping, Reader};
 use bipedc_effects::effect::{Effect, Location, kinds};
 use bipedc_runtime::nalgebra::{DMatrix, DVector};
 use bipedc_runtime::{Argument, Model, State};
@@ -11,8 +11,8 @@ use std::io::Cursor;
 use std::path::Path;
 
 fn read<'a>(subjects: &'a Subjects, file: &str) -> ImpactExperiment<'a> {
-    let path = example("impacts").join(file);
-    ImpactExperiment::read(subjects.robot(&FiveLink, &[]), &path, &Mapping::default(), None).unwrap()
+    let log = Log::open(example("impacts").join(file)).unwrap();
+    ImpactExperiment::read(subjects.robot(&FiveLink, &[]), &log, None).unwrap()
 }
 
 fn restitution(coefficient: f64) -> Effect {

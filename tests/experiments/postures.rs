@@ -2,7 +2,7 @@
 use crate::experiments::support::measured::{Subjects, example, inertial_error, rms};
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Channel, Experiment};
-use bipedc_analysis::log::{Mapping, Reader};
+use bipedc_analysis::log::{Log, Mapping, Reader};
 use bipedc_effects::effect::{Effect, Location, kinds};
 use bipedc_runtime::nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 use bipedc_runtime::{Argument, Model, State};
@@ -11,8 +11,8 @@ use std::path::Path;
 use tulip::Tulip;
 
 fn read<'a>(subjects: &'a Subjects, file: &str, effects: &'a [Effect]) -> PostureExperiment<'a> {
-    let path = example("postures").join(file);
-    PostureExperiment::read(subjects.robot(&Tulip, effects), &path, &Mapping::default(), None).unwrap()
+    let log = Log::open(example("postures").join(file)).unwrap();
+    PostureExperiment::read(subjects.robot(&Tulip, effects), &log, None).unwrap()
 }
 
 fn shift(x: f64, y: f64, z: f64) -> Effect {

@@ -6,7 +6,7 @@ use bipedc::identification::standing::Root;
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::identify::cop::{PostureTable, least_squares, simplified};
-use bipedc_analysis::log::Mapping;
+use bipedc_analysis::log::Log;
 use bipedc_compiler::exact::Model;
 use bipedc_runtime::nalgebra::DVector;
 use serde_json::Value;
@@ -88,8 +88,8 @@ fn derivatives_of_a_standing_robot() {
 #[test]
 fn noise_free_postures_give_the_parameters_back() {
     let subjects = Subjects::named("tulip");
-    let path = example("postures").join("train.csv.gz");
-    let read = |robot| PostureExperiment::read(robot, &path, &Mapping::default(), None).unwrap();
+    let log = Log::open(example("postures").join("train.csv.gz")).unwrap();
+    let read = |robot| PostureExperiment::read(robot, &log, None).unwrap();
     let experiment = read(subjects.robot(&Tulip, &[]));
     let rooted = rooted(&tulip(), Root::Link);
     let base = rooted.base(Model::CenterOfMass, &["x", "y"], false).unwrap();

@@ -1,8 +1,8 @@
 //! TUlip on its right foot, with the described parameters or others.
 use crate::ground::support::read_robot;
-use bipedc::identification::standing::{Root, Standing as Rooted};
+use bipedc::identification::standing::{Root, StandingRobot};
 use bipedc_analysis::identify::BaseSet;
-use bipedc_analysis::identify::excite::postures::Standing;
+use bipedc_analysis::identify::excite::postures::StanceModel;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::{Argument, Model, State};
@@ -37,17 +37,17 @@ pub fn tulip() -> Robot {
     read_robot("tulip")
 }
 
-pub fn rooted(robot: &Robot, root: Root) -> Rooted {
-    Rooted::new(robot, Some("right_foot"), root).unwrap()
+pub fn rooted(robot: &Robot, root: Root) -> StandingRobot {
+    StandingRobot::new(robot, Some("right_foot"), root).unwrap()
 }
 
-pub fn model(rooted: &Rooted, families: &[&str]) -> ProgramModel {
+pub fn model(rooted: &StandingRobot, families: &[&str]) -> ProgramModel {
     let requests: Vec<FunctionRequest> = families.iter().map(|f| FunctionRequest::of_robot(*f)).collect();
     ProgramModel::new(rooted.robot.compile_only(&requests).unwrap())
 }
 
-pub fn standing<'m>(rooted: &Rooted, model: &'m ProgramModel, base: &BaseSet) -> Standing<'m> {
-    Standing::new(rooted.parts(model, base, &mut Vec::new()).unwrap()).unwrap()
+pub fn standing<'m>(rooted: &StandingRobot, model: &'m ProgramModel, base: &BaseSet) -> StanceModel<'m> {
+    StanceModel::new(rooted.parts(model, base, &mut Vec::new()).unwrap()).unwrap()
 }
 
 /// A function of the configuration, joints after a base at rest.

@@ -1,7 +1,7 @@
 //! Parameters that bodies can have.
 use crate::identify::subject::{CELLS, Noise, Simulated, friction};
 use bipedc_analysis::identify::physical::{Bound, Bounds, Links, Physical, Problem, choose};
-use bipedc_analysis::identify::{Design, Estimate, Extra, Held, Method, Part, by_channel, errors};
+use bipedc_analysis::identify::{Design, Estimate, Extra, HeldOutError, Method, Part, by_channel, errors};
 use bipedc_analysis::robot::LinkInertias;
 use bipedc_runtime::nalgebra::{DVector, Matrix3, Vector3};
 
@@ -42,8 +42,8 @@ fn impossible(design: &Design<'_>, theta: &DVector<f64>) -> Vec<String> {
     all.filter(|(k, u)| positive(&u.sum) && theta[*k] < 0.0).map(|(_, u)| u.name.clone()).collect()
 }
 
-fn total(errors: &[Held]) -> f64 {
-    errors.iter().fold(Held::default(), |sum, e| sum.plus(e)).relative()
+fn total(errors: &[HeldOutError]) -> f64 {
+    errors.iter().fold(HeldOutError::default(), |sum, e| sum.plus(e)).relative()
 }
 
 #[test]

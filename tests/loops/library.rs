@@ -3,7 +3,7 @@ use super::explain::explain;
 use crate::loops::cli::{bipedc, scratch, text};
 use bipedc::progress::Progress;
 use bipedc::{Workbench, comparison, excitation, identification};
-use bipedc_analysis::diagnose::{Diagnosis, Found};
+use bipedc_analysis::diagnose::{Diagnosis, FoundEffect};
 use bipedc_analysis::identify::excite::{Criterion, Family, Request, Scaling};
 use bipedc_effects::effect::{Effect, Location, kinds};
 use serde::Serialize;
@@ -64,7 +64,7 @@ fn a_comparison_is_the_json_that_the_command_prints() {
 /// A diagnosis of one effect.
 fn diagnosis(joint: &str, torque: f64) -> Diagnosis {
     let effect = Effect::new(&kinds::COULOMB_FRICTION, Location::joint(joint), &[("torque", torque)]);
-    let found = Found { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
+    let found = FoundEffect { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
     Diagnosis { effects: vec![found], ..Diagnosis::default() }
 }
 

@@ -3,7 +3,7 @@
 use crate::loops::cli::{bipedc, scratch, text};
 use crate::loops::support::measured::{Subjects, example};
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
-use bipedc_analysis::log::Mapping;
+use bipedc_analysis::log::Log;
 use bipedc_analysis::measure::{Options, Recording};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
@@ -223,8 +223,7 @@ fn compiled_and_applied_effects_agree() {
     let model = ProgramModel::new(rigid.compile_only(&requests).unwrap());
     let subjects = Subjects::of(&rigid);
     let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
-    let recording =
-        Recording::read(Path::new(JUDGE), &Mapping::default(), &subjects.subject, &options).unwrap();
+    let recording = Recording::read(&Log::open(JUDGE).unwrap(), &subjects.subject, &options).unwrap();
     let (q, v, a) = (recording.q.clone(), recording.v.clone(), recording.a.clone());
     let effects = &robot.description.effects;
     let experiment =

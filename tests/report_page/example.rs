@@ -1,6 +1,6 @@
 //! TUlip with Coulomb friction in its left knee: the example log against the model, and a diagnosis written by hand.
 use bipedc::report::drawing::drawing;
-use bipedc_analysis::diagnose::{Diagnosis, Fall, Found, Rejected, Step, Unexplained};
+use bipedc_analysis::diagnose::{Diagnosis, Fall, FoundEffect, Rejected, Step, Unexplained};
 use bipedc_analysis::experiments::Channel;
 use bipedc_analysis::log::{Mapping, Reader, Table};
 use bipedc_analysis::measure::Source;
@@ -113,9 +113,9 @@ fn row(name: &str, time: &[f64], measured: &[f64], nominal: &[f64], motion: &[Ve
         .with_part("reversing or standing", |i| speed[i].abs() <= 0.05)
 }
 
-fn found(effect: Effect, ci95: &[(&str, [f64; 2])], share: f64) -> Found {
+fn found(effect: Effect, ci95: &[(&str, [f64; 2])], share: f64) -> FoundEffect {
     let ci95 = ci95.iter().map(|(name, interval)| ((*name).to_owned(), *interval)).collect();
-    Found { effect, ci95, share, doubts: Vec::new() }
+    FoundEffect { effect, ci95, share, doubts: Vec::new() }
 }
 
 /// What a diagnosis of this log says, with one of everything that the page can show.

@@ -8,9 +8,9 @@ use bipedc_analysis::experiments::data_checks::inspect;
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
-use bipedc_analysis::log::{Kind, Mapping, Reader};
+use bipedc_analysis::log::{Log, Mapping};
 use bipedc_analysis::measure;
-use bipedc_analysis::measure::Recording;
+use bipedc_analysis::measure::{Content, Recording};
 use bipedc_analysis::robot::link_inertias::LinkInertias;
 use bipedc_analysis::robot::{BaseKind, Foot, Joint, JointLayout};
 use bipedc_compiler::Robot;
@@ -103,16 +103,12 @@ fn robot_or_why() -> Subjected {
 
 /// What the file holds, as `bipedc diagnose` sees it.
 fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diagnostics> {
-    let reader = Reader::open(file, mapping)?;
-    let forces = reader.columns().any(|column| column.name.contains("/force/"));
-    let moves = reader.columns().any(|column| column.name.contains("base/position"));
-    let kind = reader.kind();
-    drop(reader);
+    let log = Log::with_mapping(file, mapping.clone())?;
+    let content = log.content(&own.subject);
     // Short logs of a fuzzer must reach the filter, too.
     let mut options = measure::Options { trim_s: 0.0, ..measure::Options::default() };
-    let efforts = kind == Kind::Time && !(moves && forces);
-    if efforts {
-        let compared = compare::compare_file(&mut own.torques, &own.subject, file, mapping, &options)?;
+    if content == Content::Efforts {
+        let compared = compare::compare_file(&mut own.torques, &own.subject, &log, &options)?;
         drop(compared.to_string());
         options.cutoff_hz = Some(compared.quietest_cutoff());
     } else {
@@ -125,12 +121,12 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
         feet: &own.feet,
         effects: &[],
     };
-    let experiment: Box<dyn Experiment + '_> = match kind {
-        Kind::Posture => Box::new(PostureExperiment::read(robot, file, mapping, None)?),
-        Kind::Impact => Box::new(ImpactExperiment::read(robot, file, mapping, None)?),
-        Kind::Time if !efforts => Box::new(ContactExperiment::read(robot, file, mapping, &options)?),
-        Kind::Time => {
-            let mut recording = Recording::read(file, mapping, &own.subject, &options)?;
+    let experiment: Box<dyn Experiment + '_> = match content {
+        Content::Postures => Box::new(PostureExperiment::read(robot, &log, None)?),
+        Content::Impacts => Box::new(ImpactExperiment::read(robot, &log, None)?),
+        Content::Contacts => Box::new(ContactExperiment::read(robot, &log, &options)?),
+        Content::Efforts => {
+            let mut recording = Recording::read(&log, &own.subject, &options)?;
             recording.thin(MOST_SAMPLES);
             let motion = MotionExperiment::new(&own.model, &own.subject, &own.link_inertias, recording, &[]);
             Box::new(motion.map_err(|error| Diagnostics(vec![error]))?)

@@ -92,7 +92,8 @@ pub(super) fn respond<'g>(
         d[k][k] = d[k][k] + rotor;
     }
     let factor = Factor::new(model, &d);
-    let held = Held::new(&factor, rows(model, constraints), movable_rows(model, constraints, rows));
+    let held =
+        ConstraintSolves::new(&factor, rows(model, constraints), movable_rows(model, constraints, rows));
     let rates = constraints.blocks.iter().flat_map(|block| block.demanded(model, demand)).collect();
     let (x, forces) = held.solve(&factor, f, rates);
     (x, constraints.publish(&forces))
@@ -122,7 +123,7 @@ pub(super) fn movable_rows<'g>(
 }
 
 /// The rows' half solves.
-pub(super) struct Held<'g> {
+pub(super) struct ConstraintSolves<'g> {
     /// L⁻ᵀ of the rows.
     half: Vec<Vec<Sym<'g>>>,
     /// The same over Δ.
@@ -131,7 +132,7 @@ pub(super) struct Held<'g> {
     movable: Vec<bool>,
 }
 
-impl<'g> Held<'g> {
+impl<'g> ConstraintSolves<'g> {
     pub fn new(factor: &Factor<'g>, rows: Vec<Vec<Sym<'g>>>, movable: Vec<bool>) -> Self {
         let live = rows.iter().zip(&movable).filter(|(_, movable)| **movable);
         let half: Vec<Vec<Sym<'g>>> = live.map(|(row, _)| factor.half_solve(row)).collect();

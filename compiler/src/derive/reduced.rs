@@ -4,7 +4,7 @@
 //! columns are the identity: V̇ = −A q̈ − w eliminates the base, and what is left is the mass matrix of the
 //! robot rooted at that foot, with that tree's sparsity. The base rows then give the foot's wrench.
 use super::composite::mass_matrix;
-use super::constrained::{Demand, Held, dot, movable_rows};
+use super::constrained::{ConstraintSolves, Demand, dot, movable_rows};
 use super::constraint::Constraints;
 use super::kinematics::{Motions, forward};
 use super::model::RobotModel;
@@ -192,7 +192,7 @@ pub(super) fn respond<'g>(
         on_joints(&Stance::new(model, constraints.supports[flat].body), constraints, flat)
     });
     let on_joints = on_joints(&system.stance, constraints, flat);
-    let held = Held::new(&system.factor, on_joints, movable);
+    let held = ConstraintSolves::new(&system.factor, on_joints, movable);
     let rates = others.iter().flat_map(|block| block.demanded(model, demand));
     let rates = rates.zip(&rows).map(|(rate, row)| rate - dot(&row[..6], &w)).collect();
     let (mut motion, forces) = held.solve(&system.factor, &system.driving(f, &w), rates);

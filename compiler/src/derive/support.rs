@@ -68,7 +68,7 @@ impl Support {
 }
 
 /// The contacts' points of one foot, in body axes.
-struct Standing<'a> {
+struct StandingFoot<'a> {
     foot: &'a Foot,
     body: Option<usize>,
     points: Vec<[f64; 3]>,
@@ -90,7 +90,7 @@ struct Standing<'a> {
 /// # Errors
 /// A contact that names no foot, edge or point, or an edge of no length.
 pub fn supports(tree: &Tree, feet: &[Foot], contacts: &[Contact]) -> Result<Vec<Support>, Diagnostic> {
-    let mut standing: Vec<Standing<'_>> = Vec::new();
+    let mut standing: Vec<StandingFoot<'_>> = Vec::new();
     for contact in contacts {
         let foot = feet.iter().find(|foot| foot.name == contact.foot).ok_or_else(|| {
             let known: Vec<&str> = feet.iter().map(|foot| foot.name.as_str()).collect();
@@ -106,7 +106,7 @@ pub fn supports(tree: &Tree, feet: &[Foot], contacts: &[Contact]) -> Result<Vec<
             let entry = match standing.iter().position(|s| s.foot.name == foot.name) {
                 Some(at) => &mut standing[at],
                 None => {
-                    standing.push(Standing {
+                    standing.push(StandingFoot {
                         foot,
                         body: frame.body,
                         points: Vec::new(),
@@ -144,7 +144,7 @@ fn point_names<'a>(foot: &'a Foot, part: &'a ContactPart) -> Result<Vec<&'a str>
     }
 }
 
-fn support(tree: &Tree, standing: &Standing<'_>) -> Option<Support> {
+fn support(tree: &Tree, standing: &StandingFoot<'_>) -> Option<Support> {
     let body = standing.body?;
     let make = |point, kind| Some(Support { foot: standing.foot.name.clone(), body, point, kind });
     if tree.base == BaseKind::Pivot && body == 0 {

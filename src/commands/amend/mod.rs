@@ -7,7 +7,7 @@ use crate::terminal::output;
 use crate::terminal::progress::Bars;
 use bipedc::Workbench;
 use bipedc::amendment::diagnosis::{self, Selection};
-use bipedc::amendment::{Proposal, Proposed, Wish, amend, description_path, undo};
+use bipedc::amendment::{Proposal, Proposed, Request, amend, description_path, undo};
 use bipedc::kinds::demand_kind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Location, kinds};
@@ -151,9 +151,9 @@ impl Amend {
             parse::demand_parameters(&effect)?;
         }
         let wish = match (self.remove, self.add) {
-            (true, _) => Wish::Remove,
-            (_, true) => Wish::Add,
-            _ => Wish::Put,
+            (true, _) => Request::Remove,
+            (_, true) => Request::Add,
+            _ => Request::Put,
         };
         let origin = if self.remove { "taken out" } else { "values given" }.to_owned();
         let effects = vec![Proposed { effect, ci95: BTreeMap::new(), error: None, wish }];

@@ -3,20 +3,16 @@ use super::experiment::by_kind;
 use super::influence::depends_on;
 use super::report::{Channel, Comparison, Cutoff};
 use super::statistics::Sums;
-use crate::log::{Block, Blocks, MOST_GAPS, Mapping, Reader, Sampling};
+use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
 use crate::measure::columns::{JointColumns, Plan};
+use crate::measure::filtered::{cut, unusable};
 use crate::measure::noise::white_noise;
-use crate::measure::recording::within;
-use crate::measure::trajectory::{Even, States, Unusable};
+use crate::measure::trajectory::{Even, States};
 use crate::measure::{Missing, Options};
 use crate::robot::{Batch, InverseDynamics, JointLayout};
 use crate::signal::{Butterworth, FilterError};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
-
-/// Samples that the spline needs beyond the filter's overlap: 0.43⁴⁰ is 2e-15.
-const SPLINE_OVERLAP: usize = 40;
 
 /// Sums of squares of anything smaller are finite, N m.
 const LARGEST_EFFORT: f64 = 1e140;
@@ -55,18 +51,17 @@ struct Run<'a> {
     span: Option<(f64, f64)>,
 }
 
-/// Compares a log file; see [`compare`].
+/// Compares a log; see [`compare`].
 ///
 /// # Errors
-/// As [`compare`] and [`Reader::open`].
+/// As [`compare`].
 pub fn compare_file(
     model: &mut dyn InverseDynamics,
     subject: &JointLayout,
-    log: &Path,
-    mapping: &Mapping,
+    log: &Log,
     options: &Options,
 ) -> Result<Comparison, Diagnostics> {
-    compare(model, subject, Reader::open(log, mapping)?, options)
+    compare(model, subject, log.rows(), options)
 }
 
 /// Compares logged efforts with those that the model predicts from the logged motion.
@@ -90,14 +85,11 @@ pub fn compare(
     let step = sampling.step();
     let candidates =
         candidates(&mut plan, subject, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
-    let overlap = candidates.iter().map(|c| c.filter.overlap()).max().unwrap_or(0) + SPLINE_OVERLAP;
-    let mut blocks = Blocks::new(sampling, overlap, options.trim_s);
+    let overlap = candidates.iter().map(|c| c.filter.overlap()).max().unwrap_or(0);
+    let mut blocks = cut(sampling, overlap, 1, options);
     let mut run = Run { file, subject, plan, compared, step, candidates, noise: Vec::new(), span: None };
     while let Some(block) = blocks.next_block()? {
-        let range = within(&block, options);
-        if !range.is_empty() {
-            run.add(model, &block, range)?;
-        }
+        run.add(model, &block)?;
     }
     run.finish(&blocks, options)
 }
@@ -205,12 +197,8 @@ fn hertz(rate: f64) -> String {
 }
 
 impl Run<'_> {
-    fn add(
-        &mut self,
-        model: &mut dyn InverseDynamics,
-        block: &Block<'_>,
-        range: Range<usize>,
-    ) -> Result<(), Diagnostics> {
+    fn add(&mut self, model: &mut dyn InverseDynamics, block: &Block<'_>) -> Result<(), Diagnostics> {
+        let range = block.core.clone();
         let even = Even::new(&self.plan, block, self.step);
         if self.noise.is_empty() {
             let effort = |joint: &JointColumns| joint.effort.map_or(0.0, |c| white_noise(&block.columns[c]));
@@ -221,7 +209,7 @@ impl Run<'_> {
         for index in 0..self.candidates.len() {
             let filter = &self.candidates[index].filter;
             let states = even.states(&self.plan, self.subject, filter, block.time, range.clone());
-            let states = states.map_err(|e| one(self.unusable(e)))?;
+            let states = states.map_err(|e| unusable(e, &self.file))?;
             self.judge(model, index, block, range.start, &states)?;
         }
         Ok(())
@@ -259,18 +247,6 @@ impl Run<'_> {
             }
         }
         Ok(())
-    }
-
-    fn unusable(&self, reason: Unusable) -> Diagnostic {
-        match reason {
-            Unusable::TooFew => Diagnostic::error("a stretch of the log has fewer than 8 samples")
-                .help("leave out more at the ends, or record longer"),
-            Unusable::ZeroQuaternion(time) => Diagnostic::error(format!(
-                "base/orientation is no rotation at {time} s: its quaternion is zero"
-            ))
-            .help("a unit quaternion x, y, z, w is expected"),
-        }
-        .in_file(&self.file)
     }
 
     fn finish(self, blocks: &Blocks, options: &Options) -> Result<Comparison, Diagnostics> {

@@ -23,6 +23,6 @@ pub mod support;
 
 pub use breakdown::{AT_NOISE, Breakdown, Part, WINDOWS, Window, breakdowns};
 pub use engine::{Options, diagnose, errors, estimate, summary};
-pub use result::{Diagnosis, Fall, Found, Rejected, Step, Unexplained, intervals};
+pub use result::{Diagnosis, Fall, FoundEffect, Rejected, Step, Unexplained, intervals};
 pub use selected::Selected;
 pub use signature::Feature;

@@ -9,15 +9,15 @@ use std::collections::BTreeMap;
 #[serde(default)]
 pub struct Diagnosis {
     /// Effects that earned their place, most important first.
-    pub effects: Vec<Found>,
+    pub effects: Vec<FoundEffect>,
     /// Effects that stood from the start ([`Options::standing`](super::Options::standing)), with their new estimates.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub standing: Vec<Found>,
+    pub standing: Vec<FoundEffect>,
     /// Corrections of masses, centres of mass and inertias as CAD errors explain them.
-    pub inertial_corrections: Vec<Found>,
+    pub inertial_corrections: Vec<FoundEffect>,
     /// Alternatives that this data cannot tell apart; each alternative is a list of effects, the first the one that
     /// stands in `effects`.
-    pub indistinguishable: Vec<Vec<Vec<Found>>>,
+    pub indistinguishable: Vec<Vec<Vec<FoundEffect>>>,
     /// Whether something structured is left that no kind of the library explains.
     pub unexplained: bool,
     /// Joints (or rows) in which it is left.
@@ -58,7 +58,7 @@ pub struct Diagnosis {
 
 /// An effect with its error bars.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Found {
+pub struct FoundEffect {
     /// Kind, place and parameters.
     #[serde(flatten)]
     pub effect: Effect,
@@ -138,11 +138,11 @@ mod tests {
     #[test]
     fn what_is_not_determined_is_written_and_read() {
         let effect = Effect::new(&bipedc_effects::effect::kinds::PAYLOAD, Location::link("shin"), &[]);
-        let mut found = Found { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
+        let mut found = FoundEffect { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
         found.ci95.insert("mass".to_owned(), [0.25, 0.75]);
         found.ci95.insert("y".to_owned(), [f64::NEG_INFINITY, f64::INFINITY]);
         let text = serde_json::to_string(&found).unwrap();
         assert!(text.contains(r#""mass":[0.25,0.75],"y":[null,null]"#), "{text}");
-        assert_eq!(serde_json::from_str::<Found>(&text).unwrap(), found);
+        assert_eq!(serde_json::from_str::<FoundEffect>(&text).unwrap(), found);
     }
 }

@@ -1,31 +1,19 @@
 //! All samples of all logs, folded into triangles.
 use super::design::{Design, Work};
 use super::motions::Motions;
+use super::reading::Reading;
 use super::triangle::Triangle;
 use super::unknowns::BaseSet;
 use crate::experiments::Experiment;
-use crate::log::Mapping;
-use crate::measure::{Options, Recording};
+use crate::measure::Recording;
 use crate::robot::Batch;
 use bipedc_effects::diagnostic::Diagnostics;
 use nalgebra::DVector;
-use std::path::Path;
 
 /// Samples that are evaluated together; small, so that their regressors stay in the cache.
 const BATCH: usize = 256;
 /// Half length of the decimation filter, in kept samples.
 const REACH: usize = 8;
-
-/// A log and how it is read.
-#[derive(Debug, Clone)]
-pub struct Log<'a> {
-    /// The file.
-    pub path: &'a Path,
-    /// Names of its columns.
-    pub mapping: &'a Mapping,
-    /// Cut-off, from, to, trim.
-    pub options: Options,
-}
 
 /// Which rows count, and how much.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -132,20 +120,20 @@ impl Sizes {
 /// Those of the reader.
 pub fn accumulate(
     design: &Design<'_>,
-    logs: &[Log<'_>],
+    logs: &[Reading<'_>],
     motions: &Motions,
     settings: &Settings,
     weighting: Option<&Weighting>,
 ) -> Result<Sums, Diagnostics> {
     let mut parts = vec![Sums::new(design, motions.cells()); settings.threads.max(1)];
-    for (index, log) in logs.iter().enumerate() {
+    for (index, reading) in logs.iter().enumerate() {
         let cell = |time: f64| motions.cell(index, time);
         let mut visit = |recording: &mut Recording| {
             fold(design, recording, &cell, settings, weighting, &mut parts);
             recording.clear();
             Ok(())
         };
-        Recording::each(log.path, log.mapping, design.subject, &log.options, true, &mut visit)?;
+        Recording::each(reading.log, design.subject, &reading.options, true, &mut visit)?;
     }
     let mut parts = parts.into_iter();
     let mut all = parts.next().unwrap_or_else(|| Sums::new(design, motions.cells()));

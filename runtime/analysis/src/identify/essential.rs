@@ -1,7 +1,7 @@
 //! Essential parameters: the fewest that predict as well on data that did not teach.
 use super::accumulate::Sums;
 use super::design::Design;
-use super::estimate::{Estimate, Held, by_channel, compared, errors, joined, normalised};
+use super::estimate::{Estimate, HeldOutError, by_channel, compared, errors, joined, normalised};
 use super::triangle::Triangle;
 
 /// A set of parameters that suffices; all others are zero.
@@ -10,7 +10,7 @@ pub struct Essential {
     /// Unknowns, ascending.
     pub unknowns: Vec<usize>,
     /// Error on data that did not teach, of all seen unknowns and of these, over all channels.
-    pub held_out: [Held; 2],
+    pub held_out: [HeldOutError; 2],
 }
 
 /// Drops the least certain parameter again and again, and keeps the smallest set that is no worse than the best by more
@@ -21,10 +21,10 @@ pub fn essential(estimate: &Estimate, design: &Design<'_>, sums: &Sums, folds: &
     let mut free = estimate.seen.clone();
     let (mut sets, mut errors_of, mut held) = (Vec::new(), Vec::new(), Vec::new());
     while !free.is_empty() {
-        let judged: Vec<Vec<Held>> =
+        let judged: Vec<Vec<HeldOutError>> =
             parts.iter().map(|(data, own)| errors(own, design, &zeros.solve(data, &free))).collect();
         errors_of.push(judged.iter().map(|e| normalised(e, &estimate.noise)).collect::<Vec<f64>>());
-        held.push(judged.iter().flatten().fold(Held::default(), |sum, e| sum.plus(e)));
+        held.push(judged.iter().flatten().fold(HeldOutError::default(), |sum, e| sum.plus(e)));
         sets.push(free.clone());
         let theta = zeros.solve(&zeros.total, &free);
         let spread = zeros.inverse(&free);

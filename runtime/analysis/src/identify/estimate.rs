@@ -59,7 +59,7 @@ pub struct Fit {
 
 /// Error of a channel on data that were not used, and what there was to explain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Held {
+pub struct HeldOutError {
     /// Sum of squared errors.
     pub squares: f64,
     /// Sum of squares of what was measured.
@@ -68,7 +68,7 @@ pub struct Held {
     pub rows: usize,
 }
 
-impl Held {
+impl HeldOutError {
     /// Root mean square.
     pub fn rms(&self) -> f64 {
         (self.squares / self.rows.max(1) as f64).sqrt()
@@ -101,10 +101,14 @@ pub fn by_channel(sums: &Sums, design: &Design<'_>, keep: &dyn Fn(usize) -> bool
 }
 
 /// Errors of `theta` in the channels of such triangles.
-pub fn errors(channels: &[Triangle], design: &Design<'_>, theta: &DVector<f64>) -> Vec<Held> {
+pub fn errors(channels: &[Triangle], design: &Design<'_>, theta: &DVector<f64>) -> Vec<HeldOutError> {
     let error = |(triangle, channel): (&Triangle, &super::design::Channel)| {
         let own = DVector::from_iterator(channel.places.len(), channel.places.iter().map(|&p| theta[p]));
-        Held { squares: triangle.squares(&own), measured: triangle.right_squares(), rows: triangle.rows() }
+        HeldOutError {
+            squares: triangle.squares(&own),
+            measured: triangle.right_squares(),
+            rows: triangle.rows(),
+        }
     };
     channels.iter().zip(&design.channels).map(error).collect()
 }
@@ -266,7 +270,7 @@ impl Estimate {
         sums: &Sums,
         folds: &[usize],
         solve: &dyn Fn(&Triangle) -> DVector<f64>,
-    ) -> Vec<Vec<Held>> {
+    ) -> Vec<Vec<HeldOutError>> {
         let last = folds.iter().copied().max().unwrap_or(0);
         (0..=last)
             .map(|fold| {
@@ -313,7 +317,7 @@ impl Fit {
 fn residuals(channels: &[Triangle], design: &Design<'_>, theta: &DVector<f64>) -> Vec<f64> {
     let errors = errors(channels, design, theta);
     let all: usize = errors.iter().map(|held| held.rows).sum();
-    let freedom = |held: &Held, places: usize| {
+    let freedom = |held: &HeldOutError, places: usize| {
         // Channels with few rows share their unknowns with the others: each pays for its part of them.
         let shared = (design.unknowns.len() * held.rows).div_ceil(all.max(1));
         let paid = if held.rows < SCARCE * places { places.min(shared) } else { places };
@@ -327,7 +331,7 @@ fn residuals(channels: &[Triangle], design: &Design<'_>, theta: &DVector<f64>) -
 }
 
 /// Mean squared error over all rows, each channel in units of its noise.
-pub fn normalised(errors: &[Held], noise: &[f64]) -> f64 {
+pub fn normalised(errors: &[HeldOutError], noise: &[f64]) -> f64 {
     let squares: f64 = errors.iter().zip(noise).map(|(e, noise)| e.squares / (noise * noise)).sum();
     squares / errors.iter().map(|e| e.rows).sum::<usize>().max(1) as f64
 }

@@ -1,6 +1,6 @@
 //! Measured against modelled torques over time, for reports.
-use super::accumulate::Log;
 use super::design::{Channel, Design, Work};
+use super::reading::Reading;
 use crate::experiments::Channel as Kind;
 use crate::experiments::plotted::{Row, Series};
 use crate::measure::Recording;
@@ -73,7 +73,7 @@ impl<'a> Pictures<'a> {
 /// Torques of a log of joint torques, filtered as the regression saw them.
 pub(super) fn of_log(
     design: &Design<'_>,
-    log: &Log<'_>,
+    reading: &Reading<'_>,
     models: [&DVector<f64>; 2],
 ) -> Result<Vec<Row>, Diagnostics> {
     let mut pictures = Pictures::new(design, models);
@@ -88,7 +88,7 @@ pub(super) fn of_log(
         recording.clear();
         Ok(())
     };
-    Recording::each(log.path, log.mapping, design.subject, &log.options, true, &mut visit)?;
+    Recording::each(reading.log, design.subject, &reading.options, true, &mut visit)?;
     Ok(pictures.rows(design))
 }
 

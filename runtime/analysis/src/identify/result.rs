@@ -1,5 +1,5 @@
 //! What identification answers; the keys of `identify --json` (docs/identification.md explains them).
-use super::estimate::{Held, Method};
+use super::estimate::{HeldOutError, Method};
 use super::motions::Repetition;
 use super::physical::{Certificate, Consistency, Trial};
 use serde::Serialize;
@@ -218,7 +218,7 @@ pub struct Models {
 
 impl Models {
     /// The numbers of the four models, in that order.
-    pub fn of(held: [Held; 4], number: impl Fn(&Held) -> f64) -> Self {
+    pub fn of(held: [HeldOutError; 4], number: impl Fn(&HeldOutError) -> f64) -> Self {
         let [description, least_squares, essential, physical] = held.each_ref().map(number);
         Self { description, least_squares, essential, physical }
     }

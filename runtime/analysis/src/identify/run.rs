@@ -1,11 +1,12 @@
 //! All steps of identification in their order.
-use super::accumulate::{Log, Settings, Sums, Weighting, accumulate, fold_table};
+use super::accumulate::{Settings, Sums, Weighting, accumulate, fold_table};
 use super::design::{BatchRegressor, Design};
 use super::essential::essential;
 use super::estimate::{Estimate, Fit, Method};
 use super::motions::Motions;
 use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, Problem, check, choose};
 use super::picture;
+use super::reading::Reading;
 use super::result::Identification;
 use super::summary::Found;
 use super::survey::Survey;
@@ -44,7 +45,7 @@ pub struct Parts<'a> {
 /// Where samples come from.
 pub enum Feed<'a> {
     /// Logs of joint torques, read as often as they are needed.
-    Logs(&'a [Log<'a>]),
+    Logs(&'a [Reading<'a>]),
     /// Logs of a free robot with forces at its feet, in memory.
     Tables(&'a [&'a dyn Experiment]),
     /// Samples that were folded in already.
@@ -193,7 +194,9 @@ pub fn identify(
     };
     let shown = judge.map_or(feed, |judge| &judge.feed);
     let pictures = match shown {
-        Feed::Logs([log, ..]) if options.pictures => picture::of_log(&design, log, [&nominal, &fit.theta])?,
+        Feed::Logs([reading, ..]) if options.pictures => {
+            picture::of_log(&design, reading, [&nominal, &fit.theta])?
+        }
         _ => Vec::new(),
     };
     Ok(Answer { identification, links, pictures })

@@ -2,7 +2,7 @@
 use super::accumulate::{Settings, Sums};
 use super::design::Design;
 use super::essential::Essential;
-use super::estimate::{Estimate, Fit, Held, by_channel, errors};
+use super::estimate::{Estimate, Fit, HeldOutError, by_channel, errors};
 use super::motions::{Motions, Repetition};
 use super::physical::{Choice, Inertia, Physical, Problem, check};
 use super::result::*;
@@ -109,7 +109,7 @@ impl Found<'_> {
             measured: (fitted[index].measured / own[index].rows().max(1) as f64).sqrt(),
             description: cad[index].rms(),
             least_squares: fitted[index].rms(),
-            held_out: held.iter().fold(Held::default(), |sum, fold| sum.plus(&fold[index])).rms(),
+            held_out: held.iter().fold(HeldOutError::default(), |sum, fold| sum.plus(&fold[index])).rms(),
             physical: physical[index].rms(),
         };
         self.design.channels.iter().enumerate().map(summary).collect()
@@ -138,15 +138,15 @@ impl Found<'_> {
                 name: channel.name.clone(),
                 unit: channel.unit,
                 measured: (held[0].measured / held[0].rows.max(1) as f64).sqrt(),
-                rms: Models::of(held, Held::rms),
+                rms: Models::of(held, HeldOutError::rms),
             }
         };
-        let sum = |m: usize| held[m].iter().fold(Held::default(), |sum, e| sum.plus(e));
+        let sum = |m: usize| held[m].iter().fold(HeldOutError::default(), |sum, e| sum.plus(e));
         Ok(Validation {
             file: judge.file.display().to_string(),
             shares_motion,
             channels: self.design.channels.iter().enumerate().map(channel).collect(),
-            total: Models::of([0, 1, 2, 3].map(sum), Held::relative),
+            total: Models::of([0, 1, 2, 3].map(sum), HeldOutError::relative),
         })
     }
 

@@ -1,5 +1,5 @@
 //! A first look at a log: which motion it shows, how fast joints go, what was measured.
-use super::accumulate::Log;
+use super::reading::Reading;
 use crate::experiments::Experiment;
 use crate::measure::{Missing, Motion, Recording};
 use crate::robot::JointLayout;
@@ -37,7 +37,7 @@ pub struct Survey {
 ///
 /// # Errors
 /// Those of the reader; a log without motion or efforts.
-pub fn survey(log: &Log<'_>, subject: &JointLayout) -> Result<Survey, Diagnostics> {
+pub fn survey(reading: &Reading<'_>, subject: &JointLayout) -> Result<Survey, Diagnostics> {
     let joints = subject.joints.len();
     let (bq, bv) = (subject.base.nq(), subject.base.nv());
     let mut found = Survey { speed: vec![0.0; joints], ..Survey::default() };
@@ -58,12 +58,12 @@ pub fn survey(log: &Log<'_>, subject: &JointLayout) -> Result<Survey, Diagnostic
         recording.clear();
         Ok(())
     };
-    let recording = Recording::each(log.path, log.mapping, subject, &log.options, true, &mut visit)?;
+    let recording = Recording::each(reading.log, subject, &reading.options, true, &mut visit)?;
     found.effort = recording.effort.iter().map(Option::is_some).collect();
     (found.step, found.cutoff_hz) = (recording.step, recording.cutoff_hz);
     (found.missing, found.assumptions) = (recording.missing, recording.assumptions);
     found.warnings = recording.warnings;
-    refuse(&found, log, subject)?;
+    refuse(&found, reading, subject)?;
     Ok(found)
 }
 
@@ -87,11 +87,11 @@ impl Survey {
 }
 
 /// Logs from which nothing can be learnt.
-fn refuse(found: &Survey, log: &Log<'_>, subject: &JointLayout) -> Result<(), Diagnostics> {
+fn refuse(found: &Survey, reading: &Reading<'_>, subject: &JointLayout) -> Result<(), Diagnostics> {
     let refused = |message: String, help: &str| {
         // What is odd about the log usually says why.
-        let warnings = found.warnings.iter().cloned();
-        Err(Diagnostics(warnings.chain([Diagnostic::error(message).in_file(log.path).help(help)]).collect()))
+        let error = Diagnostic::error(message).in_file(reading.log.path()).help(help);
+        Err(Diagnostics(found.warnings.iter().cloned().chain([error]).collect()))
     };
     if found.samples < 50 {
         let message = format!("only {} samples of the log can be used", found.samples);

@@ -104,7 +104,7 @@ pub struct Block<'a> {
     pub time: &'a [f64],
     /// The selected columns without the time, each as long as `time`.
     pub columns: &'a [Vec<f64>],
-    /// The samples that this block is there for; those around them feed the filter.
+    /// The samples that this block is there for, never none; those around them feed the filter.
     pub core: Range<usize>,
     /// Time at which the stretch without gaps began, s.
     pub start: f64,
@@ -116,11 +116,13 @@ pub struct Block<'a> {
 ///
 /// The core of a block leaves out the samples within `trim` seconds of the ends of its stretch (the ends of
 /// the log, and both sides of a gap) and those less than `overlap` samples from where the block was cut.
-/// All cores together are all other samples, each once.
+/// All cores together are all other samples, each once, but for those that [`Blocks::between`] leaves out.
 pub struct Blocks {
     sampling: Sampling,
     overlap: usize,
     trim: f64,
+    /// First and last time that count, s.
+    limits: (f64, f64),
     time: Vec<f64>,
     columns: Vec<Vec<f64>>,
     /// Samples before this index were in a core or dropped.
@@ -141,6 +143,7 @@ impl Blocks {
             sampling,
             overlap,
             trim,
+            limits: (f64::NEG_INFINITY, f64::INFINITY),
             time: Vec::new(),
             columns: vec![Vec::new(); width],
             done: 0,
@@ -150,6 +153,13 @@ impl Blocks {
             noted: false,
             report: SamplingReport::default(),
         }
+    }
+
+    /// Only samples from the first to the second of these times (of the log's own clock, s) count; others still feed the
+    /// filter.
+    pub fn between(self, from: Option<f64>, to: Option<f64>) -> Self {
+        let limits = (from.unwrap_or(f64::NEG_INFINITY), to.unwrap_or(f64::INFINITY));
+        Self { limits, ..self }
     }
 
     /// What was seen so far; complete after the last block.
@@ -177,8 +187,12 @@ impl Blocks {
                 self.at_end |= self.pending.is_none();
                 self.note_segment(&core);
             }
+            if core.is_empty() {
+                continue;
+            }
+            self.done = core.end;
+            let core = self.within(core);
             if !core.is_empty() {
-                self.done = core.end;
                 let uniform = self.is_uniform();
                 let (time, columns, start) = (&self.time, &self.columns, self.start);
                 return Ok(Some(Block { time, columns, core, start, uniform }));
@@ -263,6 +277,13 @@ impl Blocks {
             .time
             .partition_point(|t| *t <= last - self.trim + slack)
             .min(self.time.len().saturating_sub(cut));
+        begin..end.max(begin)
+    }
+
+    /// Those samples of a core whose times count.
+    fn within(&self, core: Range<usize>) -> Range<usize> {
+        let begin = core.start.max(self.time.partition_point(|t| *t < self.limits.0));
+        let end = core.end.min(self.time.partition_point(|t| *t <= self.limits.1));
         begin..end.max(begin)
     }
 

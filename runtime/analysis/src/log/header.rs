@@ -1,10 +1,11 @@
 //! The first row: which kind of table it is and which columns it has.
 use super::fields::{character, split};
-use super::mapping::Mapping;
+use super::lines::Lines;
+use super::mapping::{ForceFrame, Mapping};
 use super::names::{closest, list, shorten};
 use super::reader::MOST_ERRORS;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 /// What a row of the table is.
@@ -45,6 +46,7 @@ pub struct Column {
 }
 
 /// The header, understood.
+#[derive(Debug, PartialEq)]
 pub(super) struct Header {
     pub kind: Kind,
     /// Fields per row.
@@ -53,15 +55,23 @@ pub(super) struct Header {
     pub columns: Vec<Column>,
     /// Whether the mapping says what the leading column is, and so in which unit.
     pub mapped: bool,
+    /// Of forces and torques, where the mapping says that they are not in world axes.
+    pub frames: BTreeMap<String, ForceFrame>,
+}
+
+/// Reads the header line.
+pub(super) fn read(file: &Path, lines: &mut Lines, mapping: &Mapping) -> Result<Header, Diagnostics> {
+    match lines.next()? {
+        Some((number, line)) => parse(file, line, number, mapping),
+        None => {
+            let help = "the first line names the columns, such as `time,left_knee/position`";
+            Err(Diagnostic::error("the file is empty").in_file(file).help(help).into())
+        }
+    }
 }
 
 /// Understands the header line.
-pub(super) fn parse(
-    file: &Path,
-    line: &str,
-    number: usize,
-    mapping: &Mapping,
-) -> Result<Header, Diagnostics> {
+fn parse(file: &Path, line: &str, number: usize, mapping: &Mapping) -> Result<Header, Diagnostics> {
     let at = |d: Diagnostic, offset: usize| d.in_file(file).at(number, character(line, offset));
     let mut fields = Vec::new();
     split(line, &mut fields).map_err(|e| {
@@ -89,7 +99,7 @@ pub(super) fn parse(
     match kind {
         Some(kind) if errors.is_empty() => {
             let mapped = mapping.columns.contains_key(kind.column());
-            Ok(Header { kind, fields: names.len(), columns, mapped })
+            Ok(Header { kind, fields: names.len(), columns, mapped, frames: mapping.frames.clone() })
         }
         Some(_) => Err(Diagnostics(errors)),
         None => {

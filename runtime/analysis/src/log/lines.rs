@@ -1,4 +1,5 @@
 //! Lines of a text file, plain or gzip, in bounded memory.
+use super::hash::{Hash, Hashing};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::input;
 use std::io::{self, BufRead, BufReader, Read};
@@ -24,6 +25,12 @@ impl Lines {
     /// Opens a file; gzip is recognised by its first two bytes, not by its name.
     pub fn open(path: &Path) -> Result<Self, Diagnostic> {
         Self::new(path, input::open(path).map_err(|e| cannot_read(path, &e))?)
+    }
+
+    /// The same; whoever reads to the end leaves the hash of the file's bytes in `hash`.
+    pub fn hashed(path: &Path, hash: &Hash) -> Result<Self, Diagnostic> {
+        let source = input::open(path).map_err(|e| cannot_read(path, &e))?;
+        Self::new(path, Box::new(Hashing::new(source, hash)))
     }
 
     /// Reads from any source; `path` is for messages.

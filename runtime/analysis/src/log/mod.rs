@@ -1,11 +1,14 @@
 //! Measurement files: logs (`time`), static postures (`posture`) and impacts (`impact`), as CSV or gzip CSV.
 //!
-//! A [`Reader`] gives one row at a time, so memory does not grow with the file; [`Blocks`] cuts a log into
-//! overlapping pieces for filtering; [`Table`] holds a small file as a whole. A [`Mapping`] gives other column
-//! names, factors and signs. Units are SI, names those of the URDF; see [`names`] for the columns.
+//! A [`Log`] is a file that was opened: what its columns are is known. Its [`Reader`]s give one row at a time, so memory
+//! does not grow with the file; [`Blocks`] cuts a log into overlapping pieces for filtering; [`Table`] holds a small file
+//! as a whole. A [`Mapping`] gives other column names, factors and signs. Units are SI, names those of the URDF; see [`names`] for the columns.
 mod blocks;
 mod fields;
+mod file;
+mod hash;
 mod header;
+mod kept;
 mod lines;
 mod mapping;
 pub mod names;
@@ -14,6 +17,7 @@ mod spikes;
 mod table;
 
 pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport};
+pub use file::Log;
 pub use header::{Column, Kind};
 pub use lines::{LONGEST_LINE, MOST_BLANK};
 pub use mapping::{ForceFrame, Mapping, Source};

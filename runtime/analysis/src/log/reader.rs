@@ -1,8 +1,10 @@
 //! Rows of a table, one at a time.
 use super::fields::{character, split};
+use super::file::Log;
 use super::header::{self, Column, Header, Kind};
+use super::kept::Kept;
 use super::lines::Lines;
-use super::mapping::Mapping;
+use super::mapping::{ForceFrame, Mapping};
 use super::names::{may_be_absent, shorten};
 use super::spikes::Spikes;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -10,6 +12,7 @@ use bipedc_effects::magnitude;
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// After so many errors in rows, reading stops: the rest would be more of the same.
 pub const MOST_ERRORS: usize = 10;
@@ -21,8 +24,8 @@ const LINES_AFTER_ERROR: usize = 10_000;
 /// Reads a table row by row; memory does not grow with the file.
 pub struct Reader {
     file: PathBuf,
-    lines: Lines,
-    header: Header,
+    origin: Origin,
+    header: Arc<Header>,
     /// Indices into `header.columns`; the leading column first.
     selected: Vec<usize>,
     fields: Vec<Range<usize>>,
@@ -32,6 +35,18 @@ pub struct Reader {
     spikes: Spikes,
     /// Columns (indices into `header.columns`) in which numbers were missing.
     incomplete: Vec<(usize, Absent)>,
+    /// What the log may keep, as far as it was read.
+    keeping: Option<(Log, Kept)>,
+}
+
+/// Where rows come from.
+enum Origin {
+    /// The lines behind the header.
+    Text(Lines),
+    /// A log that is not open yet: which columns are wanted may still change.
+    Closed(Log),
+    /// What an earlier reader of the log left.
+    Kept(Log, Arc<Kept>),
 }
 
 /// Samples of a log's column that are empty or NaN. Their rows are passed over: a gap.
@@ -74,19 +89,20 @@ impl Reader {
         lines: Result<Lines, Diagnostic>,
         mapping: &Mapping,
     ) -> Result<Self, Diagnostics> {
-        let one = |d| Diagnostics(vec![d]);
-        let mut lines = lines.map_err(one)?;
-        let header = match lines.next().map_err(one)? {
-            Some((number, line)) => header::parse(path, line, number, mapping)?,
-            None => {
-                let help = "the first line names the columns, such as `time,left_knee/position`";
-                return Err(one(Diagnostic::error("the file is empty").in_file(path).help(help)));
-            }
-        };
-        let file = path.to_path_buf();
+        let mut lines = lines?;
+        let header = header::read(path, &mut lines, mapping)?;
+        Ok(Self::new(path, Origin::Text(lines), Arc::new(header)))
+    }
+
+    /// The rows of a log, from its first.
+    pub(super) fn of_log(log: &Log) -> Self {
+        Self::new(log.path(), Origin::Closed(log.clone()), Arc::clone(log.header()))
+    }
+
+    fn new(path: &Path, origin: Origin, header: Arc<Header>) -> Self {
         let mut reader = Self {
-            file,
-            lines,
+            file: path.to_path_buf(),
+            origin,
             header,
             selected: Vec::new(),
             fields: Vec::new(),
@@ -94,9 +110,10 @@ impl Reader {
             rows: 0,
             spikes: Spikes::default(),
             incomplete: Vec::new(),
+            keeping: None,
         };
         reader.select::<&str>(&[]);
-        Ok(reader)
+        reader
     }
 
     /// The file, for messages.
@@ -120,6 +137,11 @@ impl Reader {
         self.header.columns.iter().any(|c| c.name == name)
     }
 
+    /// The axes of a foot's vector, such as `left_foot/force`.
+    pub fn frame(&self, vector: &str) -> ForceFrame {
+        self.header.frames.get(vector).copied().unwrap_or_default()
+    }
+
     /// Chooses what rows consist of: the leading column (time or number), then these, in this order.
     ///
     /// Returns the names that the file does not have; rows have no place for them. Columns that nobody chose
@@ -138,6 +160,11 @@ impl Reader {
         let names: Vec<&str> =
             self.selected.iter().map(|&index| self.header.columns[index].name.as_str()).collect();
         self.spikes = Spikes::of(&names);
+        // Whatever was kept, or would have been, is of other columns.
+        self.keeping = None;
+        if let Origin::Kept(log, _) = &self.origin {
+            self.origin = Origin::Closed(log.clone());
+        }
         missing
     }
 
@@ -150,6 +177,10 @@ impl Reader {
     /// Text or infinite fields, empty or NaN ones in tables of postures or impacts and as times, more or fewer fields
     /// than the header, time that stands still or runs back. Up to [`MOST_ERRORS`] are collected.
     pub fn next_row(&mut self, row: &mut Vec<f64>) -> Result<Option<Row>, Diagnostics> {
+        self.begin()?;
+        if let Origin::Kept(..) = &self.origin {
+            return Ok(self.again(row));
+        }
         let mut errors = Vec::new();
         let mut first_bad = 0;
         loop {
@@ -157,6 +188,7 @@ impl Reader {
             let line = match self.read(row, &mut errors) {
                 Ok(line) => line,
                 Err(error) => {
+                    self.keeping = None;
                     errors.push(error);
                     return Err(Diagnostics(errors));
                 }
@@ -165,13 +197,17 @@ impl Reader {
                 match line {
                     Some((_, false)) => continue,
                     Some((line, true)) => return Ok(Some(Row { line })),
-                    None => return Ok(None),
+                    None => {
+                        self.keep();
+                        return Ok(None);
+                    }
                 }
             }
             if found == 0 {
-                first_bad = self.lines.number();
+                self.keeping = None;
+                first_bad = self.number();
             }
-            let enough = errors.len() >= MOST_ERRORS || self.lines.number() > first_bad + LINES_AFTER_ERROR;
+            let enough = errors.len() >= MOST_ERRORS || self.number() > first_bad + LINES_AFTER_ERROR;
             if line.is_none() || enough {
                 errors.truncate(MOST_ERRORS);
                 return Err(Diagnostics(errors));
@@ -191,6 +227,59 @@ impl Reader {
         list
     }
 
+    /// Opens a log, or takes what was kept of these columns; so many rows as were read already are passed over.
+    fn begin(&mut self) -> Result<(), Diagnostics> {
+        let Origin::Closed(log) = &self.origin else { return Ok(()) };
+        let log = log.clone();
+        if self.rows == 0 {
+            if let Some(kept) = log.shelf().get(&self.selected) {
+                self.origin = Origin::Kept(log, kept);
+                return Ok(());
+            }
+            self.keeping = Some((log.clone(), Kept::of(&self.selected)));
+        }
+        let mut lines = log.lines()?;
+        for _ in 0..self.rows {
+            lines.next()?;
+        }
+        self.origin = Origin::Text(lines);
+        Ok(())
+    }
+
+    /// The next complete row of those that were kept.
+    fn again(&mut self, row: &mut Vec<f64>) -> Option<Row> {
+        row.clear();
+        let Origin::Kept(_, kept) = &self.origin else { return None };
+        while let Some((line, values)) = kept.row(self.rows) {
+            self.rows += 1;
+            let mut complete = true;
+            for (&index, value) in self.selected.iter().zip(values) {
+                let column = &self.header.columns[index];
+                if self.header.kind == Kind::Time && value.is_nan() && !may_be_absent(&column.name) {
+                    note_absent(&mut self.incomplete, index, column, line);
+                    complete = false;
+                }
+            }
+            if complete {
+                row.extend_from_slice(values);
+                return Some(Row { line });
+            }
+        }
+        None
+    }
+
+    /// At the end of a log without errors: later readers of these columns need not read it again.
+    fn keep(&mut self) {
+        if let Some((log, kept)) = self.keeping.take() {
+            log.shelf().put(kept);
+        }
+    }
+
+    /// The line that was read last.
+    fn number(&self) -> usize {
+        if let Origin::Text(lines) = &self.origin { lines.number() } else { 0 }
+    }
+
     /// One line: its number and whether it is complete, or `None` at the end. Errors of single fields go to `errors`.
     fn read(
         &mut self,
@@ -198,19 +287,15 @@ impl Reader {
         errors: &mut Vec<Diagnostic>,
     ) -> Result<Option<(usize, bool)>, Diagnostic> {
         row.clear();
-        let Self { lines, header, selected, fields, file, incomplete, spikes, .. } = self;
+        let Self { origin, header, selected, fields, file, incomplete, spikes, keeping, .. } = self;
+        let Origin::Text(lines) = origin else { return Ok(None) };
         let Some((number, line)) = lines.next()? else { return Ok(None) };
         self.rows += 1;
         let mut report = |error: Diagnostic, offset: usize| {
             errors.push(error.in_file(file).at(number, character(line, offset)));
         };
-        if let Err(quote) = split(line, fields) {
-            let error = Diagnostic::error("a quotation mark does not enclose a whole field");
-            report(error.help("remove the quotation marks"), quote.offset);
-            return Ok(Some((number, true)));
-        }
-        if fields.len() != header.fields {
-            report(ragged(fields.len(), header.fields), 0);
+        if let Err((error, offset)) = divide(line, header.fields, fields) {
+            report(error, offset);
             return Ok(Some((number, true)));
         }
         let mut complete = true;
@@ -237,8 +322,18 @@ impl Reader {
             let place = |k: usize| character(line, fields[header.columns[selected[k]].field].start);
             errors.extend(spikes.next(number, row, &place).into_iter().map(|error| error.in_file(file)));
         }
+        keeping.take_if(|(_, kept)| !kept.take(number, row));
         Ok(Some((number, complete)))
     }
+}
+
+/// The fields of a line, as many as are expected; else what is wrong, and at which byte.
+fn divide(line: &str, expected: usize, fields: &mut Vec<Range<usize>>) -> Result<(), (Diagnostic, usize)> {
+    split(line, fields).map_err(|quote| {
+        let error = Diagnostic::error("a quotation mark does not enclose a whole field");
+        (error.help("remove the quotation marks"), quote.offset)
+    })?;
+    if fields.len() == expected { Ok(()) } else { Err((ragged(fields.len(), expected), 0)) }
 }
 
 /// Whether a column that must be there is empty or NaN.

@@ -1,6 +1,8 @@
 //! What was measured: columns of a log as states of the robot, recorded motions, their noise, motions that repeat themselves.
 pub(crate) mod base;
 pub(crate) mod columns;
+mod content;
+pub(crate) mod filtered;
 pub(crate) mod noise;
 mod options;
 pub(crate) mod recording;
@@ -10,6 +12,8 @@ mod thinning;
 pub(crate) mod trajectory;
 
 pub use columns::Missing;
+pub use content::Content;
+pub use filtered::CUTOFF_HZ;
 pub use options::{CANDIDATES, Options, VelocitySource};
 pub use recording::Recording;
 pub use repetition::{Motion, repeats, shared};

@@ -1,6 +1,7 @@
 //! A log in memory: states of the robot at its samples, and what was measured there.
-use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
+use crate::log::{Block, Log};
 use crate::measure::columns::Plan;
+use crate::measure::filtered::{Filtered, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
@@ -11,8 +12,6 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;
 use std::path::Path;
 
-/// Samples that the spline needs beyond the filter's overlap.
-const SPLINE_OVERLAP: usize = 40;
 /// Fewer samples tell nothing.
 const FEWEST: usize = 50;
 
@@ -54,17 +53,12 @@ impl Recording {
     ///
     /// # Errors
     /// Those of the reader; a log too short for the filter.
-    pub fn read(
-        path: &Path,
-        mapping: &Mapping,
-        subject: &JointLayout,
-        options: &Options,
-    ) -> Result<Self, Diagnostics> {
-        let mut recording = Self::each(path, mapping, subject, options, false, &mut |_| Ok(()))?;
+    pub fn read(log: &Log, subject: &JointLayout, options: &Options) -> Result<Self, Diagnostics> {
+        let mut recording = Self::each(log, subject, options, false, &mut |_| Ok(()))?;
         if recording.time.len() < FEWEST {
-            return Err(Diagnostics(vec![too_short(recording.time.len(), path)]));
+            return Err(too_short(recording.time.len(), log.path()).into());
         }
-        recording.source = Source::of(path, recording.time.len()).map_err(|e| Diagnostics(vec![e]))?;
+        recording.source = Source { samples: recording.time.len(), ..log.source()? };
         recording.noise = recording.effort.iter().map(|e| e.as_deref().map_or(0.0, white_noise)).collect();
         Ok(recording)
     }
@@ -75,8 +69,7 @@ impl Recording {
     /// # Errors
     /// As [`Self::read`].
     pub fn read_thinned(
-        path: &Path,
-        mapping: &Mapping,
+        log: &Log,
         subject: &JointLayout,
         options: &Options,
         most: usize,
@@ -86,11 +79,11 @@ impl Recording {
             thinning.take(recording);
             Ok(())
         };
-        let mut recording = Self::each(path, mapping, subject, options, false, &mut visit)?;
+        let mut recording = Self::each(log, subject, options, false, &mut visit)?;
         if thinning.seen() < FEWEST {
-            return Err(Diagnostics(vec![too_short(thinning.seen(), path)]));
+            return Err(too_short(thinning.seen(), log.path()).into());
         }
-        recording.source = Source::of(path, thinning.seen()).map_err(|e| Diagnostics(vec![e]))?;
+        recording.source = Source { samples: thinning.seen(), ..log.source()? };
         thinning.finish(&mut recording);
         recording.thin(most);
         if thinning.is_long() {
@@ -107,23 +100,15 @@ impl Recording {
     /// ([`Self::clear`]), so that a log of any length fits. With `filter_efforts` efforts pass the same filter as
     /// positions, so that both sides of a regression are equally late and smooth.
     pub(crate) fn each(
-        path: &Path,
-        mapping: &Mapping,
+        log: &Log,
         subject: &JointLayout,
         options: &Options,
         filter_efforts: bool,
         visit: &mut dyn FnMut(&mut Self) -> Result<(), Diagnostics>,
     ) -> Result<Self, Diagnostics> {
-        let mut reader = Reader::open(path, mapping)?;
+        let mut reader = log.rows();
         let mut plan = Plan::new(subject, &mut reader, options)?;
-        let sampling = Sampling::probe(reader)?;
-        let step = sampling.step();
-        let cutoff_hz = options.cutoff_hz.unwrap_or(10.0).min(0.45 / step);
-        let filter = Butterworth::new(cutoff_hz, 1.0 / step).map_err(|_| {
-            let message =
-                format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
-            Diagnostics(vec![Diagnostic::error(message).in_file(path).help("choose another cut-off")])
-        })?;
+        let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, options, 1)?;
         let mut recording = Self {
             step,
             cutoff_hz,
@@ -138,16 +123,10 @@ impl Recording {
             warnings: std::mem::take(&mut plan.warnings),
             ..Self::default()
         };
-        let mut blocks = Blocks::new(sampling, filter.overlap() + SPLINE_OVERLAP, options.trim_s);
+        let efforts = filter_efforts.then_some(&filter);
         while let Some(block) = blocks.next_block()? {
-            let range = within(&block, options);
-            if !range.is_empty() {
-                let efforts = filter_efforts.then_some(&filter);
-                recording
-                    .add(&plan, subject, (&filter, efforts), &block, range)
-                    .map_err(|e| unusable(e, path))?;
-                visit(&mut recording)?;
-            }
+            recording.add(&plan, subject, (&filter, efforts), &block).map_err(|e| unusable(e, log.path()))?;
+            visit(&mut recording)?;
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         Ok(recording)
@@ -170,8 +149,8 @@ impl Recording {
         subject: &JointLayout,
         (filter, efforts): (&Butterworth, Option<&Butterworth>),
         block: &Block<'_>,
-        range: Range<usize>,
     ) -> Result<(), Unusable> {
+        let range = block.core.clone();
         let even = Even::new(plan, block, self.step);
         let states = even.states(plan, subject, filter, block.time, range.clone())?;
         let first = self.time.len();
@@ -268,24 +247,4 @@ pub(crate) fn too_short(samples: usize, path: &Path) -> Diagnostic {
     Diagnostic::error(format!("only {samples} samples of the log can be used"))
         .in_file(path)
         .help("at least a few seconds of motion are needed")
-}
-
-/// The samples of a block's core that the user wants.
-pub(crate) fn within(block: &Block<'_>, options: &Options) -> Range<usize> {
-    let from = options.from_s.map_or(0, |from| block.time.partition_point(|t| *t < from));
-    let to = options.to_s.map_or(usize::MAX, |to| block.time.partition_point(|t| *t <= to));
-    let (begin, end) = (block.core.start.max(from), block.core.end.min(to));
-    begin..end.max(begin)
-}
-
-pub(crate) fn unusable(reason: Unusable, path: &Path) -> Diagnostics {
-    let error = match reason {
-        Unusable::TooFew => Diagnostic::error("a stretch of the log has fewer than 8 samples")
-            .help("leave out more at the ends, or record longer"),
-        Unusable::ZeroQuaternion(time) => {
-            Diagnostic::error(format!("base/orientation is no rotation at {time} s: its quaternion is zero"))
-                .help("a unit quaternion x, y, z, w is expected")
-        }
-    };
-    Diagnostics(vec![error.in_file(path)])
 }

@@ -1,7 +1,7 @@
 //! The ranked causes.
 use super::number::{joined, percent, significant, with_interval, with_unit};
 use super::svg;
-use crate::diagnose::{Diagnosis, Found, Rejected, Step};
+use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
 use bipedc_effects::effect::{Effect, Location};
 use maud::{Markup, html};
 
@@ -43,7 +43,7 @@ fn entered<'a>(diagnosis: &'a Diagnosis, effect: &Effect) -> Option<&'a Step> {
 }
 
 /// One effect with its numbers.
-fn card(found: &Found, step: Option<&Step>, unit: &str) -> Markup {
+fn card(found: &FoundEffect, step: Option<&Step>, unit: &str) -> Markup {
     let effect = &found.effect;
     html! {
         article.cause {
@@ -81,7 +81,7 @@ fn place(location: &Location) -> String {
     location.to_string()
 }
 
-fn parameter(found: &Found, name: &str, value: f64) -> Markup {
+fn parameter(found: &FoundEffect, name: &str, value: f64) -> Markup {
     let definition = found.effect.kind.parameter(name);
     let unit = found.effect.unit(name);
     let ci = found.ci95.get(name).copied();
@@ -98,8 +98,8 @@ fn parameter(found: &Found, name: &str, value: f64) -> Markup {
 }
 
 /// Groups that the data cannot tell apart, with the experiment that could.
-fn alternatives(groups: &[Vec<Vec<Found>>]) -> Markup {
-    let names = |effects: &[Found]| {
+fn alternatives(groups: &[Vec<Vec<FoundEffect>>]) -> Markup {
+    let names = |effects: &[FoundEffect]| {
         let names: Vec<String> = effects.iter().map(|f| described(&f.effect)).collect();
         if names.is_empty() { "nothing".to_owned() } else { names.join(" with ") }
     };
@@ -129,8 +129,9 @@ fn described(effect: &Effect) -> String {
 }
 
 /// What to measure next: from the confounders of either kind, else the experiment of the first kind.
-fn experiments(group: &[Vec<Found>]) -> Vec<&'static str> {
-    let kinds = |alternative: &Vec<Found>| alternative.iter().map(|f| f.effect.kind).collect::<Vec<_>>();
+fn experiments(group: &[Vec<FoundEffect>]) -> Vec<&'static str> {
+    let kinds =
+        |alternative: &Vec<FoundEffect>| alternative.iter().map(|f| f.effect.kind).collect::<Vec<_>>();
     let (Some(first), others) = (group.first().map(kinds), group.iter().skip(1).map(kinds)) else {
         return Vec::new();
     };

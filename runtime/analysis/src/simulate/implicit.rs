@@ -17,7 +17,7 @@ const HALFWAY: f64 = 10.0;
 
 /// What multiplies stretch, velocity after and velocity before in the held torque of a spring with a damper.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Held {
+pub(super) struct ImplicitSpring {
     /// k, N m/rad; infinite: rigid.
     stiffness: f64,
     /// Factor of γ⁺, N m s/rad.
@@ -37,7 +37,7 @@ pub(super) struct Relaxed {
     pub offset: f64,
 }
 
-impl Held {
+impl ImplicitSpring {
     /// `mobility`: velocity per impulse of what the spring holds, about.
     pub fn new(stiffness: f64, damping: f64, mobility: f64, time: f64) -> Self {
         let (turn, fade) = (time * time * stiffness * mobility, time * damping * mobility);
@@ -58,7 +58,7 @@ impl Held {
         self.time * (self.stiffness * stretch + (self.next + self.last) * velocity)
     }
 
-    /// Held torque against the stretch.
+    /// ImplicitSpring torque against the stretch.
     pub fn torque(&self, stretch: f64, [last, next]: [f64; 2]) -> f64 {
         self.stiffness * stretch + self.next * next + self.last * last
     }
@@ -81,7 +81,7 @@ mod tests {
 
     /// Largest eigenvalue of a step of a unit mass on a spring.
     fn growth(stiffness: f64, damping: f64, time: f64) -> f64 {
-        let held = Held::new(stiffness, damping, 1.0, time);
+        let held = ImplicitSpring::new(stiffness, damping, 1.0, time);
         let step = |stretch: f64, velocity: f64| {
             let middle = stretch + 0.5 * time * velocity;
             let next = velocity - held.impulse(middle, velocity) / (1.0 + held.inertia());

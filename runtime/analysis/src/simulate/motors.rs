@@ -1,6 +1,6 @@
 //! Motors that turn on their own: a spring and play lie between them and the joint (thesis 4.6).
 use super::ground::within;
-use super::implicit::{Held, Relaxed};
+use super::implicit::{ImplicitSpring, Relaxed};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// A motor and what lies between it and its joint, all as seen at the joint: with N the motor's turns per turn of the
@@ -55,7 +55,7 @@ pub(super) struct Motors {
     pub angle: Vec<f64>,
     /// rad/s, at the joint
     pub rate: Vec<f64>,
-    held: Vec<Held>,
+    held: Vec<ImplicitSpring>,
     /// Torque on the joint in the last step, N m.
     pub torque: Vec<f64>,
 }
@@ -67,7 +67,7 @@ impl Motors {
             angle: zeros.clone(),
             rate: zeros.clone(),
             torque: zeros,
-            held: vec![Held::default(); laws.len()],
+            held: vec![ImplicitSpring::default(); laws.len()],
             laws,
         }
     }
@@ -84,7 +84,7 @@ impl Motors {
         for (k, (law, held)) in self.laws.iter().zip(&mut self.held).enumerate() {
             let (i, j) = (nv + k, first + law.joint);
             let mobility = 1.0 / law.inertia + 1.0 / mass[j * n + j].max(f64::MIN_POSITIVE);
-            *held = Held::new(law.stiffness, law.spring_damping, mobility, time);
+            *held = ImplicitSpring::new(law.stiffness, law.spring_damping, mobility, time);
             mass[i * n + i] += law.inertia + 0.5 * time * law.damping;
             if law.pulls() {
                 let added = held.inertia();

@@ -1,5 +1,5 @@
 //! Servos inside the drives: their torque is found together with the motion of the step.
-use super::implicit::{Held, Relaxed};
+use super::implicit::{ImplicitSpring, Relaxed};
 
 /// A position controller that works all the time, not only once per step:
 /// `u = bias + stiffness (r − q) + damping (ṙ − q̇)`, between two limits. Stable for any gains.
@@ -22,7 +22,7 @@ pub struct DriveServo {
 impl DriveServo {
     /// Its row; `mobility`: velocity per impulse of the axis, about. `None`: no gains.
     pub(super) fn relaxed(&self, [q, v]: [f64; 2], mobility: f64, time: f64) -> Option<Relaxed> {
-        let held = Held::new(self.stiffness, self.damping, mobility, time);
+        let held = ImplicitSpring::new(self.stiffness, self.damping, mobility, time);
         // Stretch and its velocity count from what is wanted, which moves on within the step.
         let relaxed = held.relaxed(q - self.wanted[0], v - self.wanted[1])?;
         let offset = relaxed.offset - self.wanted[1] - time * relaxed.softness * self.bias;

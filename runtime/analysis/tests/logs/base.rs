@@ -128,9 +128,8 @@ fn forces_in_the_log_are_mentioned() {
     let subject = support::subject(&robot);
     let mut robot = robot;
     let options = Options { cutoff_hz: Some(10.0), from_s: Some(1.0), to_s: Some(2.0), ..Options::default() };
-    let mapping = bipedc_analysis::log::Mapping::default();
-    let comparison =
-        bipedc_analysis::compare::compare_file(&mut robot, &subject, &log, &mapping, &options).unwrap();
+    let log = bipedc_analysis::log::Log::open(log).unwrap();
+    let comparison = bipedc_analysis::compare::compare_file(&mut robot, &subject, &log, &options).unwrap();
     assert!(comparison.warnings[0].to_string().contains("contact forces (`right_foot/force/x`)"));
     assert_eq!(comparison.channels.len(), 12);
 }

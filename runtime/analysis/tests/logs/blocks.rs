@@ -1,6 +1,6 @@
 //! A log in blocks gives the result of the whole log; gaps cut it.
 use crate::logs::support::reader;
-use bipedc_analysis::log::{Blocks, Mapping, Sampling};
+use bipedc_analysis::log::{Blocks, Log, Sampling};
 use bipedc_analysis::measure::{Options, Recording};
 use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_analysis::signal::{Butterworth, Grid, Spline, TRUNCATION, resample};
@@ -165,10 +165,10 @@ fn thinned_logs_are_logs_thinned() {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thinned.csv");
     std::fs::write(&path, text).unwrap();
     let subject = JointLayout { joints: vec![Joint::revolute("knee")], base: BaseKind::Fixed };
-    let (mapping, options) = (Mapping::default(), Options::default());
-    let mut whole = Recording::read(&path, &mapping, &subject, &options).unwrap();
+    let (log, options) = (Log::open(&path).unwrap(), Options::default());
+    let mut whole = Recording::read(&log, &subject, &options).unwrap();
     whole.thin(1000);
-    let thinned = Recording::read_thinned(&path, &mapping, &subject, &options, 1000).unwrap();
+    let thinned = Recording::read_thinned(&log, &subject, &options, 1000).unwrap();
     assert_eq!(thinned.segments.len(), 3);
     // `Debug` writes floating-point numbers with all their digits.
     assert_eq!(format!("{whole:?}"), format!("{thinned:?}"));

@@ -7,6 +7,7 @@ mod errors;
 mod examples;
 #[path = "../support/fuzz_log.rs"]
 mod fuzz_log;
+mod log;
 mod mapping;
 mod signal;
 #[path = "../support/mod.rs"]

@@ -3,7 +3,7 @@ use super::parallel::parallel;
 use super::parsimony::ALIKE;
 use super::regression::ScoredFit;
 use super::run::Conclusion;
-use crate::diagnose::Found;
+use crate::diagnose::FoundEffect;
 use crate::experiments::form::Form;
 use bipedc_effects::effect::{Effect, Kind};
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ const SCATTER: f64 = 0.05;
 impl Conclusion<'_> {
     /// Candidates that would do as well in the place of an effect that stands, alone or with another kind in the place
     /// of a second one.
-    pub(super) fn alternatives(&self, found: &[Found], order: &[usize]) -> Vec<Vec<Vec<Found>>> {
+    pub(super) fn alternatives(&self, found: &[FoundEffect], order: &[usize]) -> Vec<Vec<Vec<FoundEffect>>> {
         let active = &self.outcome.active;
         if active.len() != self.refined.effects.len() {
             return Vec::new();
@@ -41,7 +41,7 @@ impl Conclusion<'_> {
 
     /// Alternatives that differ in two effects: `c` in the place of the `k`-th, and another kind, or another place, in
     /// that of a second one; the best of each kind.
-    fn together(&self, k: usize, c: usize, share: f64) -> Vec<Vec<Found>> {
+    fn together(&self, k: usize, c: usize, share: f64) -> Vec<Vec<FoundEffect>> {
         let (regression, outcome) = (self.regression, self.outcome);
         let mut out = Vec::new();
         for j in (regression.standing.len()..outcome.active.len()).filter(|j| *j != k) {
@@ -99,14 +99,14 @@ impl Conclusion<'_> {
     }
 
     /// A candidate in the place of an effect, with the values that fit there.
-    fn alternative(&self, set: &[usize], k: usize, c: usize, share: f64) -> Found {
+    fn alternative(&self, set: &[usize], k: usize, c: usize, share: f64) -> FoundEffect {
         let mut set = set.to_vec();
         set[k] = c;
         let effect = match self.regression.scored_fit(&set, self.outcome.corrected) {
             Some(scored) => self.form(c).effect(self.regression.coefficients(&set, &scored, k)),
             None => Effect::new(self.form(c).kind, self.form(c).location.clone(), &[]),
         };
-        Found { effect, ci95: BTreeMap::new(), share, doubts: Vec::new() }
+        FoundEffect { effect, ci95: BTreeMap::new(), share, doubts: Vec::new() }
     }
 
     /// Candidates that would do as well in the place of the `k`-th effect, and those that would nearly; best first, one

@@ -6,7 +6,7 @@ use super::search::{Outcome, search};
 use super::significance::{Insignificant, insignificant};
 use super::text;
 use super::unexplained::unexplained;
-use crate::diagnose::{Diagnosis, Fall, Found, Rejected, Step};
+use crate::diagnose::{Diagnosis, Fall, FoundEffect, Rejected, Step};
 use crate::experiments::{Channel, Experiment};
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
@@ -267,7 +267,7 @@ impl Conclusion<'_> {
         Some((weighted, (plain / samples.max(1) as f64).sqrt()))
     }
 
-    fn found(&self, k: usize, share: f64) -> Found {
+    fn found(&self, k: usize, share: f64) -> FoundEffect {
         let effect = self.refined.effects[k].clone();
         let widths = &self.refined.half_width[k];
         let ci95 = widths
@@ -278,15 +278,15 @@ impl Conclusion<'_> {
             })
             .collect();
         let doubts = doubts(&effect, widths);
-        Found { effect, ci95, share, doubts }
+        FoundEffect { effect, ci95, share, doubts }
     }
 
     /// Corrections that matter, by link.
-    fn corrections(&self, train: &dyn Experiment, change: &[f64]) -> Vec<Found> {
+    fn corrections(&self, train: &dyn Experiment, change: &[f64]) -> Vec<FoundEffect> {
         if change.is_empty() {
             return Vec::new();
         }
-        let mut list: Vec<(f64, Found)> = Vec::new();
+        let mut list: Vec<(f64, FoundEffect)> = Vec::new();
         for (body, name) in train.bodies().iter().enumerate() {
             let coordinates = &self.refined.corrections[10 * body..10 * body + 10];
             let sigma = &self.refined.corrections_sigma[10 * body..10 * body + 10];

@@ -1,5 +1,5 @@
 //! A diagnosis as sentences.
-use crate::diagnose::{Diagnosis, Found};
+use crate::diagnose::{Diagnosis, FoundEffect};
 use bipedc_effects::effect::{Effect, Location, kinds};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -63,7 +63,7 @@ pub fn summary(d: &Diagnosis) -> String {
 }
 
 /// One effect: what, where, how large, how sure.
-fn sentence(found: &Found) -> String {
+fn sentence(found: &FoundEffect) -> String {
     let effect = &found.effect;
     let values: Vec<String> = found
         .ci95
@@ -92,7 +92,7 @@ fn sentence(found: &Found) -> String {
 }
 
 /// Alternatives, and what would tell them apart.
-fn alike(group: &[Vec<Found>]) -> String {
+fn alike(group: &[Vec<FoundEffect>]) -> String {
     let names: Vec<String> = group
         .iter()
         .map(|alternative| {
@@ -114,7 +114,7 @@ pub(crate) fn experiment(a: &Effect, b: &Effect) -> &'static str {
 }
 
 /// A correction of one body: mass and centre of mass, from nominal parameters and their change.
-pub(super) fn correction(link: &str, nominal: &[f64], change: &[f64]) -> Found {
+pub(super) fn correction(link: &str, nominal: &[f64], change: &[f64]) -> FoundEffect {
     let mass = nominal[0] + change[0];
     let mut parameters: BTreeMap<String, f64> = BTreeMap::from([("mass".to_owned(), change[0])]);
     for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
@@ -123,5 +123,5 @@ pub(super) fn correction(link: &str, nominal: &[f64], change: &[f64]) -> Found {
     }
     let mut effect = Effect::new(&kinds::INERTIAL_CORRECTION, Location::link(link), &[]);
     effect.parameters = parameters;
-    Found { effect, ci95: BTreeMap::new(), share: 0.0, doubts: Vec::new() }
+    FoundEffect { effect, ci95: BTreeMap::new(), share: 0.0, doubts: Vec::new() }
 }

@@ -1,5 +1,5 @@
 //! Columns of a log with feet on the ground.
-use crate::log::{ForceFrame, Kind, Mapping, Reader, names};
+use crate::log::{ForceFrame, Kind, Reader, names};
 use crate::measure::columns::{BaseColumns, JointColumns, Plan};
 use crate::robot::{BaseKind, Foot, Robot};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -57,9 +57,9 @@ impl Columns {
     ///
     /// # Errors
     /// No log; no motion of the base; no force of any foot; mixed frames.
-    pub fn new(robot: &Robot<'_>, reader: &mut Reader, mapping: &Mapping) -> Result<Self, Diagnostics> {
+    pub fn new(robot: &Robot<'_>, reader: &mut Reader) -> Result<Self, Diagnostics> {
         let mut columns = Self::default();
-        columns.find(robot, reader, mapping).map_err(|e| {
+        columns.find(robot, reader).map_err(|e| {
             let e = if e.file.is_none() { e.in_file(reader.file()).at(1, 0) } else { e };
             Diagnostics(vec![e])
         })?;
@@ -79,7 +79,7 @@ impl Columns {
         Some(self.plan.selected.len() - 1)
     }
 
-    fn find(&mut self, robot: &Robot<'_>, reader: &Reader, mapping: &Mapping) -> Result<(), Diagnostic> {
+    fn find(&mut self, robot: &Robot<'_>, reader: &Reader) -> Result<(), Diagnostic> {
         if reader.kind() != Kind::Time {
             let found = reader.kind().column();
             return Err(Diagnostic::error(format!("a log is needed (first column `time`), not `{found}`")));
@@ -93,7 +93,7 @@ impl Columns {
         }
         let planar = robot.planar();
         for foot in robot.feet {
-            let found = self.find_foot(foot, reader, mapping)?;
+            let found = self.find_foot(foot, reader)?;
             self.feet.push(found);
         }
         let logs_something = |f: &FootColumns| f.is_whole(planar) || has_all_corners(f);
@@ -185,16 +185,9 @@ impl Columns {
         Ok(())
     }
 
-    fn find_foot(
-        &mut self,
-        foot: &Foot,
-        reader: &Reader,
-        mapping: &Mapping,
-    ) -> Result<FootColumns, Diagnostic> {
+    fn find_foot(&mut self, foot: &Foot, reader: &Reader) -> Result<FootColumns, Diagnostic> {
         let vector = |quantity: &str| ["x", "y", "z"].map(|axis| format!("{}/{quantity}/{axis}", foot.name));
-        let frame = |quantity: &str| {
-            mapping.frames.get(&format!("{}/{quantity}", foot.name)).copied().unwrap_or_default()
-        };
+        let frame = |quantity: &str| reader.frame(&format!("{}/{quantity}", foot.name));
         let found = FootColumns {
             force: vector("force").map(|name| self.add(reader, &name)),
             torque: vector("torque").map(|name| self.add(reader, &name)),

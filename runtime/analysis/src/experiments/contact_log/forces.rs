@@ -1,9 +1,9 @@
 //! Forces on the feet at the samples of a log, filtered, and what they do to the robot's coordinates.
 use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
-use crate::log::{Block, Blocks, Mapping, Reader, Sampling};
+use crate::log::{Block, Log, Reader};
+use crate::measure::filtered::{Filtered, SPLINE_OVERLAP, unusable};
 use crate::measure::noise::white_noise;
-use crate::measure::recording::unusable;
 use crate::measure::trajectory::{Even, States, Unusable};
 use crate::measure::{HELD, Options};
 use crate::robot::Robot;
@@ -15,14 +15,10 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use std::ops::Range;
 use std::path::Path;
 
-/// Samples that the spline needs beyond the filter's overlap.
-const SPLINE_OVERLAP: usize = 40;
 /// Samples per period of the cut-off on which rows are computed and filtered: with fewer the filter is another one.
 const PER_PERIOD: f64 = 12.0;
 /// Stretches of fewer samples are left out: a spline needs so many.
 const SHORTEST: usize = 16;
-/// Cut-off if none is given, Hz.
-pub const CUTOFF_HZ: f64 = 10.0;
 
 /// Motion and foot forces of a log; states as the model has them.
 #[derive(Debug, Clone, Default)]
@@ -70,36 +66,29 @@ impl ContactRecording {
     /// Those of the reader; no base, joints or foot forces in the log; a log too short for the filter.
     pub fn read(
         robot: &Robot<'_>,
-        path: &Path,
-        mapping: &Mapping,
+        log: &Log,
         options: &Options,
         stride: Option<usize>,
     ) -> Result<Self, Diagnostics> {
-        Self::from_reader(robot, Reader::open(path, mapping)?, mapping, options, stride)
+        Self::from_reader(robot, log.rows(), options, stride)
     }
 
-    /// The same from any source; `mapping` is the one that the reader has.
+    /// The same from any source.
     ///
     /// # Errors
     /// As [`Self::read`].
     pub fn from_reader(
         robot: &Robot<'_>,
         mut reader: Reader,
-        mapping: &Mapping,
         options: &Options,
         stride: Option<usize>,
     ) -> Result<Self, Diagnostics> {
         let path = reader.file().to_path_buf();
-        let mut columns = Columns::new(robot, &mut reader, mapping)?;
+        let mut columns = Columns::new(robot, &mut reader)?;
         columns.place_quaternion();
-        let sampling = Sampling::probe(reader)?;
-        let step = sampling.step();
-        let cutoff_hz = options.cutoff_hz.unwrap_or(CUTOFF_HZ).min(0.45 / step);
-        let filter = Butterworth::new(cutoff_hz, 1.0 / step).map_err(|_| {
-            let message =
-                format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
-            Diagnostics(vec![Diagnostic::error(message).in_file(&path).help("choose another cut-off")])
-        })?;
+        // All samples are read, those at the ends too: the rows are filtered once more before the ends are left out.
+        let whole = Options { trim_s: 0.0, from_s: None, to_s: None, ..options.clone() };
+        let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, &whole, 1)?;
         let thin = stride.is_none();
         let stride = stride.unwrap_or(((1.0 / step) / (PER_PERIOD * cutoff_hz)) as usize).max(1);
         let mut recording =
@@ -108,24 +97,19 @@ impl ContactRecording {
         recording.standing = columns.standing;
         recording.prepare_feet(robot, &columns);
         recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
-        // All samples are read, those at the ends too: the rows are filtered once more before the ends are left out.
-        let mut blocks = Blocks::new(sampling, filter.overlap() + SPLINE_OVERLAP, 0.0);
         let mut raw_noise: Vec<f64> = Vec::new();
         let reach = (0.3 / cutoff_hz / step) as usize;
         let passing = Passing { robot, columns: &columns, filter: &filter, step, stride, reach };
         while let Some(block) = blocks.next_block()? {
-            let range = block.core.clone();
             if block.time.len() < SHORTEST {
                 continue;
             }
             let own = with_quaternion(&columns, &block);
-            let (time, core, start, uniform) = (block.time, range.clone(), block.start, block.uniform);
-            let block =
-                Block { time, columns: own.as_deref().unwrap_or(block.columns), core, start, uniform };
+            let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
             if raw_noise.is_empty() {
                 raw_noise = block.columns.iter().map(|c| white_noise(c)).collect();
             }
-            recording.add(&passing, &block, range).map_err(|e| unusable(e, &path))?;
+            recording.add(&passing, &block).map_err(|e| unusable(e, &path))?;
             if recording.time.len() > HELD {
                 recording.warnings.push(recording.cut_off(&path));
                 break;
@@ -179,12 +163,8 @@ impl ContactRecording {
         }
     }
 
-    fn add(
-        &mut self,
-        passing: &Passing<'_, '_>,
-        block: &Block<'_>,
-        range: Range<usize>,
-    ) -> Result<(), Unusable> {
+    fn add(&mut self, passing: &Passing<'_, '_>, block: &Block<'_>) -> Result<(), Unusable> {
+        let range = block.core.clone();
         let even = Even::new(&passing.columns.plan, block, passing.step);
         let states = even.states(
             &passing.columns.plan,

@@ -43,7 +43,8 @@ mod soles;
 mod standing;
 mod walking;
 
-pub use forces::{CUTOFF_HZ, ContactRecording};
+pub use crate::measure::CUTOFF_HZ;
+pub use forces::ContactRecording;
 pub use quantities::Quantity;
 pub use walking::WalkingExperiment;
 

@@ -4,14 +4,13 @@ use super::foot::SIGNALS;
 use super::predict::BaseWrench;
 use super::{ContactExperiment, ContactRecording};
 use crate::experiments::{Channel, Inertial, Row};
-use crate::log::{Mapping, Reader};
+use crate::log::{Log, Reader};
 use crate::measure::Options;
 use crate::robot::Robot;
 use crate::robot::calls::{Calls, base_rows, gravity};
 use crate::robot::feet::FootCalls;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use nalgebra::{Matrix3, Vector3};
-use std::path::Path;
 
 /// Samples at which the noise's way through the model is computed.
 pub(super) const NOISE_SAMPLES: usize = 16;
@@ -90,27 +89,17 @@ impl<'a> ContactExperiment<'a> {
     ///
     /// # Errors
     /// As [`ContactRecording::read`], and a model that lacks functions or is another robot's.
-    pub fn read(
-        robot: Robot<'a>,
-        path: &Path,
-        mapping: &Mapping,
-        options: &Options,
-    ) -> Result<Self, Diagnostics> {
-        Self::from_reader(robot, Reader::open(path, mapping)?, mapping, options)
+    pub fn read(robot: Robot<'a>, log: &Log, options: &Options) -> Result<Self, Diagnostics> {
+        Self::from_reader(robot, log.rows(), options)
     }
 
-    /// The same from any source; `mapping` is the one that the reader has.
+    /// The same from any source.
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn from_reader(
-        robot: Robot<'a>,
-        reader: Reader,
-        mapping: &Mapping,
-        options: &Options,
-    ) -> Result<Self, Diagnostics> {
+    pub fn from_reader(robot: Robot<'a>, reader: Reader, options: &Options) -> Result<Self, Diagnostics> {
         let file = reader.file().to_path_buf();
-        let recording = ContactRecording::from_reader(&robot, reader, mapping, options, None)?;
+        let recording = ContactRecording::from_reader(&robot, reader, options, None)?;
         Self::new(robot, recording).map_err(|e| Diagnostics(vec![e.in_file(&file)]))
     }
 

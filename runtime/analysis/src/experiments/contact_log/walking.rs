@@ -9,7 +9,7 @@ use super::forces::mapped;
 use super::rows::NOISE_SAMPLES;
 use super::{ContactExperiment, ContactRecording};
 use crate::experiments::{Experiment, Inertial, MotionExperiment, Row};
-use crate::log::Mapping;
+use crate::log::Log;
 use crate::measure::{Missing, Options, Recording};
 use crate::robot::Robot;
 use crate::robot::feet::Sole;
@@ -17,7 +17,6 @@ use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostics;
 use bipedc_effects::effect::{Effect, Kind, Law, Location};
 use nalgebra::Vector3;
-use std::path::Path;
 use std::sync::OnceLock;
 
 /// A joint that feels more than this part of a moment about the vertical at a foot has no row unless it is logged.
@@ -40,14 +39,9 @@ impl<'a> WalkingExperiment<'a> {
     ///
     /// # Errors
     /// As [`ContactExperiment::read`].
-    pub fn read(
-        robot: Robot<'a>,
-        path: &Path,
-        mapping: &Mapping,
-        options: &Options,
-    ) -> Result<Self, Diagnostics> {
-        Self::new(ContactExperiment::read(robot, path, mapping, options)?)
-            .map_err(|e| Diagnostics(vec![e.in_file(path)]))
+    pub fn read(robot: Robot<'a>, log: &Log, options: &Options) -> Result<Self, Diagnostics> {
+        Self::new(ContactExperiment::read(robot, log, options)?)
+            .map_err(|e| Diagnostics(vec![e.in_file(log.path())]))
     }
 
     /// From the rows of the base.

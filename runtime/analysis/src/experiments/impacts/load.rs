@@ -2,14 +2,13 @@
 use super::{Changed, ImpactExperiment};
 use crate::experiments::postures::normalise;
 use crate::experiments::{Channel, Inertial, Row};
-use crate::log::{Kind, Mapping, Reader, Table, names};
+use crate::log::{Kind, Log, Reader, Table, names};
 use crate::robot::calls::{Calls, base_rows};
 use crate::robot::feet::{FootCalls, choose};
 use crate::robot::{BaseKind, Robot};
 use crate::signal::rotate_to_base;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use nalgebra::{DMatrix, DVector};
-use std::path::Path;
 
 /// Fewer impacts tell nothing.
 const FEWEST: usize = 3;
@@ -22,13 +21,8 @@ impl<'a> ImpactExperiment<'a> {
     /// # Errors
     /// Those of the reader; another kind of table; configurations or velocities that are missing; a model without the
     /// functions that are needed, or whose base is fixed.
-    pub fn read(
-        robot: Robot<'a>,
-        path: &Path,
-        mapping: &Mapping,
-        foot: Option<&str>,
-    ) -> Result<Self, Diagnostics> {
-        Self::from_reader(robot, Reader::open(path, mapping)?, foot)
+    pub fn read(robot: Robot<'a>, log: &Log, foot: Option<&str>) -> Result<Self, Diagnostics> {
+        Self::from_reader(robot, log.rows(), foot)
     }
 
     /// The same from any source.

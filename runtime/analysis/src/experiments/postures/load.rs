@@ -2,14 +2,13 @@
 use super::predict::Sensors;
 use super::{PostureExperiment, Reading};
 use crate::experiments::{Channel, Inertial, Row};
-use crate::log::{Kind, Mapping, Reader, Table, names};
+use crate::log::{Kind, Log, Reader, Table, names};
 use crate::robot::calls::{Calls, gravity};
 use crate::robot::feet::{FootCalls, choose};
 use crate::robot::world::World;
 use crate::robot::{BaseKind, Robot};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use nalgebra::Vector3;
-use std::path::Path;
 
 /// Fewer postures tell nothing.
 const FEWEST: usize = 4;
@@ -21,14 +20,8 @@ impl<'a> PostureExperiment<'a> {
     /// # Errors
     /// Those of the reader; another kind of table; no centre of pressure; joints without a position; a model without
     /// the functions that are needed.
-    pub fn read(
-        robot: Robot<'a>,
-        path: &Path,
-        mapping: &Mapping,
-        stance: Option<&str>,
-    ) -> Result<Self, Diagnostics> {
-        let reader = Reader::open(path, mapping)?;
-        Self::from_reader(robot, reader, stance)
+    pub fn read(robot: Robot<'a>, log: &Log, stance: Option<&str>) -> Result<Self, Diagnostics> {
+        Self::from_reader(robot, log.rows(), stance)
     }
 
     /// The same from any source.

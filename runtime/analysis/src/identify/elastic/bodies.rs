@@ -1,8 +1,9 @@
 //! Bodies from the springs' torques: base parameters with errors of both steps, and all that follows from joint torques.
-use super::super::accumulate::{Log, Sums};
+use super::super::accumulate::Sums;
 use super::super::design::Design;
 use super::super::estimate::{Estimate, Method};
 use super::super::physical::Inertia;
+use super::super::reading::Reading;
 use super::super::result::Identification;
 use super::super::run::{Answer, Feed, Judge, Options, Parts, identify};
 use super::super::summary::student;
@@ -33,7 +34,7 @@ impl Bodies<'_, '_> {
     pub fn identify(
         &self,
         parts: &Parts<'_>,
-        judge: Option<(&Log<'_>, &Look)>,
+        judge: Option<(&Reading<'_>, &Look)>,
         options: &Elastic,
         progress: &dyn Fn(f64),
     ) -> Result<(Identification, Vec<(String, Inertia)>), Diagnostics> {
@@ -41,10 +42,10 @@ impl Bodies<'_, '_> {
         let sums = taught(self.design, self.folded, self.solved, self.nominal, method);
         let zero = DVector::zeros(self.nominal.len());
         let judging = self.judged.map(|judged| bodies(self.design, judged, self.solved, &zero));
-        let judge = judge.zip(judging.as_ref()).map(|((log, look), sums)| Judge {
+        let judge = judge.zip(judging.as_ref()).map(|((reading, look), sums)| Judge {
             feed: Feed::Folded(sums),
             survey: &look.survey,
-            file: log.path,
+            file: reading.log.path(),
         });
         let further = Options {
             method,

@@ -1,7 +1,7 @@
 //! All samples of all logs, folded into triangles: per stretch of motion one for every motor and every joint.
-use super::super::accumulate::Log;
 use super::super::design::Design;
 use super::super::motions::Motions;
+use super::super::reading::Reading;
 use super::super::triangle::Triangle;
 use super::driven::Driven;
 use super::laws::Laws;
@@ -78,7 +78,11 @@ impl Folded {
 ///
 /// # Errors
 /// Those of the reader.
-pub fn fold(folding: &Folding<'_, '_>, logs: &[Log<'_>], motions: &Motions) -> Result<Folded, Diagnostics> {
+pub fn fold(
+    folding: &Folding<'_, '_>,
+    logs: &[Reading<'_>],
+    motions: &Motions,
+) -> Result<Folded, Diagnostics> {
     let mut folded = Folded::new(folding, motions.cells());
     let making = Making {
         subject: folding.design.subject,
@@ -88,7 +92,7 @@ pub fn fold(folding: &Folding<'_, '_>, logs: &[Log<'_>], motions: &Motions) -> R
     };
     let mut rows = JointRows::new(folding.design, folding.drives);
     let mut others = JointRows::new(folding.design, folding.drives);
-    for (index, log) in logs.iter().enumerate() {
+    for (index, reading) in logs.iter().enumerate() {
         let mut visit = |chunk: &Chunk, instruments: Option<&Chunk>| {
             let cells: Vec<usize> = chunk.time.iter().map(|time| motions.cell(index, *time)).collect();
             let mut first = 0;
@@ -100,7 +104,7 @@ pub fn fold(folding: &Folding<'_, '_>, logs: &[Log<'_>], motions: &Motions) -> R
                 first += same;
             }
         };
-        each(log, &making, &mut visit)?;
+        each(reading, &making, &mut visit)?;
     }
     Ok(folded)
 }

@@ -1,5 +1,5 @@
 //! A first look at a log of drives: which motion, how fast motors turn, how far springs are stretched.
-use super::super::accumulate::Log;
+use super::super::reading::Reading;
 use super::super::survey::Survey;
 use super::driven::Driven;
 use super::plan::{Columns, observed};
@@ -102,7 +102,11 @@ impl Line {
 ///
 /// # Errors
 /// Those of the reader; a log without a whole series elastic drive, or with hardly a sample.
-pub fn look(log: &Log<'_>, subject: &JointLayout, drives: &[Driven<'_>]) -> Result<Look, Diagnostics> {
+pub fn look(
+    reading: &Reading<'_>,
+    subject: &JointLayout,
+    drives: &[Driven<'_>],
+) -> Result<Look, Diagnostics> {
     let joints = subject.joints.len();
     let mut survey = Survey { speed: vec![0.0; joints], ..Survey::default() };
     survey.motion.positions = vec![Vec::new(); joints];
@@ -123,13 +127,13 @@ pub fn look(log: &Log<'_>, subject: &JointLayout, drives: &[Driven<'_>]) -> Resu
             }
         }
     };
-    let head = each(log, &making, &mut visit)?;
+    let head = each(reading, &making, &mut visit)?;
     survey.effort = observed(&head.plan.joints, drives);
     (survey.step, survey.cutoff_hz) = (head.step, head.cutoff_hz);
     (survey.assumptions, survey.warnings) = (head.plan.assumptions, head.plan.warnings);
     if survey.samples < FEWEST {
         let message = format!("only {} samples of the log can be used", survey.samples);
-        let error = Diagnostic::error(message).in_file(log.path);
+        let error = Diagnostic::error(message).in_file(reading.log.path());
         let warnings = survey.warnings.into_iter();
         return Err(Diagnostics(
             warnings.chain([error.help("at least a few seconds of motion are needed")]).collect(),

@@ -1,6 +1,6 @@
 //! Torques of springs and stiff drives over time, for reports.
-use super::super::accumulate::Log;
 use super::super::picture::Pictures;
+use super::super::reading::Reading;
 use super::fold::Folding;
 use super::rows::JointRows;
 use super::signals::{Chunk, Making, each};
@@ -18,7 +18,7 @@ const BATCH: usize = 256;
 /// Those of the reader.
 pub fn of_log(
     folding: &Folding<'_, '_>,
-    log: &Log<'_>,
+    reading: &Reading<'_>,
     solved: &Solved,
     nominal: &DVector<f64>,
 ) -> Result<Vec<Row>, Diagnostics> {
@@ -63,6 +63,6 @@ pub fn of_log(
             first += count;
         }
     };
-    each(log, &making, &mut visit)?;
+    each(reading, &making, &mut visit)?;
     Ok(pictures.rows(design))
 }

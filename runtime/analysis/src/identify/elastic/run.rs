@@ -1,8 +1,8 @@
 //! All steps of the identification of series elastic drives in their order.
-use super::super::accumulate::Log;
 use super::super::design::Design;
 use super::super::motions::Motions;
 use super::super::physical::{Bound, Inertia};
+use super::super::reading::Reading;
 use super::super::result::Identification;
 use super::super::run::{Parts, nominal};
 use super::super::unknowns::{Extra, ExtraChoice, Law};
@@ -32,7 +32,7 @@ pub struct ElasticParts<'a> {
     /// What each log shows.
     pub looks: &'a [Look],
     /// Logs that teach.
-    pub logs: &'a [Log<'a>],
+    pub logs: &'a [Reading<'a>],
 }
 
 /// How to identify.
@@ -78,7 +78,7 @@ pub struct ElasticAnswer {
 /// Unreadable logs, mixed-up signals, data that cannot carry an estimate.
 pub fn identify_elastic(
     all: &ElasticParts<'_>,
-    judge: Option<(&Log<'_>, &Look)>,
+    judge: Option<(&Reading<'_>, &Look)>,
     options: &Elastic,
     progress: &dyn Fn(f64),
 ) -> Result<ElasticAnswer, Diagnostics> {
@@ -99,9 +99,9 @@ pub fn identify_elastic(
     };
     let folded = fold(&folding, all.logs, &Motions::new(parts.surveys))?;
     let judged = match judge {
-        Some((log, look)) => {
+        Some((reading, look)) => {
             let own = Motions::new(std::slice::from_ref(&look.survey));
-            Some(fold(&folding, std::slice::from_ref(log), &own)?)
+            Some(fold(&folding, std::slice::from_ref(reading), &own)?)
         }
         None => None,
     };
@@ -119,7 +119,7 @@ pub fn identify_elastic(
     };
     let solved = solver.solve().map_err(one)?;
     progress(0.3);
-    let shown = judge.map(|(log, _)| log);
+    let shown = judge.map(|(reading, _)| reading);
     let bodies = Bodies {
         design: &design,
         folded: &folded,
@@ -143,7 +143,7 @@ pub fn identify_elastic(
     identification.warnings.extend(drives.joints.iter().flat_map(|joint| joint.warnings()));
     identification.assumptions.extend(assumptions(all.drives, &joints, subject));
     let pictures = match shown.or(all.logs.first()) {
-        Some(log) if options.pictures => picture::of_log(&folding, log, &solved, &nominal)?,
+        Some(reading) if options.pictures => picture::of_log(&folding, reading, &solved, &nominal)?,
         _ => Vec::new(),
     };
     Ok(ElasticAnswer { identification, drives, links, pictures })
@@ -152,7 +152,7 @@ pub fn identify_elastic(
 /// Looks for mixed-up signals; what does not stop becomes a warning.
 fn checked(
     all: &ElasticParts<'_>,
-    judge: Option<(&Log<'_>, &Look)>,
+    judge: Option<(&Reading<'_>, &Look)>,
     options: &Elastic,
 ) -> Result<Vec<String>, Diagnostics> {
     for driven in all.drives {
@@ -167,9 +167,9 @@ fn checked(
     }
     let logs = all.logs.iter().zip(all.looks).chain(judge);
     let mut found: Vec<Diagnostic> = logs
-        .flat_map(|(log, look)| {
+        .flat_map(|(reading, look)| {
             let list = odd(look, all.drives, all.parts.subject).into_iter();
-            list.map(|diagnostic| diagnostic.in_file(log.path)).collect::<Vec<_>>()
+            list.map(|diagnostic| diagnostic.in_file(reading.log.path())).collect::<Vec<_>>()
         })
         .collect();
     if options.anyway {

@@ -1,17 +1,16 @@
 //! Signals of joints and motors from a log: filtered alike, differentiated, and if wanted in two independent copies.
-use super::super::accumulate::Log;
+use super::super::reading::Reading;
 use super::driven::Driven;
 use super::plan::Plan;
-use crate::log::{Block, Blocks, Reader, Sampling};
+use crate::log::Block;
 use crate::measure::base::rest;
-use crate::measure::recording::within;
+use crate::measure::filtered::{Filtered, unusable};
+use crate::measure::trajectory::Unusable;
 use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, resample};
-use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::diagnostic::Diagnostics;
 use std::ops::Range;
 
-/// Samples that the spline needs beyond the filter's overlap.
-const SPLINE_OVERLAP: usize = 40;
 /// A motor counts as turning where it is not slow within this time, in periods of the cut-off.
 const REACH: f64 = 0.5;
 
@@ -75,33 +74,17 @@ pub type Visit<'v> = &'v mut dyn FnMut(&Chunk, Option<&Chunk>);
 ///
 /// # Errors
 /// Those of the reader; a log without elastic drives, or one too short for the filter.
-pub fn each(log: &Log<'_>, making: &Making<'_>, visit: Visit<'_>) -> Result<Head, Diagnostics> {
-    let mut reader = Reader::open(log.path, log.mapping)?;
+pub fn each(reading: &Reading<'_>, making: &Making<'_>, visit: Visit<'_>) -> Result<Head, Diagnostics> {
+    let mut reader = reading.log.rows();
     let plan = Plan::new(&mut reader, making.subject, making.drives)?;
-    let sampling = Sampling::probe(reader)?;
-    let step = sampling.step();
     let parts = if making.split { 2 } else { 1 };
-    let own = step * f64::from(parts);
-    let cutoff_hz = log.options.cutoff_hz.unwrap_or(10.0).min(0.45 / own);
-    let filter = Butterworth::new(cutoff_hz, 1.0 / own).map_err(|_| {
-        let message =
-            format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
-        Diagnostics(vec![Diagnostic::error(message).in_file(log.path).help("choose another cut-off")])
-    })?;
+    let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, &reading.options, parts)?;
     let mut head = Head { plan, step, cutoff_hz };
-    let overlap = parts as usize * (filter.overlap() + SPLINE_OVERLAP);
-    let mut blocks = Blocks::new(sampling, overlap, log.options.trim_s);
+    let short = || unusable(Unusable::TooFew, reading.log.path());
     while let Some(block) = blocks.next_block()? {
-        let range = within(&block, &log.options);
-        if range.is_empty() {
-            continue;
-        }
+        let range = block.core.clone();
         let maker =
             Maker { making, head: &head, filter: &filter, even: Even::new(&block, step), block: &block };
-        let short = || {
-            let error = Diagnostic::error("a stretch of the log has fewer than 8 samples");
-            Diagnostics(vec![error.in_file(log.path).help("leave out more at the ends, or record longer")])
-        };
         if making.split {
             let [first, second] = [0, 1].map(|part| maker.chunk(range.clone(), part));
             let (first, second) = (first.ok_or_else(short)?, second.ok_or_else(short)?);

@@ -1,7 +1,7 @@
 //! How much CAD counts: chosen on the training logs alone.
 use super::program::Problem;
 use crate::identify::estimate::{by_channel, compared, errors, joined, mean, normalised};
-use crate::identify::{Design, Estimate, Held, Sums, Triangle};
+use crate::identify::{Design, Estimate, HeldOutError, Sums, Triangle};
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
 
@@ -47,7 +47,7 @@ pub fn choose(
 ) -> Result<Choice, Diagnostic> {
     let count = folds.iter().copied().max().unwrap_or(0) + 1;
     let mut errors_of = vec![Vec::new(); WEIGHTS.len()];
-    let mut held = vec![Held::default(); WEIGHTS.len()];
+    let mut held = vec![HeldOutError::default(); WEIGHTS.len()];
     let mut failed: [Option<Diagnostic>; WEIGHTS.len()] = std::array::from_fn(|_| None);
     for fold in 0..count {
         let others: Vec<Triangle> =

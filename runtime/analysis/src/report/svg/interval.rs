@@ -1,6 +1,6 @@
 //! Values with their confidence.
 use super::px;
-use crate::diagnose::Found;
+use crate::diagnose::FoundEffect;
 use crate::report::causes::ordered;
 use crate::report::number::{joined, percent, with_interval};
 use maud::{Markup, html};
@@ -33,7 +33,7 @@ pub(in crate::report) fn interval(value: f64, ci: Option<[f64; 2]>, plausible: (
 }
 
 /// The ranked causes as bars of their share, with values and intervals in words; `None` without causes.
-pub(in crate::report) fn causes(effects: &[Found]) -> Option<(Markup, (f64, f64))> {
+pub(in crate::report) fn causes(effects: &[FoundEffect]) -> Option<(Markup, (f64, f64))> {
     if effects.is_empty() {
         return None;
     }
@@ -58,7 +58,7 @@ pub(in crate::report) fn causes(effects: &[Found]) -> Option<(Markup, (f64, f64)
 }
 
 /// Such as `torque 0.402 N m (95 %: 0.397 to 0.408)`.
-fn stated(found: &Found, name: &str, value: f64) -> String {
+fn stated(found: &FoundEffect, name: &str, value: f64) -> String {
     let unit = found.effect.unit(name);
     let (text, ci) = with_interval(value, found.ci95.get(name).copied());
     let ci = ci.map_or_else(String::new, |[low, high]| format!(" (95 %: {low} to {high})"));

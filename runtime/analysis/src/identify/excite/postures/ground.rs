@@ -1,5 +1,5 @@
 //! Conditions of a standing robot, as slack that must stay positive, with derivatives.
-use super::standing::{Bodies, Standing};
+use super::standing::{Bodies, StanceModel};
 use crate::identify::design::Random;
 use crate::identify::excite::polygon::{Polygon, left_of};
 
@@ -56,7 +56,7 @@ pub fn perturbed(parameters: &[f64], tolerance: &Tolerance, random: &mut Random)
 
 impl Conditions {
     /// Slack of the placement itself, in parts of [`LENGTH`], with its derivative.
-    pub fn placement(&self, standing: &Standing<'_>, placement: &[f64; 3]) -> (f64, Slope) {
+    pub fn placement(&self, standing: &StanceModel<'_>, placement: &[f64; 3]) -> (f64, Slope) {
         let corners = standing.corners(placement);
         let Some(gap) = Polygon::hull(&corners[0]).apart(&Polygon::hull(&corners[1])) else {
             return (f64::NEG_INFINITY, Slope::default());
@@ -78,7 +78,7 @@ impl Conditions {
     /// Visits every slack of a posture with its derivative; stops where `visit` says so.
     pub fn posture(
         &self,
-        standing: &Standing<'_>,
+        standing: &StanceModel<'_>,
         (bodies, q): (&Bodies, &[f64]),
         placement: &[f64; 3],
         visit: &mut dyn FnMut(f64, &Slope) -> bool,
@@ -121,7 +121,7 @@ impl Conditions {
     }
 
     /// Whether everything is kept.
-    pub fn kept(&self, standing: &Standing<'_>, q: &[f64], placement: &[f64; 3]) -> bool {
+    pub fn kept(&self, standing: &StanceModel<'_>, q: &[f64], placement: &[f64; 3]) -> bool {
         let bodies = standing.bodies(q);
         self.placement(standing, placement).0 > 0.0
             && self.posture(standing, (&bodies, q), placement, &mut |slack, _| slack > 0.0)

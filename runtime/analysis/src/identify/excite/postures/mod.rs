@@ -17,4 +17,4 @@ mod tests;
 
 pub use ground::Tolerance;
 pub use search::{DesignedPostures, Planned, PostureRequest, Run, design_postures};
-pub use standing::{Bodies, JointPlace, Place, SolePlace, Standing, StandingParts};
+pub use standing::{Bodies, JointPlace, Place, SolePlace, StanceModel, StandingParts};

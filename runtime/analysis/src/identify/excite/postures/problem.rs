@@ -1,6 +1,6 @@
 //! The cost of a set of postures with its conditions as barriers, and its derivatives along the surface.
 use super::ground::Conditions;
-use super::standing::{Bodies, Standing};
+use super::standing::{Bodies, StanceModel};
 use super::surface::{Tangent, closed, tangent};
 use crate::identify::excite::Quality;
 use crate::identify::excite::spectrum::{self, Criterion, Scaling};
@@ -19,7 +19,7 @@ pub struct Point {
 
 /// What is minimised.
 pub struct Problem<'s, 'm> {
-    pub standing: &'s Standing<'m>,
+    pub standing: &'s StanceModel<'m>,
     pub conditions: &'s Conditions,
     pub criterion: Criterion,
     pub scaling: Scaling,

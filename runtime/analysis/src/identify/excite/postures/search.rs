@@ -2,7 +2,7 @@
 use super::descent::Descent;
 use super::ground::{Conditions, Tolerance, perturbed};
 use super::problem::{Point, Problem};
-use super::standing::Standing;
+use super::standing::StanceModel;
 use super::start::feasible;
 use crate::identify::design::Random;
 use crate::identify::excite::polygon::Polygon;
@@ -100,7 +100,7 @@ pub struct DesignedPostures {
 /// # Errors
 /// Requests without meaning; no feasible postures; fewer postures than parameters.
 pub fn design_postures(
-    standing: &Standing<'_>,
+    standing: &StanceModel<'_>,
     request: &PostureRequest,
     progress: &dyn Fn(f64),
     stop: &dyn Fn() -> bool,
@@ -155,7 +155,7 @@ fn better(criterion: Criterion, one: &Quality, other: &Quality) -> bool {
     }
 }
 
-fn check(standing: &Standing<'_>, request: &PostureRequest) -> Result<(), Diagnostic> {
+fn check(standing: &StanceModel<'_>, request: &PostureRequest) -> Result<(), Diagnostic> {
     let refuse = |what: String, help: &str| Err(Diagnostic::error(what).help(help.to_owned()));
     let unknowns = standing.parts.columns.len();
     if 2 * request.postures < unknowns {
@@ -192,7 +192,7 @@ fn check(standing: &Standing<'_>, request: &PostureRequest) -> Result<(), Diagno
     Ok(())
 }
 
-fn conditions(standing: &Standing<'_>, request: &PostureRequest, random: &mut Random) -> Conditions {
+fn conditions(standing: &StanceModel<'_>, request: &PostureRequest, random: &mut Random) -> Conditions {
     let within = |(low, high): (f64, f64)| {
         let unused = 0.5 * request.margin * (high - low);
         (low + unused, high - unused)
@@ -213,7 +213,7 @@ fn point(found: Vec<super::start::Placed>) -> Point {
 
 /// What the answer keeps, measured on it.
 fn judged(
-    standing: &Standing<'_>,
+    standing: &StanceModel<'_>,
     request: &PostureRequest,
     conditions: &Conditions,
     (found, best, runs): (Point, usize, Vec<Run>),

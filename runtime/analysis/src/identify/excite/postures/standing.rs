@@ -58,7 +58,7 @@ pub struct StandingParts<'a> {
 }
 
 /// A robot on its standing foot. World axes are those of the standing sole, the origin is that of the sole.
-pub struct Standing<'a> {
+pub struct StanceModel<'a> {
     /// What it was made of.
     pub parts: StandingParts<'a>,
     function: usize,
@@ -79,7 +79,7 @@ pub struct Bodies {
     axes: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
 
-impl<'a> Standing<'a> {
+impl<'a> StanceModel<'a> {
     /// Looks up what moves what.
     ///
     /// # Errors

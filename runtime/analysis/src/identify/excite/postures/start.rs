@@ -1,6 +1,6 @@
 //! Feasible postures to start from (thesis 5.4.1, steps 1 to 5).
 use super::ground::Conditions;
-use super::standing::{Standing, rotation_vector};
+use super::standing::{StanceModel, rotation_vector};
 use super::surface::closed;
 use crate::identify::design::Random;
 use crate::identify::excite::polygon::Polygon;
@@ -29,7 +29,7 @@ pub type Placed = ([f64; 3], Vec<Vec<f64>>);
 /// # Errors
 /// None was found within the attempts: limits, margins or feet leave no room.
 pub fn feasible(
-    standing: &Standing<'_>,
+    standing: &StanceModel<'_>,
     conditions: &Conditions,
     (postures, placements): (usize, usize),
     random: &mut Random,
@@ -64,7 +64,7 @@ pub fn feasible(
 
 /// What targets are drawn from.
 struct Scene<'s, 'm> {
-    standing: &'s Standing<'m>,
+    standing: &'s StanceModel<'m>,
     /// Height of the centre of mass with all joints at zero, m.
     height: f64,
     /// Distance between the soles then, m, signed.
@@ -79,7 +79,7 @@ struct Target {
 }
 
 impl<'s, 'm> Scene<'s, 'm> {
-    fn new(standing: &'s Standing<'m>) -> Self {
+    fn new(standing: &'s StanceModel<'m>) -> Self {
         let bodies = standing.bodies(&vec![0.0; standing.joints()]);
         let (center, _) = standing.center(&bodies, &standing.parts.parameters);
         let side = bodies.frame(&standing.parts.soles[1].place).0.y;

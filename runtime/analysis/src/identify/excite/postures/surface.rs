@@ -1,5 +1,5 @@
 //! The surface of postures whose other sole lies flat at its placement.
-use super::standing::Standing;
+use super::standing::StanceModel;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// A sole is where it should be when it misses by less, m and rad.
@@ -33,7 +33,7 @@ fn inverse(jacobian: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 }
 
 /// Directions at a posture; `None` where the leg is singular.
-pub fn tangent(standing: &Standing<'_>, q: &[f64]) -> Option<Tangent> {
+pub fn tangent(standing: &StanceModel<'_>, q: &[f64]) -> Option<Tangent> {
     let bodies = standing.bodies(q);
     let jacobian = standing.jacobian(&bodies, &standing.parts.soles[1].place);
     let inverse = inverse(&jacobian)?;
@@ -46,7 +46,7 @@ pub fn tangent(standing: &Standing<'_>, q: &[f64]) -> Option<Tangent> {
 }
 
 /// The posture near `q` whose sole lies at the placement; `None` if there is none.
-pub fn closed(standing: &Standing<'_>, q: &[f64], placement: &[f64; 3]) -> Option<Vec<f64>> {
+pub fn closed(standing: &StanceModel<'_>, q: &[f64], placement: &[f64; 3]) -> Option<Vec<f64>> {
     let mut q = q.to_vec();
     for _ in 0..CORRECTIONS {
         let bodies = standing.bodies(&q);

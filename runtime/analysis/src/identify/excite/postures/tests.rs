@@ -76,7 +76,7 @@ fn place(body: usize, z: f64) -> Place {
     Place { body, rotation: Matrix3::identity(), translation: Vector3::new(0.0, 0.0, z) }
 }
 
-fn standing() -> Standing<'static> {
+fn standing() -> StanceModel<'static> {
     let corners = vec![[0.15, 0.06], [0.15, -0.06], [-0.09, 0.06], [-0.09, -0.06]];
     let sole = |body| SolePlace { place: place(body, -0.055), corners: corners.clone() };
     let joint = |j: usize| JointPlace {
@@ -96,7 +96,7 @@ fn standing() -> Standing<'static> {
     };
     let mut columns: Vec<usize> = (0..13).flat_map(across).collect();
     columns.retain(|k| *k != 123);
-    Standing::new(StandingParts {
+    StanceModel::new(StandingParts {
         model: &Legs,
         parameters: parameters.collect(),
         joints: (0..12).map(joint).collect(),
@@ -108,7 +108,7 @@ fn standing() -> Standing<'static> {
     .unwrap()
 }
 
-fn conditions(standing: &Standing<'_>) -> Conditions {
+fn conditions(standing: &StanceModel<'_>) -> Conditions {
     let tolerance = Tolerance { mass: 0.1, center: 0.01, draws: 2 };
     Conditions {
         limits: standing.parts.joints.iter().map(|j| j.limits).collect(),
@@ -118,7 +118,7 @@ fn conditions(standing: &Standing<'_>) -> Conditions {
     }
 }
 
-fn begin(standing: &Standing<'_>, conditions: &Conditions) -> Point {
+fn begin(standing: &StanceModel<'_>, conditions: &Conditions) -> Point {
     let found = feasible(standing, conditions, (16, 4), &mut Random(2), &|| false).unwrap();
     let of = found.iter().enumerate().flat_map(|(k, (_, own))| vec![k; own.len()]).collect();
     let (placements, joints): (Vec<_>, Vec<_>) = found.into_iter().unzip();

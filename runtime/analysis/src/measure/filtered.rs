@@ -1,0 +1,64 @@
+//! A log cut into blocks for a filter: its sampling step, the cut-off, how far blocks overlap, which samples count.
+use crate::log::{Blocks, Reader, Sampling};
+use crate::measure::Options;
+use crate::measure::trajectory::Unusable;
+use crate::signal::Butterworth;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use std::path::Path;
+
+/// Samples that the spline needs beyond the filter's overlap: 0.43⁴⁰ is 2e-15.
+pub(crate) const SPLINE_OVERLAP: usize = 40;
+/// Cut-off if none is given, Hz.
+pub const CUTOFF_HZ: f64 = 10.0;
+/// The highest cut-off, as part of the sampling rate.
+const HIGHEST: f64 = 0.45;
+
+/// Blocks of a log, and the filter that they are cut for.
+pub(crate) struct Filtered {
+    /// Median sampling step, s.
+    pub step: f64,
+    /// Hz
+    pub cutoff_hz: f64,
+    pub filter: Butterworth,
+    pub blocks: Blocks,
+}
+
+impl Filtered {
+    /// Looks at the first rows of a reader whose columns were selected. The filter works on every `parts`-th sample.
+    ///
+    /// # Errors
+    /// As [`Sampling::probe`]; a cut-off that does not fit the sampling rate.
+    pub fn new(reader: Reader, options: &Options, parts: usize) -> Result<Self, Diagnostics> {
+        let file = reader.file().to_path_buf();
+        let sampling = Sampling::probe(reader)?;
+        let step = sampling.step();
+        let own = step * parts as f64;
+        let cutoff_hz = options.cutoff_hz.unwrap_or(CUTOFF_HZ).min(HIGHEST / own);
+        let filter = Butterworth::new(cutoff_hz, 1.0 / own).map_err(|_| {
+            let message =
+                format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
+            Diagnostic::error(message).in_file(&file).help("choose another cut-off")
+        })?;
+        let blocks = cut(sampling, filter.overlap(), parts, options);
+        Ok(Self { step, cutoff_hz, filter, blocks })
+    }
+}
+
+/// Blocks for filters that work on every `parts`-th sample and need up to `overlap` of these on either side.
+pub(crate) fn cut(sampling: Sampling, overlap: usize, parts: usize, options: &Options) -> Blocks {
+    let overlap = parts * (overlap + SPLINE_OVERLAP);
+    Blocks::new(sampling, overlap, options.trim_s).between(options.from_s, options.to_s)
+}
+
+/// Why a block gave no states, in words.
+pub(crate) fn unusable(reason: Unusable, file: &Path) -> Diagnostics {
+    let error = match reason {
+        Unusable::TooFew => Diagnostic::error("a stretch of the log has fewer than 8 samples")
+            .help("leave out more at the ends, or record longer"),
+        Unusable::ZeroQuaternion(time) => {
+            Diagnostic::error(format!("base/orientation is no rotation at {time} s: its quaternion is zero"))
+                .help("a unit quaternion x, y, z, w is expected")
+        }
+    };
+    error.in_file(file).into()
+}
