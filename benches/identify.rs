@@ -8,6 +8,7 @@
 use bipedc::identification::base_regressor;
 use bipedc_analysis::identify::{Design, Estimate, ExtraChoice, Method, Settings, Sums, fold};
 use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::Trajectory;
 use bipedc_analysis::robot::{BaseKind, Joint, JointLayout};
 use bipedc_compiler::Robot;
 use bipedc_runtime::nalgebra::DVector;
@@ -72,8 +73,12 @@ fn main() {
 
 /// States of all joints that swing by sums of sines, with efforts of a pattern that no model has.
 fn block(joints: usize) -> Recording {
-    let mut block =
-        Recording { step: STEP, segments: std::iter::once(0..BLOCK).collect(), ..Recording::default() };
+    let mut block = Recording {
+        step: STEP,
+        segments: std::iter::once(0..BLOCK).collect(),
+        trajectory: Trajectory::with_widths(joints, joints, joints),
+        ..Recording::default()
+    };
     block.effort = vec![Some(Vec::new()); joints];
     for i in 0..BLOCK {
         let t = i as f64 * STEP;
@@ -81,9 +86,9 @@ fn block(joints: usize) -> Recording {
         for j in 0..joints {
             let (w1, w2, phase) = (1.3 + 0.37 * j as f64, 4.1 + 0.53 * j as f64, 0.7 * j as f64);
             let (a, b) = (w1 * t + phase, w2 * t + 2.0 * phase);
-            block.q.push(0.5 * a.sin() + 0.2 * b.cos());
-            block.v.push(0.5 * w1 * a.cos() - 0.2 * w2 * b.sin());
-            block.a.push(-0.5 * w1 * w1 * a.sin() - 0.2 * w2 * w2 * b.cos());
+            block.trajectory.q.push(0.5 * a.sin() + 0.2 * b.cos());
+            block.trajectory.v.push(0.5 * w1 * a.cos() - 0.2 * w2 * b.sin());
+            block.trajectory.a.push(-0.5 * w1 * w1 * a.sin() - 0.2 * w2 * w2 * b.cos());
             if let Some(effort) = &mut block.effort[j] {
                 effort.push(5.0 * a.sin() + (97.0 * t + phase).sin());
             }

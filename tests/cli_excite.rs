@@ -1,8 +1,9 @@
 //! `bipedc excite`: motions designed for identification.
 use crate::{cli, support};
+use bipedc_analysis::robot::Trajectory;
 
 use bipedc::feet;
-use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance, Motion};
+use bipedc_analysis::identify::excite::{CLEARANCE_FUNCTIONS, Clearance};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::Argument;
@@ -186,7 +187,8 @@ fn the_gradient_of_near_feet_is_that_of_their_excess() {
     let excess = |q: &[f64]| {
         let zero = vec![0.0; q.len()];
         let mut gradient = zero.clone();
-        let motion = Motion { count, q: q.to_vec(), v: zero.clone(), a: zero };
+        let mut motion = Trajectory::with_widths(joints, joints, joints);
+        motion.extend([q, &zero, &zero]);
         (clearance.excess(&motion, &mut gradient), gradient)
     };
     let (value, gradient) = excess(&q);

@@ -14,6 +14,7 @@ use bipedc_analysis::identify::{
     Answer, BaseSet, BatchRegressor, Feed, Identification, Judge, Options, Parts, Survey, identify,
 };
 use bipedc_analysis::report::Row;
+use bipedc_analysis::robot::inertial_parameters::{body_of, element_of};
 use bipedc_analysis::robot::{Batch, LinkInertias};
 use bipedc_compiler::exact::Model;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -102,7 +103,7 @@ fn weighed(
         }
         return Ok(Weighed { mass, error: None, source: "--total-mass" });
     }
-    let described: f64 = standing.link_inertias.parameters().iter().step_by(10).sum();
+    let described: f64 = standing.link_inertias.parameters().mass();
     let carried: Option<Vec<Vec<f64>>> = tables.iter().map(PostureExperiment::carried).collect();
     let Some(all) = carried.map(|c| c.concat()).filter(|all| !all.is_empty()) else {
         return Ok(Weighed {
@@ -171,8 +172,8 @@ impl Tables<'_> {
         let mut link_inertias = self.standing.link_inertias.clone();
         let zeros = if symmetric { self.standing.zeros()? } else { Vec::new() };
         for link in &mut link_inertias.links {
-            let of_body = zeros.iter().filter(|k| **k / 10 == link.body);
-            of_body.for_each(|k| link.center[k % 10 - 1] = 0.0);
+            let of_body = zeros.iter().filter(|k| body_of(**k) == link.body);
+            of_body.for_each(|k| link.center[element_of(*k) - 1] = 0.0);
         }
         Ok(link_inertias)
     }
@@ -212,7 +213,7 @@ impl Tables<'_> {
             mass: Mass {
                 value: self.weighed.mass,
                 standard_error: self.weighed.error,
-                described: nominal.iter().step_by(10).sum(),
+                described: nominal.mass(),
                 source: self.weighed.source,
             },
             center_of_mass: Center::new(self.measured, &mean, &nominal, &physical),

@@ -5,6 +5,7 @@ use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::cop::{Confounded, PressureErrors};
 use bipedc_analysis::identify::physical::Inertia;
 use bipedc_analysis::identify::{BaseSet, Identification};
+use bipedc_analysis::robot::InertialParameters;
 use bipedc_analysis::robot::LinkInertias;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -77,7 +78,7 @@ pub struct InMetres {
 }
 
 /// Ten parameters per body with the links' new inertias.
-pub fn parameters(link_inertias: &LinkInertias, links: &[(String, Inertia)]) -> Vec<f64> {
+pub fn parameters(link_inertias: &LinkInertias, links: &[(String, Inertia)]) -> InertialParameters {
     let mut new = link_inertias.clone();
     for link in &mut new.links {
         if let Some((_, inertia)) = links.iter().find(|(name, _)| *name == link.name) {

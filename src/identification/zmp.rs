@@ -133,7 +133,7 @@ fn ground(
     let nominal = link_inertias.parameters();
     let physical = parameters(link_inertias, &answer.links);
     let joints = mean_joints(experiment, measured.subject.joints.len());
-    let described: f64 = nominal.iter().step_by(10).sum();
+    let described: f64 = nominal.mass();
     // The only base parameter in kg that the vertical force tells is the whole mass.
     let total = answer.identification.parameters.iter().find(|p| p.unit == "kg");
     let mass = match total {

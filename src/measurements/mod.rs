@@ -12,6 +12,7 @@ use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::measure::{Options, Recording, Source};
 use bipedc_analysis::robot;
+use bipedc_analysis::robot::inertial_parameters;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
 use bipedc_analysis::robot::{Foot, JointLayout, Robot};
 use bipedc_compiler::Robot as Described;
@@ -134,7 +135,7 @@ impl Measured {
         if function.is_none_or(|f| model.evaluate(f, &state, &mut columns).is_err()) {
             return [f64::NAN; 3];
         }
-        let mass: f64 = parameters.iter().step_by(10).sum();
+        let mass = inertial_parameters::mass(parameters);
         std::array::from_fn(|axis| {
             columns.chunks_exact(3).zip(parameters).map(|(column, p)| column[axis] * p).sum::<f64>() / mass
         })

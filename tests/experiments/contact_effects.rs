@@ -258,7 +258,7 @@ fn masses() {
         ),
     ] {
         let change = subjects.link_inertias.change(std::slice::from_ref(&effect));
-        let made = Made { change, ..Made::plain(Feet::World) };
+        let made = Made { change: change.to_vec(), ..Made::plain(Feet::World) };
         check(&subjects, &made, std::slice::from_ref(&effect));
         let error = with_experiment(&subjects, &made, |experiment| inertial_error(experiment, &effect));
         assert!(error < 1e-9, "{error}");

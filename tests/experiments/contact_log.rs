@@ -72,13 +72,17 @@ fn efforts_are_inverse_dynamics_without_the_feet() {
     let robot = subjects.robot(&Tulip, &[]);
     let motion = Recording::read(&log, &subjects.subject, &options).unwrap();
     let feet = ContactRecording::read(&robot, &log, &options, Some(1)).unwrap();
-    let ground = feet.generalised_forces(&robot, &motion.time, &motion.q).unwrap();
+    let ground = feet.generalised_forces(&robot, &motion.time, &motion.trajectory.q).unwrap();
     let function = Model::<f64>::function(&Tulip, "inverse_dynamics").unwrap();
     for (j, joint) in subjects.subject.joints.iter().enumerate() {
         let logged = motion.effort[j].as_ref().unwrap();
         let (mut with, mut without) = (0.0, 0.0);
         for (i, logged) in logged.iter().enumerate() {
-            let (q, v, a) = (&motion.q[19 * i..][..19], &motion.v[18 * i..][..18], &motion.a[18 * i..][..18]);
+            let (q, v, a) = (
+                &motion.trajectory.q[19 * i..][..19],
+                &motion.trajectory.v[18 * i..][..18],
+                &motion.trajectory.a[18 * i..][..18],
+            );
             let mut tau = [0.0; 18];
             let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::A, a);
             Tulip.evaluate(function, &state, &mut tau).unwrap();

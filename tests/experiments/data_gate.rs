@@ -61,7 +61,7 @@ fn assert_warning(found: &[Diagnostic], words: &[&str]) {
 fn moved(recording: &mut Recording, change: impl Fn(&mut [f64])) {
     let joints = subjects().subject.joints.len();
     let (samples, count) = (recording.samples(), joints);
-    for values in [&mut recording.q, &mut recording.v, &mut recording.a] {
+    for values in [&mut recording.trajectory.q, &mut recording.trajectory.v, &mut recording.trajectory.a] {
         let width = values.len() / samples;
         values.chunks_exact_mut(width).for_each(|row| change(&mut row[width - count..]));
     }
@@ -140,8 +140,9 @@ fn gains_and_strong_friction_are_no_mix_up() {
     for gain in [0.5, 2.0] {
         let mut log = coulomb();
         let samples = log.samples();
-        let (width, offset) = (log.v.len() / samples, log.v.len() / samples - 12 + KNEE);
-        let v: Vec<f64> = log.v.iter().skip(offset).step_by(width).copied().collect();
+        let (width, offset) =
+            (log.trajectory.v.len() / samples, log.trajectory.v.len() / samples - 12 + KNEE);
+        let v: Vec<f64> = log.trajectory.v.iter().skip(offset).step_by(width).copied().collect();
         for (u, v) in log.effort[KNEE].as_mut().unwrap().iter_mut().zip(v) {
             *u = gain * *u + 3.0 * (v / 0.02).tanh();
         }
@@ -190,7 +191,9 @@ fn a_stuck_encoder_is_named() {
     let mut log = coulomb();
     let samples = log.samples();
     let (from, to) = (samples / 3, samples / 2);
-    for (values, still) in [(&mut log.q, false), (&mut log.v, true), (&mut log.a, true)] {
+    for (values, still) in
+        [(&mut log.trajectory.q, false), (&mut log.trajectory.v, true), (&mut log.trajectory.a, true)]
+    {
         let width = values.len() / samples;
         let held = values[from * width + width - 12 + KNEE];
         for row in values.chunks_exact_mut(width).take(to).skip(from) {
@@ -206,7 +209,7 @@ fn the_same_motion_twice_is_named() {
     // The first half again after itself.
     let half = log.samples() / 2;
     let mut twice = log.clone();
-    for values in [&mut twice.q, &mut twice.v, &mut twice.a] {
+    for values in [&mut twice.trajectory.q, &mut twice.trajectory.v, &mut twice.trajectory.a] {
         let width = values.len() / log.samples();
         values.copy_within(..half * width, half * width);
     }
@@ -214,12 +217,12 @@ fn the_same_motion_twice_is_named() {
     let found = judge(twice);
     assert_warning(&found, &["the log repeats its motion", &format!("every {period:.1}"), "optimistic"]);
     // And between logs: the second half of a log judges the whole.
+    let mut trajectory = log.trajectory.clone();
+    trajectory.retain(&(half..log.samples()).collect::<Vec<_>>());
     let second = Recording {
         time: log.time[half..].to_vec(),
         segments: std::iter::once(0..log.samples() - half).collect(),
-        q: log.q[half * (log.q.len() / log.samples())..].to_vec(),
-        v: log.v[half * (log.v.len() / log.samples())..].to_vec(),
-        a: log.a[half * (log.a.len() / log.samples())..].to_vec(),
+        trajectory,
         effort: log.effort.iter().map(|e| e.as_ref().map(|e| e[half..].to_vec())).collect(),
         transmission: log.transmission.iter().map(|e| e.as_ref().map(|e| e[half..].to_vec())).collect(),
         ..log.clone()

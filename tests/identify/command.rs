@@ -29,7 +29,7 @@ fn written(
     for i in 0..samples {
         let _ = write!(out, "\n{}", r.time[i]);
         for j in 0..joints {
-            let (mut q, mut tau) = (r.q[i * joints + j], r.effort[j].as_ref().unwrap()[i]);
+            let (mut q, mut tau) = (r.trajectory.q[i * joints + j], r.effort[j].as_ref().unwrap()[i]);
             change(i, j, &mut q, &mut tau);
             let _ = write!(out, ",{q},{tau}");
         }

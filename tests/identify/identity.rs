@@ -3,6 +3,7 @@ use crate::identify::subject::{Simulated, friction};
 use crate::identify::support::{Order, read_json};
 use bipedc_analysis::identify::{Estimate, Extra, Law, Method, Part};
 use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::Trajectory;
 use bipedc_analysis::robot::{BaseKind, JointLayout};
 use bipedc_runtime::nalgebra::DVector;
 use bipedc_runtime::{CallError, Model, Signature, State};
@@ -65,13 +66,14 @@ fn pinocchio_s_torques_give_back_the_description() {
         let robot = Simulated::new(name, base);
         let json = read_json(&format!("oracle/{name}.json.gz"));
         let order = Order::new(&Names(&robot.subject), &json["joints"]);
-        let mut motion = Recording { step: 0.01, ..Recording::default() };
+        let trajectory = Trajectory::new(&robot.subject);
+        let mut motion = Recording { step: 0.01, trajectory, ..Recording::default() };
         let mut forces = Vec::new();
         for case in json["cases"].as_array().unwrap() {
             motion.time.push(0.01 * motion.time.len() as f64);
-            motion.q.extend(order.q(&case["q"]));
-            motion.v.extend(order.v(&case["v"]));
-            motion.a.extend(order.v(&case["a"]));
+            motion.trajectory.q.extend(order.q(&case["q"]));
+            motion.trajectory.v.extend(order.v(&case["v"]));
+            motion.trajectory.a.extend(order.v(&case["a"]));
             forces.push(order.v(&case["inverse_dynamics"]));
         }
         let count = motion.time.len();

@@ -116,7 +116,7 @@ fn what_stands_still_is_not_seen() {
     let last = joints - 1;
     for i in 0..r.time.len() {
         let k = i * joints + last;
-        (r.q[k], r.v[k], r.a[k]) = (0.1, 0.0, 0.0);
+        (r.trajectory.q[k], r.trajectory.v[k], r.trajectory.a[k]) = (0.1, 0.0, 0.0);
     }
     robot.measure(&mut r, &extras, &mut |_| 0.0);
     let sums = robot.sums(&design, &r);

@@ -4,6 +4,7 @@ use bipedc::identification::base_regressor;
 use bipedc::{ProgramRegressor, link_inertias};
 use bipedc_analysis::identify::{BaseSet, Design, Extra, Law, Settings, Sums, fold};
 use bipedc_analysis::measure::Recording;
+use bipedc_analysis::robot::Trajectory;
 use bipedc_analysis::robot::{BaseKind, Joint, JointLayout, LinkInertias};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
@@ -84,8 +85,12 @@ impl Simulated {
             })
             .collect();
         let count = (100.0 * seconds) as usize;
-        let mut r =
-            Recording { step: 0.01, segments: std::iter::once(0..count).collect(), ..Recording::default() };
+        let mut r = Recording {
+            step: 0.01,
+            segments: std::iter::once(0..count).collect(),
+            trajectory: Trajectory::new(&self.subject),
+            ..Recording::default()
+        };
         for i in 0..count {
             let t = 0.01 * i as f64;
             r.time.push(t);
@@ -97,10 +102,10 @@ impl Simulated {
                     })
                     .sum()
             };
-            self.base_position(&mut r.q, &waves, &at);
-            r.q.extend(waves[nb..].iter().map(|wave| at(wave, 0)));
-            r.v.extend(waves.iter().map(|wave| at(wave, 1)));
-            r.a.extend(waves.iter().map(|wave| at(wave, 2)));
+            self.base_position(&mut r.trajectory.q, &waves, &at);
+            r.trajectory.q.extend(waves[nb..].iter().map(|wave| at(wave, 0)));
+            r.trajectory.v.extend(waves.iter().map(|wave| at(wave, 1)));
+            r.trajectory.a.extend(waves.iter().map(|wave| at(wave, 2)));
         }
         r.effort = vec![Some(Vec::new()); joints];
         r
@@ -128,11 +133,11 @@ impl Simulated {
 
     /// Generalised forces at a sample of a motion by the model's own inverse dynamics (not by its regressor).
     pub fn forces(&self, r: &Recording, i: usize) -> Vec<f64> {
-        let (nq, nv) = (r.q.len() / r.time.len(), r.v.len() / r.time.len());
+        let (nq, nv) = (r.trajectory.q.len() / r.time.len(), r.trajectory.v.len() / r.time.len());
         let state = State::new()
-            .with(Argument::Q, &r.q[i * nq..(i + 1) * nq])
-            .with(Argument::V, &r.v[i * nv..(i + 1) * nv])
-            .with(Argument::A, &r.a[i * nv..(i + 1) * nv]);
+            .with(Argument::Q, &r.trajectory.q[i * nq..(i + 1) * nq])
+            .with(Argument::V, &r.trajectory.v[i * nv..(i + 1) * nv])
+            .with(Argument::A, &r.trajectory.a[i * nv..(i + 1) * nv]);
         let mut tau = vec![0.0; nv];
         Model::<f64>::evaluate(&self.model, 0, &state, &mut tau).unwrap();
         tau
@@ -145,7 +150,10 @@ impl Simulated {
         let extras: Vec<_> = extras.iter().map(|(extra, x)| (extra.torque(), x)).collect();
         for i in 0..r.time.len() {
             let tau = self.forces(r, i);
-            let (v, a) = (r.v[i * nv + nb..(i + 1) * nv].to_vec(), r.a[i * nv + nb..(i + 1) * nv].to_vec());
+            let (v, a) = (
+                r.trajectory.v[i * nv + nb..(i + 1) * nv].to_vec(),
+                r.trajectory.a[i * nv + nb..(i + 1) * nv].to_vec(),
+            );
             for (j, effort) in r.effort.iter_mut().enumerate() {
                 let friction: f64 = extras.iter().filter_map(|(e, x)| Some(*x * e.on(j, &v, &a)?)).sum();
                 effort.as_mut().unwrap().push(tau[nb + j] + friction + noise(j));

@@ -224,7 +224,8 @@ fn compiled_and_applied_effects_agree() {
     let subjects = Subjects::of(&rigid);
     let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
     let recording = Recording::read(&Log::open(JUDGE).unwrap(), &subjects.subject, &options).unwrap();
-    let (q, v, a) = (recording.q.clone(), recording.v.clone(), recording.a.clone());
+    let (q, v, a) =
+        (recording.trajectory.q.clone(), recording.trajectory.v.clone(), recording.trajectory.a.clone());
     let effects = &robot.description.effects;
     let experiment =
         MotionExperiment::new(&model, &subjects.subject, &subjects.link_inertias, recording, effects)

@@ -2,6 +2,7 @@
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::log::names;
 use crate::measure::Motion;
+use crate::robot::InertialParameters;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Kind, Location};
@@ -61,7 +62,7 @@ impl Experiment for Selected<'_> {
     fn inertial_count(&self) -> usize {
         self.inner.inertial_count()
     }
-    fn inertial_parameters(&self) -> &[f64] {
+    fn inertial_parameters(&self) -> &InertialParameters {
         self.inner.inertial_parameters()
     }
     fn inertial(&self, row: usize) -> Option<&Inertial> {
@@ -79,7 +80,7 @@ impl Experiment for Selected<'_> {
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
         self.inner.cad_directions(error)
     }
-    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
         self.inner.inertial_change(effect)
     }
     fn check(&self) -> Vec<Diagnostic> {

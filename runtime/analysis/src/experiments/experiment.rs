@@ -1,5 +1,6 @@
 //! Measurements as the diagnosis sees them: residuals, and how effects would change them.
 use crate::measure::Motion;
+use crate::robot::InertialParameters;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Evidence, Kind, Location, sought};
@@ -113,8 +114,8 @@ pub trait Experiment: Sync {
     }
 
     /// Nominal inertial parameters: mass, first moments, inertia about the frame's origin, per body.
-    fn inertial_parameters(&self) -> &[f64] {
-        &[]
+    fn inertial_parameters(&self) -> &InertialParameters {
+        InertialParameters::none()
     }
 
     /// Derivative of a row's prediction by the inertial parameters; `None` if it has none.
@@ -146,8 +147,8 @@ pub trait Experiment: Sync {
     }
 
     /// What an effect on a link adds to the inertial parameters; empty if inertial parameters play no part.
-    fn inertial_change(&self, _effect: &Effect) -> Vec<f64> {
-        Vec::new()
+    fn inertial_change(&self, _effect: &Effect) -> InertialParameters {
+        InertialParameters::default()
     }
 
     /// What is wrong or odd with the data themselves, before anything is searched for: mixed-up channels, joints that

@@ -1,6 +1,7 @@
 //! How a kind of effect is searched for: columns that enter linearly, and how parameters follow from their
 //! coefficients.
 use crate::experiments::{Experiment, Inertial};
+use crate::robot::InertialParameters;
 use bipedc_effects::effect::{Effect, Kind, Law, Location, Parameters, Probe, kinds};
 
 /// A column: rows that it touches, with one value per sample.
@@ -24,7 +25,7 @@ pub(crate) enum Search {
     /// Responses of the experiment.
     Probes(Vec<Probe>),
     /// Directions in the space of the inertial parameters.
-    Inertial(Vec<Vec<f64>>),
+    Inertial(Vec<InertialParameters>),
 }
 
 /// A little beyond what is usual may be true, and is flagged then; far beyond it is another cause.
@@ -46,7 +47,7 @@ pub(crate) fn effect_columns(
     let Search::Inertial(directions) = &form.search else { return Some(form.columns(experiment)) };
     let rows = 0..experiment.rows().len();
     let inertial: Vec<_> = rows.filter_map(|row| Some((row, experiment.inertial(row)?))).collect();
-    let along = |direction: &Vec<f64>| {
+    let along = |direction: &InertialParameters| {
         let of_row = |(row, inertial): &(usize, &Inertial)| {
             let change: Vec<f64> = inertial.columns.iter().map(|column| direction[*column]).collect();
             let samples = inertial.values.chunks_exact(change.len().max(1));
@@ -99,7 +100,7 @@ impl Form {
         experiment: &dyn Experiment,
         kind: &'static Kind,
         location: &Location,
-    ) -> Option<Vec<Vec<f64>>> {
+    ) -> Option<Vec<InertialParameters>> {
         location.link.as_ref()?;
         if experiment.inertial_count() == 0 {
             return None;
@@ -107,7 +108,7 @@ impl Form {
         let change = |parameters: &[(&str, f64)]| {
             experiment.inertial_change(&Effect::new(kind, location.clone(), parameters))
         };
-        let difference = |a: Vec<f64>, b: &[f64], factor: f64| -> Vec<f64> {
+        let difference = |a: InertialParameters, b: &[f64], factor: f64| -> InertialParameters {
             a.iter().zip(b).map(|(a, b)| factor * (a - b)).collect()
         };
         Some(match kind.law {
@@ -148,7 +149,7 @@ impl Form {
             let parameters = [("mass", mass), ("x", at(0)), ("y", at(1)), ("z", at(2))];
             experiment.inertial_change(&Effect::new(self.kind, self.location.clone(), &parameters))
         };
-        let slope = |far: Vec<f64>, near: Vec<f64>, step: f64| -> Vec<f64> {
+        let slope = |far: InertialParameters, near: InertialParameters, step: f64| -> InertialParameters {
             far.iter().zip(&near).map(|(f, n)| (f - n) / (2.0 * step)).collect()
         };
         let step = 1e-3 * mass;

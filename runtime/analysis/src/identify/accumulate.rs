@@ -6,7 +6,6 @@ use super::triangle::Triangle;
 use super::unknowns::BaseSet;
 use crate::experiments::Experiment;
 use crate::measure::Recording;
-use crate::robot::Batch;
 use bipedc_effects::diagnostic::Diagnostics;
 use nalgebra::DVector;
 
@@ -244,11 +243,7 @@ impl<'a> Piece<'a> {
         sums: &mut Sums,
     ) {
         let design = self.design;
-        let (nb, joints) = (design.subject.base.nv(), design.subject.joints.len());
-        let (nq, nv) = (design.subject.base.nq() + joints, nb + joints);
-        let part = |values: &'_ [f64], width: usize| values[range.start * width..range.end * width].to_vec();
-        let (q, v, a) = (part(&recording.q, nq), part(&recording.v, nv), part(&recording.a, nv));
-        let batch = Batch { count: range.len(), q: &q, v: &v, a: &a };
+        let batch = recording.trajectory.part(range.clone());
         design.evaluate(&batch, &mut self.work);
         let decimation = self.decimation;
         let kept = |signal: Vec<f64>| match decimation {
@@ -276,7 +271,9 @@ impl<'a> Piece<'a> {
                 .joint
                 .map_or(0.0, |j| self.settings.slow * self.settings.speed.get(j).unwrap_or(&0.0));
             let speed = match channel.joint {
-                Some(j) if slow > 0.0 => kept((0..range.len()).map(|i| v[i * nv + nb + j]).collect()),
+                Some(j) if slow > 0.0 => {
+                    kept(recording.trajectory.velocities(j).skip(range.start).take(range.len()).collect())
+                }
                 _ => Vec::new(),
             };
             let moves = |i: usize| speed.get(i).is_none_or(|v| v.abs() >= slow);

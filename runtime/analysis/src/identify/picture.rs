@@ -4,7 +4,6 @@ use super::reading::Reading;
 use crate::experiments::Channel as Kind;
 use crate::experiments::plotted::{Row, Series};
 use crate::measure::Recording;
-use crate::robot::Batch;
 use bipedc_effects::diagnostic::Diagnostics;
 use nalgebra::DVector;
 
@@ -99,12 +98,7 @@ fn add(
     (first, count): (usize, usize),
     work: &mut Work,
 ) {
-    let joints = design.subject.joints.len();
-    let (bq, bv) = (design.subject.base.nq(), design.subject.base.nv());
-    let (nq, nv) = (bq + joints, bv + joints);
-    let part = |values: &'_ [f64], width: usize| values[first * width..(first + count) * width].to_vec();
-    let (q, v, a) = (part(&recording.q, nq), part(&recording.v, nv), part(&recording.a, nv));
-    let batch = Batch { count, q: &q, v: &v, a: &a };
+    let batch = recording.trajectory.part(first..first + count);
     design.evaluate(&batch, work);
     let mut columns = Vec::new();
     for (index, channel) in design.channels.iter().enumerate() {
@@ -112,7 +106,7 @@ fn add(
         let Some(effort) = &recording.effort[joint] else { continue };
         design.rows(index, &batch, work, &mut columns);
         for i in 0..count {
-            let state = [q[i * nq + bq + joint], v[i * nv + bv + joint]];
+            let state = recording.trajectory.joints_at(first + i).map(|joints| joints[joint]);
             let sample = [recording.time[first + i], effort[first + i], state[0], state[1]];
             pictures.push(index, channel, (&columns, count, i), sample);
         }

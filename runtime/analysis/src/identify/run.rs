@@ -14,6 +14,7 @@ use super::triangle::Triangle;
 use super::unknowns::{BaseSet, ExtraChoice};
 use crate::experiments::Experiment;
 use crate::experiments::plotted::Row;
+use crate::robot::inertial_parameters::InertialParameters;
 use crate::robot::{JointLayout, LinkInertias};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use nalgebra::DVector;
@@ -172,7 +173,7 @@ pub fn identify(
     };
     progress(1.0);
     let physical_summary = found.physical(&problem, &physical, choice);
-    let new = links.bodies.iter().zip(physical.coordinates.chunks_exact(10));
+    let new = links.bodies.iter().zip(physical.coordinates.chunks_exact(InertialParameters::PER_BODY));
     let links = new.map(|(body, x)| (body.name.clone(), body.inertia(x))).collect();
     let identification = Identification {
         method: options.method,

@@ -8,6 +8,7 @@ use super::physical::{Choice, Inertia, Physical, Problem, check};
 use super::result::*;
 use super::run::{Judge, Parts};
 use super::survey::Survey;
+use crate::robot::inertial_parameters::InertialParameters;
 use bipedc_effects::diagnostic::Diagnostics;
 use nalgebra::{DMatrix, DVector};
 use std::path::PathBuf;
@@ -156,7 +157,7 @@ impl Found<'_> {
             .links
             .bodies
             .iter()
-            .zip(found.coordinates.chunks_exact(10))
+            .zip(found.coordinates.chunks_exact(InertialParameters::PER_BODY))
             .enumerate()
             .map(|(index, (body, x))| {
                 let block = covariance.view((10 * index, 10 * index), (10, 10)).into_owned();

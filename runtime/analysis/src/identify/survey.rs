@@ -39,22 +39,22 @@ pub struct Survey {
 /// Those of the reader; a log without motion or efforts.
 pub fn survey(reading: &Reading<'_>, subject: &JointLayout) -> Result<Survey, Diagnostics> {
     let joints = subject.joints.len();
-    let (bq, bv) = (subject.base.nq(), subject.base.nv());
+    let bv = subject.base.nv();
     let mut found = Survey { speed: vec![0.0; joints], ..Survey::default() };
     found.motion.positions = vec![Vec::new(); joints];
     let mut visit = |recording: &mut Recording| {
         found.samples += recording.samples();
         for (i, &time) in recording.time.iter().enumerate() {
-            let v = &recording.v[i * (bv + joints) + bv..][..joints];
+            let [q, v] = recording.trajectory.joints_at(i);
             for (most, v) in found.speed.iter_mut().zip(v) {
                 *most = most.max(v.abs());
             }
             if found.motion.time.last().is_none_or(|last| time - last >= 0.999 * GRID) {
-                found.motion.push(time, &recording.q[i * (bq + joints) + bq..][..joints]);
+                found.motion.push(time, q);
             }
         }
-        found.base |=
-            bv > 0 && recording.v.chunks_exact(bv + joints).any(|v| v[..bv].iter().any(|x| *x != 0.0));
+        found.base |= bv > 0
+            && recording.trajectory.v.chunks_exact(bv + joints).any(|v| v[..bv].iter().any(|x| *x != 0.0));
         recording.clear();
         Ok(())
     };

@@ -6,7 +6,7 @@ use crate::measure::noise::white_noise;
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
 use crate::measure::{Missing, Options, Source};
-use crate::robot::JointLayout;
+use crate::robot::{JointLayout, Trajectory};
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;
@@ -24,12 +24,8 @@ pub struct Recording {
     pub time: Vec<f64>,
     /// Stretches without gaps, as ranges of samples.
     pub segments: Vec<Range<usize>>,
-    /// Configurations, `samples × nq`.
-    pub q: Vec<f64>,
-    /// Velocities, `samples × nv`.
-    pub v: Vec<f64>,
-    /// Accelerations, `samples × nv`.
-    pub a: Vec<f64>,
+    /// States at the samples.
+    pub trajectory: Trajectory,
     /// Logged efforts by joint, not filtered; N m.
     pub effort: Vec<Option<Vec<f64>>>,
     /// Logged motor angle (divided by the gear ratio) minus joint angle, not filtered; rad.
@@ -112,6 +108,7 @@ impl Recording {
         let mut recording = Self {
             step,
             cutoff_hz,
+            trajectory: Trajectory::new(subject),
             effort: plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect(),
             transmission: plan
                 .joints
@@ -136,9 +133,8 @@ impl Recording {
     pub(crate) fn clear(&mut self) {
         let effort = self.effort.iter().map(|e| e.as_ref().map(|_| Vec::new())).collect();
         let transmission = self.transmission.iter().map(|t| t.as_ref().map(|_| Vec::new())).collect();
-        for values in [&mut self.time, &mut self.q, &mut self.v, &mut self.a] {
-            values.clear();
-        }
+        self.time.clear();
+        self.trajectory.clear();
         self.segments.clear();
         (self.effort, self.transmission) = (effort, transmission);
     }
@@ -160,9 +156,7 @@ impl Recording {
             Some(last) if continues => last.end = self.time.len(),
             _ => self.segments.push(first..self.time.len()),
         }
-        self.q.extend_from_slice(&states.q);
-        self.v.extend_from_slice(&states.v);
-        self.a.extend_from_slice(&states.a);
+        self.trajectory.extend([&states.q, &states.v, &states.a]);
         for (joint, columns) in plan.joints.iter().enumerate() {
             if let (Some(values), Some(column)) = (&mut self.effort[joint], columns.effort) {
                 match efforts {
@@ -202,18 +196,11 @@ impl Recording {
 
     /// Keeps these samples; segments are left to the caller.
     pub(super) fn retain(&mut self, kept: &[usize]) {
-        let count = self.time.len().max(1);
-        let (nq, nv) = (self.q.len() / count, self.v.len() / count);
-        let pick = |values: &[f64], width: usize| -> Vec<f64> {
-            kept.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
-        };
-        self.q = pick(&self.q, nq);
-        self.v = pick(&self.v, nv);
-        self.a = pick(&self.a, nv);
-        for values in self.effort.iter_mut().chain(&mut self.transmission).flatten() {
-            *values = pick(values, 1);
+        self.trajectory.retain(kept);
+        let columns = self.effort.iter_mut().chain(&mut self.transmission).flatten();
+        for values in columns.chain([&mut self.time]) {
+            *values = kept.iter().map(|&i| values[i]).collect();
         }
-        self.time = pick(&self.time, 1);
     }
 
     /// Number of samples.

@@ -94,19 +94,24 @@ fn hold(recording: &mut Recording, kept: &[usize]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::Trajectory;
 
     /// Pieces as blocks bring them; a joint on a planar base whose numbers all tell the sample.
     fn thinned(held: usize, pieces: &[(f64, usize)]) -> (Recording, Thinning) {
         let mut thinning = Thinning::holding(held);
-        let mut recording = Recording { step: 0.001, effort: vec![Some(Vec::new())], ..Recording::default() };
+        let mut recording = Recording {
+            step: 0.001,
+            trajectory: Trajectory::with_widths(4, 4, 1),
+            effort: vec![Some(Vec::new())],
+            ..Recording::default()
+        };
         for &(start, count) in pieces {
             let first = recording.samples();
             let time: Vec<f64> = (0..count).map(|i| start + 0.001 * i as f64).collect();
             let follows = recording.time.last().is_some_and(|last| start - last < 0.0015);
             recording.time.extend(&time);
-            recording.q.extend(time.iter().flat_map(|t| [*t; 4]));
-            recording.v.extend(time.iter().flat_map(|t| [*t; 4]));
-            recording.a.extend(time.iter().flat_map(|t| [*t; 4]));
+            let all: Vec<f64> = time.iter().flat_map(|t| [*t; 4]).collect();
+            recording.trajectory.extend([&all, &all, &all]);
             recording.effort[0].get_or_insert_default().extend(&time);
             match recording.segments.last_mut() {
                 Some(last) if follows => last.end = recording.time.len(),
@@ -141,11 +146,9 @@ mod tests {
                 assert!((pair[1] - pair[0] - recording.step).abs() < 1e-9, "{pair:?}");
             }
         }
-        assert_eq!(
-            (recording.q.len(), recording.v.len(), recording.a.len()),
-            (4 * count, 4 * count, 4 * count)
-        );
-        assert!((0..count).all(|i| recording.q[4 * i + 3] == recording.time[i]));
+        let Trajectory { q, v, a, .. } = &recording.trajectory;
+        assert_eq!((q.len(), v.len(), a.len()), (4 * count, 4 * count, 4 * count));
+        assert!(recording.trajectory.positions(0).eq(recording.time.iter().copied()));
     }
 
     #[test]

@@ -1,4 +1,5 @@
 //! The links behind the inertial parameters: how payloads, shifted centres of mass and CAD errors change them.
+use super::inertial_parameters::{InertialParameters, of_body};
 use bipedc_effects::effect::{Acts, Effect, Law};
 use serde::{Deserialize, Serialize};
 
@@ -100,17 +101,17 @@ impl LinkInertias {
     }
 
     /// Nominal parameters of all bodies, ten each.
-    pub fn parameters(&self) -> Vec<f64> {
-        let mut all = vec![0.0; 10 * self.bodies.len()];
+    pub fn parameters(&self) -> InertialParameters {
+        let mut all = vec![0.0; InertialParameters::PER_BODY * self.bodies.len()];
         for link in &self.links {
             add(&mut all, link.body, &link.changed(0.0, [0.0; 3], &[[0.0; 3]; 3]), 1.0);
         }
-        all
+        InertialParameters::new(all)
     }
 
     /// What inertial effects add to the parameters; zero for other effects and unknown links.
-    pub fn change(&self, effects: &[Effect]) -> Vec<f64> {
-        let mut all = vec![0.0; 10 * self.bodies.len()];
+    pub fn change(&self, effects: &[Effect]) -> InertialParameters {
+        let mut all = vec![0.0; InertialParameters::PER_BODY * self.bodies.len()];
         for effect in effects {
             let Some(link) = effect.location.link.as_deref().and_then(|name| self.link(name)) else {
                 continue;
@@ -141,7 +142,7 @@ impl LinkInertias {
                 law => debug_assert!(law.acts() != Acts::Body, "{effect} does not change the link"),
             }
         }
-        all
+        InertialParameters::new(all)
     }
 
     /// Directions in parameter space, each with the length of one standard deviation of a usual CAD error:
@@ -176,7 +177,7 @@ impl LinkInertias {
 }
 
 fn add(all: &mut [f64], body: usize, change: &[f64; 10], factor: f64) {
-    for (a, c) in all[10 * body..].iter_mut().zip(change) {
+    for (a, c) in all[of_body(body)].iter_mut().zip(change) {
         *a += factor * c;
     }
 }

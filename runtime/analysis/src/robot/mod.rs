@@ -2,15 +2,20 @@
 pub(crate) mod calls;
 mod dynamics;
 pub(crate) mod feet;
+pub mod inertial_parameters;
 mod joints;
 pub mod link_inertias;
+mod trajectory;
 pub(crate) mod world;
 
 pub use calls::AnyModel;
 pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
 pub use feet::{Corner, Foot};
+pub use inertial_parameters::InertialParameters;
 pub use joints::{BaseKind, Joint, JointLayout};
 pub use link_inertias::LinkInertias;
+pub use trajectory::Trajectory;
+pub(crate) use trajectory::coordinate;
 
 use bipedc_effects::effect::{Effect, Location};
 use link_inertias::CadError;
@@ -66,7 +71,7 @@ impl Robot<'_> {
     ) -> Vec<(String, Vec<f64>)> {
         let first = width - self.subject.joints.len();
         let joints = self.subject.joints.iter().enumerate();
-        let column = |j: usize| values.iter().skip(first + j).step_by(width.max(1)).copied().collect();
+        let column = |j: usize| coordinate(values, width, first + j).collect();
         joints.map(|(j, joint)| (format!("{}/{quantity}", joint.name), column(j))).collect()
     }
 

@@ -81,7 +81,7 @@ fn check(model: &dyn Model<f64>, subject: &JointLayout, recording: &Recording) -
     let within = |segment: &Range<usize>| segment.start < segment.end && segment.end <= samples;
     let fits = recording.effort.len() == joints
         && recording.effort.iter().flatten().all(|effort| effort.len() == samples)
-        && [&recording.q, &recording.v].into_iter().all(is_whole)
+        && [&recording.trajectory.q, &recording.trajectory.v].into_iter().all(is_whole)
         && recording.segments.iter().all(within);
     if !fits {
         return Err(Diagnostic::error("the recording is of another robot, or not whole"));
@@ -182,7 +182,7 @@ fn spread(all: &[Place]) -> Vec<&Place> {
 /// Adds the errors of a window, whose start is none. `predicted` has the positions of all samples after it.
 fn add(sums: &mut [Sums], recording: &Recording, range: &Range<usize>, predicted: &[f64]) {
     let nq = sums.len();
-    let at = |sample: usize| &recording.q[sample * nq..(sample + 1) * nq];
+    let at = |sample: usize| recording.trajectory.joints_at(sample)[0];
     let start = at(range.start);
     for (k, predicted) in predicted.chunks_exact(nq).enumerate() {
         let sample = range.start + 1 + k;

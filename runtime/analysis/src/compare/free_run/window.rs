@@ -46,8 +46,7 @@ impl Window<'_> {
         let joints = self.subject.joints.len();
         let time = &self.recording.time[self.range.clone()];
         let length = time[time.len() - 1] - time[0];
-        let of = |values: &[f64]| values[self.range.start * joints..(self.range.start + 1) * joints].to_vec();
-        let start = [of(&self.recording.q), of(&self.recording.v)].concat();
+        let start = self.recording.trajectory.joints_at(self.range.start).concat();
         let mut watch = Watch {
             window: self,
             start: time[0],
@@ -78,8 +77,7 @@ impl Window<'_> {
     }
 
     fn is_far(&self, sample: usize, predicted: &[f64]) -> bool {
-        let joints = self.subject.joints.len();
-        let measured = &self.recording.q[sample * joints..(sample + 1) * joints];
+        let [measured, _] = self.recording.trajectory.joints_at(sample);
         self.subject.joints.iter().zip(measured).zip(predicted).any(|((joint, measured), predicted)| {
             let farthest = if joint.prismatic { FARTHEST_WAY } else { FARTHEST_TURN };
             let error = (measured - predicted).abs();

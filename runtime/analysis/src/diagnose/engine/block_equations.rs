@@ -3,6 +3,7 @@
 //! Once they are formed, every fit and every held-out error is a small dense problem, whatever the length of the log.
 use crate::experiments::Experiment;
 use crate::experiments::form::Column;
+use crate::robot::inertial_parameters::{InertialParameters, body_of, element_of, index};
 use nalgebra::DMatrix;
 
 /// Samples that are multiplied at a time.
@@ -23,7 +24,7 @@ impl Spread {
         error: &crate::robot::link_inertias::CadError,
         widening: f64,
     ) -> Self {
-        let bodies = experiment.inertial_count() / 10;
+        let bodies = experiment.inertial_count() / InertialParameters::PER_BODY;
         let nothing = crate::robot::link_inertias::CadError { mass: 0.0, center: 0.0, inertia: 0.0 };
         let corrects = *error != nothing;
         let usual = crate::robot::link_inertias::CadError::default();
@@ -58,7 +59,7 @@ impl Spread {
     /// A change of inertial parameters as multiples of the columns; 0 for bodies without uncertainty.
     pub fn coordinates(&self, change: &[f64]) -> Vec<f64> {
         let mut out = Vec::with_capacity(change.len());
-        for (factor, change) in self.factors.iter().zip(change.chunks_exact(10)) {
+        for (factor, change) in self.factors.iter().zip(change.chunks_exact(InertialParameters::PER_BODY)) {
             let right = nalgebra::DVector::from_row_slice(change);
             match factor.solve_lower_triangular(&right) {
                 Some(x) if x.iter().all(|v| v.is_finite()) => out.extend(x.iter()),
@@ -72,7 +73,7 @@ impl Spread {
     pub fn change(&self, coordinates: &[f64]) -> Vec<f64> {
         self.factors
             .iter()
-            .zip(coordinates.chunks_exact(10))
+            .zip(coordinates.chunks_exact(InertialParameters::PER_BODY))
             .flat_map(|(f, x)| (f * nalgebra::DVector::from_row_slice(x)).iter().copied().collect::<Vec<_>>())
             .collect()
     }
@@ -93,7 +94,7 @@ pub(super) struct BlockEquations {
 impl BlockEquations {
     /// Number of inertial columns.
     pub fn inertial(&self) -> usize {
-        10 * self.bodies.len()
+        index(self.bodies.len(), 0)
     }
     /// Local index of the residual.
     pub fn residual(&self) -> usize {
@@ -127,7 +128,8 @@ pub(super) fn block_equations(
 ) -> BlockEquations {
     let residual = experiment.residual(row);
     let inertial = experiment.inertial(row);
-    let mut bodies: Vec<usize> = inertial.map_or(Vec::new(), |i| i.columns.iter().map(|c| c / 10).collect());
+    let mut bodies: Vec<usize> =
+        inertial.map_or(Vec::new(), |i| i.columns.iter().map(|c| body_of(*c)).collect());
     bodies.dedup();
     bodies.retain(|&b| spread.factors.get(b).is_some_and(|f| f[(0, 0)] != 0.0));
     let touching: Vec<(usize, &Vec<f64>)> = columns
@@ -181,7 +183,7 @@ fn fill_inertial(
     let places: Vec<Option<(usize, usize)>> = inertial
         .columns
         .iter()
-        .map(|c| bodies.iter().position(|b| *b == c / 10).map(|place| (place, c % 10)))
+        .map(|c| bodies.iter().position(|b| *b == body_of(*c)).map(|place| (place, element_of(*c))))
         .collect();
     for i in 0..x.nrows() {
         let y = &inertial.values[(first + i) * width..(first + i + 1) * width];
@@ -189,7 +191,7 @@ fn fill_inertial(
             let Some((place, element)) = *place else { continue };
             let factor = &spread.factors[bodies[place]];
             for k in 0..=element {
-                x[(i, 10 * place + k)] += value * factor[(element, k)];
+                x[(i, index(place, k))] += value * factor[(element, k)];
             }
         }
     }

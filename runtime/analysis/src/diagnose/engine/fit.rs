@@ -1,6 +1,7 @@
 //! Fits of effects and inertial corrections together, and their errors on other data.
 use super::block_equations::{BlockEquations, Spread};
 use crate::experiments::form::{Form, Search};
+use crate::robot::inertial_parameters::index;
 use nalgebra::{DMatrix, DVector};
 
 /// What one coefficient multiplies.
@@ -66,7 +67,7 @@ impl RowEquations {
                 self.gram.column(place).into_owned()
             }
             Term::Inertial(_) => {
-                let inertial = 10 * self.bodies.len();
+                let inertial = index(self.bodies.len(), 0);
                 self.gram.columns(0, inertial) * local.rows(0, inertial)
             }
         }
@@ -90,12 +91,12 @@ impl RowEquations {
         match term {
             Term::Data(id) => {
                 let place = self.ids.iter().position(|i| i == id)?;
-                out[10 * self.bodies.len() + place] = 1.0;
+                out[index(self.bodies.len(), 0) + place] = 1.0;
             }
             Term::Inertial(direction) => {
                 for (place, body) in self.bodies.iter().enumerate() {
                     for k in 0..10 {
-                        out[10 * place + k] = direction[10 * body + k];
+                        out[index(place, k)] = direction[index(*body, k)];
                     }
                 }
             }
@@ -135,11 +136,11 @@ impl Corrections {
         for (row, w) in train.rows.iter().zip(weights) {
             for (a, body_a) in row.bodies.iter().enumerate() {
                 for i in 0..10 {
-                    right[10 * body_a + i] += w * row.gram[(10 * a + i, row.residual())];
+                    right[index(*body_a, i)] += w * row.gram[(index(a, i), row.residual())];
                     for (b, body_b) in row.bodies.iter().enumerate() {
                         for k in 0..10 {
-                            matrix[(10 * body_a + i, 10 * body_b + k)] +=
-                                w * row.gram[(10 * a + i, 10 * b + k)];
+                            matrix[(index(*body_a, i), index(*body_b, k))] +=
+                                w * row.gram[(index(a, i), index(b, k))];
                         }
                     }
                 }
@@ -202,7 +203,7 @@ pub(super) fn fit(
             if p > 0 {
                 for (place, body) in row.bodies.iter().enumerate() {
                     for i in 0..10 {
-                        cross[(10 * body + i, k)] += product[10 * place + i];
+                        cross[(index(*body, i), k)] += product[index(place, i)];
                     }
                 }
             }
@@ -299,7 +300,7 @@ fn error(row: &RowEquations, fit: &Fit, terms: &[&Term]) -> f64 {
     if !fit.corrections.is_empty() {
         for (place, body) in row.bodies.iter().enumerate() {
             for k in 0..10 {
-                u[10 * place + k] += fit.corrections[10 * body + k];
+                u[index(place, k)] += fit.corrections[index(*body, k)];
             }
         }
     }

@@ -6,6 +6,7 @@ use super::noise_floor::noise_floor;
 use super::parallel::parallel;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
+use crate::robot::inertial_parameters::{InertialParameters, body_of, index};
 use bipedc_effects::effect::{Effect, Kind, Law, Location};
 
 /// Blocks of time that a log is cut into.
@@ -193,8 +194,8 @@ impl<'a> Regression<'a> {
     /// Mass of the body on which an effect on a link acts, kg.
     pub fn carrier(&self, c: usize) -> Option<f64> {
         let Search::Inertial(directions) = &self.candidates[c].form.search else { return None };
-        let body = directions.first()?.iter().position(|x| *x != 0.0)? / 10;
-        self.train.inertial_parameters().get(10 * body).copied()
+        let body = directions.first()?.iter().position(|x| *x != 0.0).map(body_of)?;
+        self.train.inertial_parameters().get(index(body, 0)).copied()
     }
 
     /// A candidate's terms, for [`Regression::recall`].
@@ -322,30 +323,33 @@ impl<'a> Regression<'a> {
         let Search::Inertial(_) = form.search else { return None };
         let nominal = self.train.inertial_parameters();
         let change = self.train.inertial_change(&form.effect(coefficients));
-        let possible = nominal.chunks_exact(10).zip(change.chunks_exact(10)).all(|(body, change)| {
-            let p: [f64; 10] = std::array::from_fn(|k| body[k] + change[k]);
-            // Half the trace less the inertia is the second moment of the mass itself.
-            let half = 0.5 * (p[4] + p[7] + p[9]);
-            let pseudo = nalgebra::Matrix4::new(
-                half - p[4],
-                -p[5],
-                -p[6],
-                p[1],
-                -p[5],
-                half - p[7],
-                -p[8],
-                p[2],
-                -p[6],
-                -p[8],
-                half - p[9],
-                p[3],
-                p[1],
-                p[2],
-                p[3],
-                p[0],
-            );
-            change.iter().all(|c| *c == 0.0) || pseudo.cholesky().is_some()
-        });
+        let possible = nominal
+            .chunks_exact(InertialParameters::PER_BODY)
+            .zip(change.chunks_exact(InertialParameters::PER_BODY))
+            .all(|(body, change)| {
+                let p: [f64; 10] = std::array::from_fn(|k| body[k] + change[k]);
+                // Half the trace less the inertia is the second moment of the mass itself.
+                let half = 0.5 * (p[4] + p[7] + p[9]);
+                let pseudo = nalgebra::Matrix4::new(
+                    half - p[4],
+                    -p[5],
+                    -p[6],
+                    p[1],
+                    -p[5],
+                    half - p[7],
+                    -p[8],
+                    p[2],
+                    -p[6],
+                    -p[8],
+                    half - p[9],
+                    p[3],
+                    p[1],
+                    p[2],
+                    p[3],
+                    p[0],
+                );
+                change.iter().all(|c| *c == 0.0) || pseudo.cholesky().is_some()
+            });
         (!possible).then(|| "no body has such an inertia".to_owned())
     }
 

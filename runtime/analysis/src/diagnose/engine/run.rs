@@ -8,6 +8,7 @@ use super::text;
 use super::unexplained::unexplained;
 use crate::diagnose::{Diagnosis, Fall, FoundEffect, Rejected, Step};
 use crate::experiments::{Channel, Experiment};
+use crate::robot::inertial_parameters::of_body;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use std::collections::BTreeMap;
@@ -288,15 +289,15 @@ impl Conclusion<'_> {
         }
         let mut list: Vec<(f64, FoundEffect)> = Vec::new();
         for (body, name) in train.bodies().iter().enumerate() {
-            let coordinates = &self.refined.corrections[10 * body..10 * body + 10];
-            let sigma = &self.refined.corrections_sigma[10 * body..10 * body + 10];
+            let coordinates = &self.refined.corrections[of_body(body)];
+            let sigma = &self.refined.corrections_sigma[of_body(body)];
             let evidence: f64 =
                 coordinates.iter().zip(sigma).map(|(x, s)| x * x * (1.0 - s * s).max(0.0)).sum();
             if evidence < 0.5 {
                 continue;
             }
-            let nominal = &train.inertial_parameters()[10 * body..10 * body + 10];
-            list.push((evidence, text::correction(name, nominal, &change[10 * body..10 * body + 10])));
+            let nominal = &train.inertial_parameters()[of_body(body)];
+            list.push((evidence, text::correction(name, nominal, &change[of_body(body)])));
         }
         list.sort_by(|a, b| b.0.total_cmp(&a.0));
         list.into_iter().map(|(_, found)| found).collect()

@@ -3,6 +3,7 @@ use super::foot::SIGNALS;
 use super::soles::Soil;
 use super::{ContactExperiment, World};
 use crate::experiments::postures::is_clipped;
+use crate::robot::InertialParameters;
 use crate::robot::Robot;
 use crate::robot::feet::Sole;
 use crate::robot::world::is_meant;
@@ -39,7 +40,7 @@ enum Fault {
 #[derive(Debug, Clone)]
 pub(super) struct Change {
     pub world: World,
-    pub parameters: Vec<f64>,
+    pub parameters: InertialParameters,
     pub level: Level,
     pub soil: Option<Soil>,
     faults: Vec<(Option<String>, Fault)>,

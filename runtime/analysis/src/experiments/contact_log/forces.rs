@@ -7,6 +7,7 @@ use crate::measure::noise::white_noise;
 use crate::measure::trajectory::{Even, States, Unusable};
 use crate::measure::{HELD, Options};
 use crate::robot::Robot;
+use crate::robot::Trajectory;
 use crate::robot::calls::Calls;
 use crate::robot::feet::{FootCalls, Sole};
 use crate::signal::{Butterworth, Grid, Spline, resample};
@@ -29,9 +30,7 @@ pub struct ContactRecording {
     pub segments: Vec<Range<usize>>,
     /// Samples that count: within the times asked for, not near the ends of a stretch.
     pub kept: Vec<usize>,
-    pub(super) q: Vec<f64>,
-    pub(super) v: Vec<f64>,
-    pub(super) a: Vec<f64>,
+    pub(super) trajectory: Trajectory,
     pub(super) feet: Vec<FootRecord>,
     /// Logged efforts by joint, through the filter; N m.
     pub(super) effort: Vec<Option<Vec<f64>>>,
@@ -91,8 +90,13 @@ impl ContactRecording {
         let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, &whole, 1)?;
         let thin = stride.is_none();
         let stride = stride.unwrap_or(((1.0 / step) / (PER_PERIOD * cutoff_hz)) as usize).max(1);
-        let mut recording =
-            Self { step: step * stride as f64, cutoff_hz, filter_rows: true, ..Self::default() };
+        let mut recording = Self {
+            step: step * stride as f64,
+            cutoff_hz,
+            filter_rows: true,
+            trajectory: Trajectory::new(robot.subject),
+            ..Self::default()
+        };
         recording.assumptions = std::mem::take(&mut columns.plan.assumptions);
         recording.standing = columns.standing;
         recording.prepare_feet(robot, &columns);
@@ -193,9 +197,8 @@ impl ContactRecording {
         }
         for &i in &kept {
             self.time.push(block.time[range.start + i]);
-            self.q.extend_from_slice(&q[i * nq..(i + 1) * nq]);
-            self.v.extend_from_slice(&v[i * nv..(i + 1) * nv]);
-            self.a.extend_from_slice(&a[i * nv..(i + 1) * nv]);
+            let of = |width: usize| i * width..(i + 1) * width;
+            self.trajectory.extend([&q[of(nq)], &v[of(nv)], &a[of(nv)]]);
         }
         let at: Vec<usize> = kept.iter().map(|i| range.start + i).collect();
         for (foot, record) in passing.robot.feet.iter().zip(&mut self.feet).filter(|(_, r)| r.is_logged) {

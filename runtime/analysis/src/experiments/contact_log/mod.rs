@@ -51,9 +51,11 @@ pub use walking::WalkingExperiment;
 use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::measure::Motion;
+use crate::robot::InertialParameters;
 use crate::robot::Robot;
 use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
+use crate::robot::inertial_parameters::body_of;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place};
@@ -71,7 +73,7 @@ pub struct ContactExperiment<'a> {
     recording: ContactRecording,
     /// In world axes, m/s².
     gravity: Vector3<f64>,
-    parameters: Vec<f64>,
+    parameters: InertialParameters,
     rows: Vec<Row>,
     kinds: Vec<Component>,
     time: Vec<f64>,
@@ -94,7 +96,7 @@ impl<'a> ContactExperiment<'a> {
     }
 
     fn shows(&self, body: usize) -> bool {
-        self.inertial.iter().any(|i| i.columns.iter().any(|c| c / 10 == body))
+        self.inertial.iter().any(|i| i.columns.iter().any(|c| body_of(*c) == body))
     }
 
     /// What inertial effects alone explain: exact, since these rows are linear in inertial parameters.
@@ -179,7 +181,7 @@ impl Experiment for ContactExperiment<'_> {
     fn inertial_count(&self) -> usize {
         self.parameters.len()
     }
-    fn inertial_parameters(&self) -> &[f64] {
+    fn inertial_parameters(&self) -> &InertialParameters {
         &self.parameters
     }
     fn inertial(&self, row: usize) -> Option<&Inertial> {
@@ -187,8 +189,8 @@ impl Experiment for ContactExperiment<'_> {
     }
     fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {
         let (nq, nv) = (self.calls.nq, self.calls.nv);
-        let mut list = self.robot.joint_signals("position", &self.recording.q, nq);
-        list.extend(self.robot.joint_signals("velocity", &self.recording.v, nv));
+        let mut list = self.robot.joint_signals("position", &self.recording.trajectory.q, nq);
+        list.extend(self.robot.joint_signals("velocity", &self.recording.trajectory.v, nv));
         for (foot, record) in self.robot.feet.iter().zip(&self.recording.feet).filter(|(_, r)| r.is_logged) {
             list.push((format!("{}/force/z", foot.name), record.signals.iter().map(|s| s[2]).collect()));
         }
@@ -196,14 +198,14 @@ impl Experiment for ContactExperiment<'_> {
         list.into_iter().map(|(name, values)| (name, self.recording.pick(&values))).collect()
     }
     fn motion(&self) -> Motion {
-        let positions = self.robot.joint_signals("position", &self.recording.q, self.calls.nq);
+        let positions = self.robot.joint_signals("position", &self.recording.trajectory.q, self.calls.nq);
         let positions = positions.into_iter().map(|(_, values)| self.recording.pick(&values)).collect();
         Motion { time: self.recording.pick(&self.recording.time), positions }
     }
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
         self.robot.cad_directions(error)
     }
-    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
         self.robot.link_inertias.change(std::slice::from_ref(effect))
     }
     fn bodies(&self) -> &[String] {

@@ -11,7 +11,7 @@ impl ContactExperiment<'_> {
     /// `right_foot alone`, …, `double support`, `no support`, `just after impact`; one flag per sample that counts.
     pub(super) fn support(&self) -> Vec<(String, Vec<bool>)> {
         let r = &self.recording;
-        let least = LOADED * self.parameters.iter().step_by(10).sum::<f64>() * self.gravity.norm();
+        let least = LOADED * self.parameters.mass() * self.gravity.norm();
         let feet: Vec<(&str, Vec<bool>)> = self
             .robot
             .feet

@@ -19,12 +19,8 @@ pub(super) type State = [Vec<f64>; 3];
 impl ContactExperiment<'_> {
     /// The logged state of a sample.
     pub(super) fn logged_state(&self, i: usize) -> State {
-        let (nq, nv, r) = (self.calls.nq, self.calls.nv, &self.recording);
-        [
-            r.q[i * nq..(i + 1) * nq].to_vec(),
-            r.v[i * nv..(i + 1) * nv].to_vec(),
-            r.a[i * nv..(i + 1) * nv].to_vec(),
-        ]
+        let state = self.recording.trajectory.part(i..i + 1);
+        [state.q.to_vec(), state.v.to_vec(), state.a.to_vec()]
     }
 
     /// Axes of the base in the log's world.

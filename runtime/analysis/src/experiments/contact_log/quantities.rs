@@ -52,7 +52,7 @@ impl ContactExperiment<'_> {
             out.push(quantity(format!("{}/sole/height", foot.name), "m", "height of the loaded sole"));
         }
         let center = self.calls.find("center_of_mass").ok();
-        let weight = self.parameters.iter().step_by(10).sum::<f64>() * self.gravity.norm();
+        let weight = self.parameters.mass() * self.gravity.norm();
         for i in 0..self.samples() {
             let reported = self.reported(i, &change);
             let ground = self.ground(i, &change);

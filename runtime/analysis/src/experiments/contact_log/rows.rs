@@ -110,7 +110,7 @@ impl<'a> ContactExperiment<'a> {
     pub fn new(robot: Robot<'a>, recording: ContactRecording) -> Result<Self, Diagnostic> {
         let calls = Calls::new(robot.model);
         let parameters = robot.link_inertias.parameters();
-        let mass: f64 = parameters.iter().step_by(10).sum();
+        let mass: f64 = parameters.mass();
         let kinds = kinds(&robot, &recording);
         let mut experiment = Self {
             feet: robot.feet.iter().map(|foot| FootCalls::new(&calls, foot)).collect::<Result<_, _>>()?,
@@ -153,7 +153,7 @@ impl<'a> ContactExperiment<'a> {
             axes: self.base_axes(&q),
             origin: self.base_origin(&q),
             height: self.ground_height(i, change),
-            loaded: carried > LOADED * self.parameters.iter().step_by(10).sum::<f64>() * self.gravity.norm(),
+            loaded: carried > LOADED * self.parameters.mass() * self.gravity.norm(),
         }
     }
 

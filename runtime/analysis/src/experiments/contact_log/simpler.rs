@@ -13,6 +13,7 @@ use super::ContactExperiment;
 use super::effects::Change;
 use super::predict::{BaseWrench, State, orientation};
 use crate::robot::BaseKind;
+use crate::robot::coordinate;
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 
 /// A foot touches down when it carries this part of the weight,
@@ -75,7 +76,7 @@ impl ContactExperiment<'_> {
         let mut center = [0.0; 3];
         self.calls.at(function, &q, &mut center);
         let mut center = Vector3::from(center);
-        let (mass, more) = (total(&self.parameters), total(&change.parameters));
+        let (mass, more) = (self.parameters.mass(), change.parameters.mass());
         if let Ok(regressor) = self.calls.find("center_of_mass_regressor") {
             let mut columns = vec![0.0; 3 * self.parameters.len()];
             self.calls.at(regressor, &q, &mut columns);
@@ -90,7 +91,7 @@ impl ContactExperiment<'_> {
     fn means(&self) -> Means {
         let first = self.calls.nq - self.robot.subject.joints.len();
         let count = self.samples() as f64;
-        let sum = |k: usize| self.recording.q.iter().skip(k).step_by(self.calls.nq).sum::<f64>();
+        let sum = |k: usize| coordinate(&self.recording.trajectory.q, self.calls.nq, k).sum::<f64>();
         // Headings are averaged as directions: they may pass half a turn.
         let forward: Vector3<f64> =
             (0..self.samples()).map(|i| orientation(&self.logged_state(i)[0]) * Vector3::x()).sum();
@@ -145,7 +146,7 @@ impl ContactExperiment<'_> {
 
     /// Samples at which a foot starts to carry weight.
     pub(super) fn touch_downs(&self) -> Vec<usize> {
-        let weight = total(&self.parameters) * self.gravity.norm();
+        let weight = self.parameters.mass() * self.gravity.norm();
         let mut out = Vec::new();
         for record in self.recording.feet.iter().filter(|r| r.is_logged) {
             let mut free_since = None;
@@ -163,11 +164,6 @@ impl ContactExperiment<'_> {
         out.sort_unstable();
         out
     }
-}
-
-/// Sum of the masses.
-fn total(parameters: &[f64]) -> f64 {
-    parameters.iter().step_by(10).sum()
 }
 
 /// A state with all but the motion in a plane frozen.

@@ -71,7 +71,7 @@ impl ContactExperiment<'_> {
         if !record.is_logged {
             return Vec::new();
         }
-        let weight = self.parameters.iter().step_by(10).sum::<f64>() * self.gravity.norm();
+        let weight = self.parameters.mass() * self.gravity.norm();
         let margin = (MARGIN / self.recording.cutoff_hz / self.recording.step).ceil() as usize;
         let mut out = Vec::new();
         for segment in &self.recording.segments {

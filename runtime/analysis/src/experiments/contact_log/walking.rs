@@ -11,6 +11,7 @@ use super::{ContactExperiment, ContactRecording};
 use crate::experiments::{Experiment, Inertial, MotionExperiment, Row};
 use crate::log::Log;
 use crate::measure::{Missing, Options, Recording};
+use crate::robot::InertialParameters;
 use crate::robot::Robot;
 use crate::robot::feet::Sole;
 use crate::robot::link_inertias::CadError;
@@ -125,9 +126,7 @@ impl ContactRecording {
         Recording {
             time: self.time.clone(),
             segments: self.segments.clone(),
-            q: self.q.clone(),
-            v: self.v.clone(),
-            a: self.a.clone(),
+            trajectory: self.trajectory.clone(),
             effort: self.effort.clone(),
             transmission: vec![None; self.effort.len()],
             step: self.step,
@@ -278,7 +277,7 @@ impl Experiment for WalkingExperiment<'_> {
     fn inertial_count(&self) -> usize {
         self.base.inertial_count()
     }
-    fn inertial_parameters(&self) -> &[f64] {
+    fn inertial_parameters(&self) -> &InertialParameters {
         self.base.inertial_parameters()
     }
     fn inertial(&self, row: usize) -> Option<&Inertial> {
@@ -301,7 +300,7 @@ impl Experiment for WalkingExperiment<'_> {
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
         self.base.cad_directions(error)
     }
-    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
         self.base.inertial_change(effect)
     }
     fn bodies(&self) -> &[String] {

@@ -23,7 +23,7 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
     let mut view = View::new(evidence);
     let mut found = Vec::new();
     for _ in 0..MOST {
-        let left = view.unexplained(evidence);
+        let left = view.unexplained();
         if left.iter().all(|part| *part < SUSPICIOUS) {
             break;
         }
@@ -35,7 +35,7 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
         view = view.under(evidence, mixup);
     }
     let joints = view.joints();
-    let left = view.unexplained(evidence);
+    let left = view.unexplained();
     if found.is_empty() && joints.len() > 1 && joints.iter().all(|&joint| left[joint] > FOREIGN) {
         let explained = joints.iter().map(|&j| 1.0 - left[j]).fold(0.0, f64::max);
         let message = format!(
@@ -54,7 +54,7 @@ fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)
     let mut good: Vec<(Mixup, f64)> = suspicions(evidence, view, left)
         .into_iter()
         .filter_map(|mixup| {
-            let then = view.under(evidence, mixup).unexplained(evidence);
+            let then = view.under(evidence, mixup).unexplained();
             let concerned: Vec<usize> =
                 (0..left.len()).filter(|&j| (left[j] - then[j]).abs() > 1e-6).collect();
             let sum = |parts: &[f64]| concerned.iter().map(|&j| parts[j].min(10.0)).sum::<f64>();
@@ -71,9 +71,9 @@ fn suspicions(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<Mixup> 
     let count = left.len();
     let mut list = Vec::new();
     // Columns of which one is missing are zero: nothing to swap or to turn.
-    let moves: Vec<usize> = (0..count).filter(|&j| view.range(evidence, j) > 1e-6).collect();
+    let moves: Vec<usize> = (0..count).filter(|&j| view.range(j) > 1e-6).collect();
     for &joint in moves.iter().filter(|&&j| !evidence.joints[j].1) {
-        if view.range(evidence, joint) > WIDE {
+        if view.range(joint) > WIDE {
             list.push(Mixup::Degrees(joint));
         }
     }

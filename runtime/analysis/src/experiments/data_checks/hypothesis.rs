@@ -1,5 +1,6 @@
 //! Other readings of a log: what if a sign, a unit or two columns were mixed up?
 use super::{Evidence, SAMPLES};
+use crate::robot::Trajectory;
 use nalgebra::{Matrix4, Vector4};
 use std::f64::consts::PI;
 
@@ -25,9 +26,7 @@ pub(super) enum Mixup {
 /// Some samples of a log as they are read under a hypothesis.
 #[derive(Clone)]
 pub(super) struct View {
-    q: Vec<f64>,
-    v: Vec<f64>,
-    a: Vec<f64>,
+    motion: Trajectory,
     /// Torques of the model, `samples × nv`.
     load: Vec<f64>,
     /// By joint; empty where there is none, or none that exceeds its noise.
@@ -39,17 +38,16 @@ impl View {
     pub fn new(evidence: &Evidence<'_>) -> Self {
         let r = evidence.recording;
         let stride = r.time.len().div_ceil(SAMPLES).max(1);
-        let (nq, nv) = evidence.widths;
-        let pick = |values: &[f64], width: usize| -> Vec<f64> {
-            values.chunks_exact(width).step_by(stride).flatten().copied().collect()
-        };
+        let kept: Vec<usize> = (0..r.time.len()).step_by(stride).collect();
         let effort = r.effort.iter().zip(&r.noise).map(|(effort, noise)| match effort {
-            Some(effort) if spread(effort) > SIGNAL * noise => pick(effort, 1),
+            Some(effort) if spread(effort) > SIGNAL * noise => kept.iter().map(|&i| effort[i]).collect(),
             _ => Vec::new(),
         });
-        let (q, v, a) = (pick(&r.q, nq), pick(&r.v, nv), pick(&r.a, nv));
-        let load = (evidence.torques)(&q, &v, &a);
-        Self { q, v, a, load, effort: effort.collect() }
+        let effort = effort.collect();
+        let mut motion = r.trajectory.clone();
+        motion.retain(&kept);
+        let load = (evidence.torques)(&motion);
+        Self { motion, load, effort }
     }
 
     /// Joints whose torque is more than noise.
@@ -58,10 +56,9 @@ impl View {
     }
 
     /// Range of a joint's position.
-    pub fn range(&self, evidence: &Evidence<'_>, joint: usize) -> f64 {
-        let at = |i: usize| self.q[i * evidence.widths.0 + evidence.offsets.0 + joint];
-        let samples = self.q.len() / evidence.widths.0;
-        let (low, high) = (0..samples).map(at).fold((f64::MAX, f64::MIN), |(l, h), q| (l.min(q), h.max(q)));
+    pub fn range(&self, joint: usize) -> f64 {
+        let positions = self.motion.positions(joint);
+        let (low, high) = positions.fold((f64::MAX, f64::MIN), |(l, h), q| (l.min(q), h.max(q)));
         high - low
     }
 
@@ -72,47 +69,33 @@ impl View {
             Mixup::EffortSign(joint) => view.effort[joint].iter_mut().for_each(|u| *u = -*u),
             Mixup::EffortUnit(joint, factor) => view.effort[joint].iter_mut().for_each(|u| *u /= factor),
             Mixup::EffortsSwapped(one, other) => view.effort.swap(one, other),
-            Mixup::PositionSign(joint) => view.scale(evidence, joint, -1.0),
-            Mixup::Degrees(joint) => view.scale(evidence, joint, PI / 180.0),
-            Mixup::PositionsSwapped(one, other) => {
-                let (oq, ov) = evidence.offsets;
-                view.q.chunks_exact_mut(evidence.widths.0).for_each(|q| q.swap(oq + one, oq + other));
-                for values in [&mut view.v, &mut view.a] {
-                    values.chunks_exact_mut(evidence.widths.1).for_each(|v| v.swap(ov + one, ov + other));
-                }
-            }
+            Mixup::PositionSign(joint) => view.scale(joint, -1.0),
+            Mixup::Degrees(joint) => view.scale(joint, PI / 180.0),
+            Mixup::PositionsSwapped(one, other) => view.motion.swap(one, other),
         }
         if matches!(mixup, Mixup::PositionSign(_) | Mixup::Degrees(_) | Mixup::PositionsSwapped(..)) {
-            view.load = (evidence.torques)(&view.q, &view.v, &view.a);
+            view.load = (evidence.torques)(&view.motion);
         }
         view
     }
 
-    fn scale(&mut self, evidence: &Evidence<'_>, joint: usize, factor: f64) {
-        let ((nq, nv), (oq, ov)) = (evidence.widths, evidence.offsets);
-        self.q.iter_mut().skip(oq + joint).step_by(nq).for_each(|q| *q *= factor);
-        for values in [&mut self.v, &mut self.a] {
-            values.iter_mut().skip(ov + joint).step_by(nv).for_each(|v| *v *= factor);
-        }
+    fn scale(&mut self, joint: usize, factor: f64) {
+        (0..3).for_each(|order| self.motion.joint_mut(order, joint).for_each(|x| *x *= factor));
     }
 
     /// Part of the variance of each joint's torque that model, friction and bias leave; 0 without a torque.
-    pub fn unexplained(&self, evidence: &Evidence<'_>) -> Vec<f64> {
+    pub fn unexplained(&self) -> Vec<f64> {
         (0..self.effort.len())
-            .map(|joint| if self.effort[joint].is_empty() { 0.0 } else { self.row(evidence, joint) })
+            .map(|joint| if self.effort[joint].is_empty() { 0.0 } else { self.row(joint) })
             .collect()
     }
 
-    fn row(&self, evidence: &Evidence<'_>, joint: usize) -> f64 {
-        let (nv, offset) = (evidence.widths.1, evidence.offsets.1 + joint);
-        let regressors = |i: usize| {
-            let (load, v) = (self.load[i * nv + offset], self.v[i * nv + offset]);
-            Vector4::new(load, (v / SMOOTHING).tanh(), v, 1.0)
-        };
+    fn row(&self, joint: usize) -> f64 {
+        let states = self.motion.of_joint(&self.load, joint).zip(self.motion.velocities(joint));
+        let regressors = states.map(|(load, v)| Vector4::new(load, (v / SMOOTHING).tanh(), v, 1.0));
         let effort = &self.effort[joint];
         let (mut gram, mut right, mut squares) = (Matrix4::zeros(), Vector4::zeros(), 0.0);
-        for (i, u) in effort.iter().enumerate() {
-            let x = regressors(i);
+        for (x, u) in regressors.zip(effort) {
             gram += x * x.transpose();
             right += x * *u;
             squares += u * u;

@@ -9,35 +9,32 @@ mod signals;
 
 use crate::experiments::Experiment;
 use crate::measure::Recording;
+use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Most samples on which the model is asked again under another reading of the log.
 const SAMPLES: usize = 600;
 
-/// Torques for configurations, velocities and accelerations of some samples.
-pub(super) type Torques<'a> = dyn Fn(&[f64], &[f64], &[f64]) -> Vec<f64> + 'a;
+/// Torques in some states.
+pub(super) type Torques<'a> = dyn Fn(&Trajectory) -> Vec<f64> + 'a;
 
 /// Motion and torques of a log, joint by joint.
 pub(super) struct Evidence<'a> {
     /// Names of the joints and whether they are prismatic.
     pub joints: Vec<(&'a str, bool)>,
     pub recording: &'a Recording,
-    /// Where the joints begin in a configuration and in a velocity.
-    pub offsets: (usize, usize),
-    /// Lengths of a configuration and of a velocity.
-    pub widths: (usize, usize),
-    /// Torques of the rigid model, `samples × nv`, for configurations, velocities and accelerations.
+    /// Torques of the rigid model, `states × nv`.
     pub torques: &'a Torques<'a>,
 }
 
 impl Evidence<'_> {
     /// Positions of a joint.
     pub fn position(&self, joint: usize) -> impl Iterator<Item = f64> + '_ {
-        self.recording.q.iter().skip(self.offsets.0 + joint).step_by(self.widths.0).copied()
+        self.recording.trajectory.positions(joint)
     }
     /// Velocities of a joint.
     pub fn velocity(&self, joint: usize) -> impl Iterator<Item = f64> + '_ {
-        self.recording.v.iter().skip(self.offsets.1 + joint).step_by(self.widths.1).copied()
+        self.recording.trajectory.velocities(joint)
     }
 }
 

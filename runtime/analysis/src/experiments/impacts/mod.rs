@@ -20,9 +20,11 @@ mod map;
 
 use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
+use crate::robot::InertialParameters;
 use crate::robot::Robot;
 use crate::robot::calls::{Calls, joint};
 use crate::robot::feet::FootCalls;
+use crate::robot::inertial_parameters::body_of;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place, Simulation};
@@ -51,7 +53,7 @@ pub struct ImpactExperiment<'a> {
     after: Vec<f64>,
     /// Rows of `v` that are measured after.
     measured: Vec<usize>,
-    parameters: Vec<f64>,
+    parameters: InertialParameters,
     rows: Vec<Row>,
     residual: Vec<Vec<f64>>,
     inertial: Vec<Inertial>,
@@ -62,7 +64,7 @@ pub struct ImpactExperiment<'a> {
 /// What effects do to an impact.
 struct Changed {
     world: World,
-    parameters: Option<Vec<f64>>,
+    parameters: Option<InertialParameters>,
     rotors: Vec<f64>,
     contact: Contact,
 }
@@ -139,7 +141,7 @@ impl Experiment for ImpactExperiment<'_> {
     fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         let links = self
             .robot
-            .link_places(|body| self.inertial.iter().any(|i| i.columns.iter().any(|c| c / 10 == body)));
+            .link_places(|body| self.inertial.iter().any(|i| i.columns.iter().any(|c| body_of(*c) == body)));
         sought_at(Evidence::Impacts, |kind| {
             let turns = self.flat && !self.robot.planar();
             match kind.place {
@@ -167,7 +169,7 @@ impl Experiment for ImpactExperiment<'_> {
     fn inertial_count(&self) -> usize {
         self.parameters.len()
     }
-    fn inertial_parameters(&self) -> &[f64] {
+    fn inertial_parameters(&self) -> &InertialParameters {
         &self.parameters
     }
     fn inertial(&self, row: usize) -> Option<&Inertial> {
@@ -176,7 +178,7 @@ impl Experiment for ImpactExperiment<'_> {
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
         self.robot.cad_directions(error)
     }
-    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
         self.robot.link_inertias.change(std::slice::from_ref(effect))
     }
     fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {

@@ -1,12 +1,14 @@
 //! Joint torques as an [`Experiment`].
-use super::laws::{Strided, advanced, torque_law};
+use super::laws::{advanced, torque_law};
 use super::places;
 use super::rigid::Rigid;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::Motion;
 use crate::measure::recording::Recording;
+use crate::robot::inertial_parameters::body_of;
 use crate::robot::link_inertias::{CadError, LinkInertias};
 use crate::robot::{BaseKind, JointLayout};
+use crate::robot::{InertialParameters, Trajectory};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Acts, BoundLaw, Effect, Kind, Law, Location, Starts};
 use bipedc_runtime::model::Model;
@@ -28,7 +30,7 @@ pub struct MotionExperiment<'a> {
     ground: Vec<f64>,
     /// Formed when first asked for: most of the memory.
     inertial: OnceLock<Vec<Option<Inertial>>>,
-    parameters: Vec<f64>,
+    parameters: InertialParameters,
     residual: Vec<Vec<f64>>,
 }
 
@@ -72,7 +74,14 @@ impl<'a> MotionExperiment<'a> {
             present: present.to_vec(),
             rows: Vec::new(),
             joint_of: Vec::new(),
-            load: less(rigid.inverse_dynamics(&recording.q, &recording.v, &recording.a), &ground),
+            load: less(
+                rigid.inverse_dynamics(
+                    &recording.trajectory.q,
+                    &recording.trajectory.v,
+                    &recording.trajectory.a,
+                ),
+                &ground,
+            ),
             ground,
             inertial: OnceLock::new(),
             parameters: link_inertias.parameters(),
@@ -134,12 +143,10 @@ impl<'a> MotionExperiment<'a> {
         // Which columns a row has is a matter of the tree: a few samples tell.
         let mut present = vec![vec![false; self.rigid.parameters]; self.rows.len()];
         let probe: Vec<usize> = (0..4).map(|k| k * (samples - 1) / 3).collect();
-        let pick = |values: &[f64], width: usize| -> Vec<f64> {
-            probe.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
-        };
-        let r = &self.recording;
-        let (q, v, a) = (pick(&r.q, self.rigid.nq), pick(&r.v, nv), pick(&r.a, nv));
-        self.rigid.regressors(&q, &v, &a, |_, regressor| {
+        let all_states = &self.recording.trajectory;
+        let mut few = all_states.clone();
+        few.retain(&probe);
+        self.rigid.regressors(&few.q, &few.v, &few.a, |_, regressor| {
             for &row in &efforts {
                 for (column, found) in present[row].iter_mut().enumerate() {
                     *found |= regressor[column * nv + base + self.joint_of[row]] != 0.0;
@@ -153,7 +160,7 @@ impl<'a> MotionExperiment<'a> {
             let values = Vec::with_capacity(samples * columns.len());
             all[row] = Some(Inertial { columns, values });
         }
-        self.rigid.regressors(&r.q, &r.v, &r.a, |_, regressor| {
+        self.rigid.regressors(&all_states.q, &all_states.v, &all_states.a, |_, regressor| {
             for &row in &efforts {
                 let Some(inertial) = &mut all[row] else { continue };
                 let at = base + self.joint_of[row];
@@ -166,20 +173,19 @@ impl<'a> MotionExperiment<'a> {
     /// Torques of the rigid model under effects that change its geometry; `None` if there are none. `ground` are the
     /// forces of the ground under the effects, if they change.
     fn turned_load(&self, effects: &[Effect], ground: Option<&[f64]>) -> Option<Vec<f64>> {
-        let bq = self.subject.base.nq();
-        let width = self.rigid.nq;
-        let mut q = None;
+        let motion = &self.recording.trajectory;
+        let mut turned: Option<Vec<f64>> = None;
         for effect in effects {
             match effect.kind.law {
                 Law::EncoderOffset => {
                     let Some(joint) = self.joint(effect) else { continue };
-                    let q = q.get_or_insert_with(|| self.recording.q.clone());
                     let offset = effect.value("offset");
-                    q.iter_mut().skip(bq + joint).step_by(width).for_each(|x| *x -= offset);
+                    let q = turned.get_or_insert_with(|| motion.q.clone());
+                    motion.positions_in(q, joint).for_each(|x| *x -= offset);
                 }
                 Law::GravityTilt => {
-                    let q = q.get_or_insert_with(|| self.recording.q.clone());
-                    for q in q.chunks_exact_mut(width) {
+                    let q = turned.get_or_insert_with(|| motion.q.clone());
+                    for q in q.chunks_exact_mut(motion.nq()) {
                         tilt(self.subject.base, q, effect.value("roll"), effect.value("pitch"));
                     }
                 }
@@ -187,11 +193,11 @@ impl<'a> MotionExperiment<'a> {
                 law => debug_assert!(!matches!(law.acts(), Acts::Position | Acts::Gravity)),
             }
         }
-        if q.is_none() && ground.is_none() {
+        if turned.is_none() && ground.is_none() {
             return None;
         }
-        let q = q.as_deref().unwrap_or(&self.recording.q);
-        let needed = self.rigid.inverse_dynamics(q, &self.recording.v, &self.recording.a);
+        let q = turned.as_deref().unwrap_or(&motion.q);
+        let needed = self.rigid.inverse_dynamics(q, &motion.v, &motion.a);
         Some(less(needed, ground.unwrap_or(&self.ground)))
     }
 
@@ -236,7 +242,7 @@ impl<'a> MotionExperiment<'a> {
     }
 
     fn strided<'s>(&self, values: &'s [f64], joint: usize) -> impl Iterator<Item = f64> + use<'s> {
-        values.iter().skip(self.subject.base.nv() + joint).step_by(self.rigid.nv).copied()
+        self.recording.trajectory.of_joint(values, joint)
     }
 
     /// Motor minus joint angle, less what play and elasticity make of it.
@@ -298,26 +304,12 @@ impl<'a> MotionExperiment<'a> {
         rigid: &[f64],
         torque: &mut [f64],
     ) {
-        let (bq, bv) = (self.subject.base.nq(), self.subject.base.nv());
-        let (nq, nv) = (self.rigid.nq, self.rigid.nv);
-        let r = &self.recording;
-        let motion = |j: usize| {
-            [Strided::new(&r.q, bq + j, nq), Strided::new(&r.v, bv + j, nv), Strided::new(&r.a, bv + j, nv)]
-        };
-        let own = motion(joint);
-        let other = motion(self.index(effect.location.other_joint.as_deref()).unwrap_or(joint));
+        let other = self.index(effect.location.other_joint.as_deref()).unwrap_or(joint);
         let mut work = Vec::new();
         for (i, torque) in torque.iter_mut().enumerate() {
-            let variables = [
-                own[0].at(i),
-                own[1].at(i),
-                own[2].at(i),
-                rigid[i],
-                other[0].at(i),
-                other[1].at(i),
-                other[2].at(i),
-            ];
-            *torque += law.at(&variables, &mut work);
+            let [q, v, a] = self.recording.trajectory.joint_at(i, joint);
+            let [other_q, other_v, other_a] = self.recording.trajectory.joint_at(i, other);
+            *torque += law.at(&[q, v, a, rigid[i], other_q, other_v, other_a], &mut work);
         }
     }
 
@@ -416,7 +408,7 @@ impl Experiment for MotionExperiment<'_> {
     fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         let mut moved = vec![false; self.link_inertias.bodies.len()];
         for inertial in self.all_inertial().iter().flatten() {
-            inertial.columns.iter().for_each(|column| moved[column / 10] = true);
+            inertial.columns.iter().for_each(|column| moved[body_of(*column)] = true);
         }
         let mut list = places::candidates(self.subject, &self.recording, self.link_inertias, &moved);
         // What the description has was estimated before; a second one of the kind would only share its part.
@@ -426,7 +418,7 @@ impl Experiment for MotionExperiment<'_> {
     fn inertial_count(&self) -> usize {
         self.rigid.parameters
     }
-    fn inertial_parameters(&self) -> &[f64] {
+    fn inertial_parameters(&self) -> &InertialParameters {
         &self.parameters
     }
     fn inertial(&self, row: usize) -> Option<&Inertial> {
@@ -434,23 +426,18 @@ impl Experiment for MotionExperiment<'_> {
     }
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         let joint = self.joint_of[row];
-        let (bq, bv) = (self.subject.base.nq(), self.subject.base.nv());
-        let (nq, nv) = (self.rigid.nq, self.rigid.nv);
-        let r = &self.recording;
-        let take = |values: &[f64], offset: usize, width: usize| -> Vec<f64> {
-            values.iter().skip(offset).step_by(width).copied().collect()
-        };
+        let motion = &self.recording.trajectory;
         let mut list = vec![
-            ("position".to_owned(), take(&r.q, bq + joint, nq)),
-            ("velocity".to_owned(), take(&r.v, bv + joint, nv)),
-            ("load".to_owned(), take(&self.load, bv + joint, nv)),
-            ("acceleration".to_owned(), take(&r.a, bv + joint, nv)),
-            ("time".to_owned(), r.time.clone()),
+            ("position".to_owned(), motion.positions(joint).collect()),
+            ("velocity".to_owned(), motion.velocities(joint).collect()),
+            ("load".to_owned(), motion.of_joint(&self.load, joint).collect()),
+            ("acceleration".to_owned(), motion.accelerations(joint).collect()),
+            ("time".to_owned(), self.recording.time.clone()),
         ];
         for (other, name) in self.subject.joints.iter().map(|j| &j.name).enumerate() {
             if other != joint {
-                list.push((format!("{name}/position"), take(&r.q, bq + other, nq)));
-                list.push((format!("{name}/velocity"), take(&r.v, bv + other, nv)));
+                list.push((format!("{name}/position"), motion.positions(other).collect()));
+                list.push((format!("{name}/velocity"), motion.velocities(other).collect()));
             }
         }
         list
@@ -470,22 +457,19 @@ impl Experiment for MotionExperiment<'_> {
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
         self.link_inertias.cad_directions(error).into_iter().map(|(_, body, d)| (body, d)).collect()
     }
-    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
         self.link_inertias.change(std::slice::from_ref(effect))
     }
     fn check(&self) -> Vec<Diagnostic> {
-        let torques = |q: &[f64], v: &[f64], a: &[f64]| self.rigid.inverse_dynamics(q, v, a);
+        let torques = |states: &Trajectory| self.rigid.inverse_dynamics(&states.q, &states.v, &states.a);
         data_checks::check(&data_checks::Evidence {
             joints: self.subject.joints.iter().map(|j| (j.name.as_str(), j.prismatic)).collect(),
             recording: &self.recording,
-            offsets: (self.subject.base.nq(), self.subject.base.nv()),
-            widths: (self.rigid.nq, self.rigid.nv),
             torques: &torques,
         })
     }
     fn motion(&self) -> Motion {
-        let (offset, width) = (self.subject.base.nq(), self.rigid.nq);
-        let position = |joint| self.recording.q.iter().skip(offset + joint).step_by(width).copied().collect();
+        let position = |joint| self.recording.trajectory.positions(joint).collect();
         Motion {
             time: self.recording.time.clone(),
             positions: (0..self.subject.joints.len()).map(position).collect(),

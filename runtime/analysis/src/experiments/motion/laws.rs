@@ -8,25 +8,6 @@ pub(super) fn torque_law(effect: &Effect) -> Option<BoundLaw> {
     BoundLaw::new(effect.law_text().filter(|_| acts)?, &VARIABLES, effect).ok()
 }
 
-/// Motion of one joint over all samples, as slices with a stride.
-#[derive(Clone, Copy)]
-pub(super) struct Strided<'a> {
-    values: &'a [f64],
-    offset: usize,
-    width: usize,
-}
-
-impl<'a> Strided<'a> {
-    /// Element `offset` of every group of `width`.
-    pub fn new(values: &'a [f64], offset: usize, width: usize) -> Self {
-        Self { values, offset, width }
-    }
-    /// At this sample.
-    pub fn at(&self, sample: usize) -> f64 {
-        self.values[sample * self.width + self.offset]
-    }
-}
-
 /// `signal` at `delay` later, per stretch; held at its end. Four-point interpolation: exact for cubics.
 pub(super) fn advanced(signal: &[f64], segments: &[Range<usize>], steps: f64) -> Vec<f64> {
     let mut out = signal.to_vec();

@@ -5,6 +5,7 @@ use crate::experiments::{Channel, Inertial, Row};
 use crate::log::{Kind, Log, Reader, Table, names};
 use crate::robot::calls::{Calls, gravity};
 use crate::robot::feet::{FootCalls, choose};
+use crate::robot::inertial_parameters::element_of;
 use crate::robot::world::World;
 use crate::robot::{BaseKind, Robot};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -65,7 +66,7 @@ fn build<'a>(
     if calls.columns(regressor) != parameters.len() {
         return Err(Diagnostic::error("the model's `center_of_mass_regressor` is of another robot"));
     }
-    let mass = parameters.iter().step_by(10).sum();
+    let mass = parameters.mass();
     let mut assumptions: Vec<String> = said.into_iter().collect();
     let (q, oriented) = configurations(&robot, &calls, table, &mut assumptions)?;
     let mut experiment = PostureExperiment {
@@ -228,8 +229,8 @@ impl PostureExperiment<'_> {
         let (world, sensors) = (World::of(present, self.robot.subject), Sensors::of(present));
         let change = self.robot.link_inertias.change(present);
         let predicted = self.predict(&world, &change, &sensors);
-        let added: f64 = change.iter().step_by(10).sum();
-        let mass = self.parameters.iter().step_by(10).sum::<f64>() + added;
+        let added = change.mass();
+        let mass = self.parameters.mass() + added;
         let gradients: Vec<Vec<[f64; 3]>> =
             (0..self.number.len()).map(|i| self.gradient(i, &world, &sensors, mass, &predicted[i])).collect();
         self.inertial = self.kinds.iter().map(|&kind| sparse(&gradients, kind)).collect();
@@ -255,7 +256,7 @@ impl PostureExperiment<'_> {
         let columns = columns.chunks_exact(3).enumerate();
         columns
             .map(|(k, column)| {
-                let is_mass = if k % 10 == 0 { 1.0 } else { 0.0 };
+                let is_mass = if element_of(k) == 0 { 1.0 } else { 0.0 };
                 let origin = sole.origin * is_mass;
                 let moved = sole.rotation.transpose() * (Vector3::from_column_slice(column) - origin);
                 let along = |axis: usize| {

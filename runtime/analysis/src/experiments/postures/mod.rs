@@ -17,9 +17,11 @@ mod predict;
 
 use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
+use crate::robot::InertialParameters;
 use crate::robot::Robot;
 use crate::robot::calls::Calls;
 use crate::robot::feet::FootCalls;
+use crate::robot::inertial_parameters::body_of;
 use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Effect, Evidence, Kind, Law, Location, Place};
@@ -53,7 +55,7 @@ pub struct PostureExperiment<'a> {
     oriented: bool,
     /// All corners of all feet, or none.
     corners: Vec<Reading>,
-    parameters: Vec<f64>,
+    parameters: InertialParameters,
     rows: Vec<Row>,
     measured: Vec<Vec<f64>>,
     /// Which of x, y, weight each row is.
@@ -83,7 +85,7 @@ impl PostureExperiment<'_> {
     }
 
     fn shows(&self, body: usize) -> bool {
-        self.inertial.iter().any(|i| i.columns.iter().any(|c| c / 10 == body))
+        self.inertial.iter().any(|i| i.columns.iter().any(|c| body_of(*c) == body))
     }
 
     /// A corner's sensor as `foot/corner`.
@@ -155,7 +157,7 @@ impl Experiment for PostureExperiment<'_> {
     fn inertial_count(&self) -> usize {
         self.parameters.len()
     }
-    fn inertial_parameters(&self) -> &[f64] {
+    fn inertial_parameters(&self) -> &InertialParameters {
         &self.parameters
     }
     fn inertial(&self, row: usize) -> Option<&Inertial> {
@@ -164,7 +166,7 @@ impl Experiment for PostureExperiment<'_> {
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
         self.robot.cad_directions(error)
     }
-    fn inertial_change(&self, effect: &Effect) -> Vec<f64> {
+    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
         self.robot.link_inertias.change(std::slice::from_ref(effect))
     }
     fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {

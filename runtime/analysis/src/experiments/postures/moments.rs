@@ -2,6 +2,7 @@
 use super::PostureExperiment;
 use super::predict::Sensors;
 use crate::robot::Foot;
+use crate::robot::inertial_parameters::element_of;
 use crate::robot::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -68,7 +69,7 @@ impl PostureExperiment<'_> {
         let true_sole = self.sole_in_world(posture, world, sensors, &sole.rotation);
         let down = true_sole.transpose() * self.gravity.normalize();
         let column = |(k, column): (usize, &[f64])| {
-            let origin = if k % 10 == 0 { sole.origin } else { Vector3::zeros() };
+            let origin = if element_of(k) == 0 { sole.origin } else { Vector3::zeros() };
             let moved = sole.rotation.transpose() * (Vector3::from_column_slice(column) - origin);
             [moved.x - moved.z * down.x / down.z, moved.y - moved.z * down.y / down.z]
         };

@@ -1,5 +1,6 @@
 //! Centre of pressure and weight that the model predicts, and what force sensors should have read.
 use super::PostureExperiment;
+use crate::robot::inertial_parameters::element_of;
 use crate::robot::world::{World, is_meant};
 use bipedc_effects::effect::{Effect, Law};
 use nalgebra::{Matrix3, Vector3};
@@ -65,7 +66,7 @@ impl PostureExperiment<'_> {
         for (k, column) in regressor.chunks_exact(3).enumerate() {
             let parameter = self.parameters[k] + change[k];
             moment += Vector3::from_column_slice(column) * parameter;
-            mass += if k % 10 == 0 { parameter } else { 0.0 };
+            mass += if element_of(k) == 0 { parameter } else { 0.0 };
         }
         let center = sole.rotation.transpose() * (moment / mass - sole.origin);
         (

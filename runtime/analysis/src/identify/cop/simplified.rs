@@ -1,5 +1,6 @@
 //! The thesis' simplified model (8.3.2): some first moments are zero by the robot's shape.
 use crate::identify::BaseSet;
+use crate::robot::inertial_parameters::element_of;
 
 /// What is left of a row below this, in units of its largest element, is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -32,7 +33,7 @@ pub fn simplified(base: &BaseSet, names: &[String], zero: &dyn Fn(usize) -> bool
         let others = row.iter().enumerate().filter(|(k, x)| k != pivot && **x != 0.0);
         sum.extend(others.map(|(k, x)| (order[k], *x)));
         new.names.push(words(&sum, names));
-        new.units.push(["kg", "kg m", "kg m²"][(order[*pivot] % 10).div_ceil(3).min(2)]);
+        new.units.push(["kg", "kg m", "kg m²"][element_of(order[*pivot]).div_ceil(3).min(2)]);
         new.sums.push(sum);
     }
     new

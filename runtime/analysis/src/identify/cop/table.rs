@@ -3,6 +3,7 @@ use crate::experiments::postures::{Moments, PostureExperiment};
 use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::identify::BaseSet;
 use crate::measure::Motion;
+use crate::robot::InertialParameters;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use nalgebra::{DMatrix, DVector};
 
@@ -21,7 +22,7 @@ pub struct PostureTable {
     inertial: [Inertial; 2],
     /// Force along the sole's normal, N.
     normal: Vec<f64>,
-    parameters: Vec<f64>,
+    parameters: InertialParameters,
     bodies: Vec<String>,
 }
 
@@ -32,7 +33,7 @@ impl PostureTable {
     }
 
     /// The same from moments however they were come by.
-    pub fn of_moments(moments: Moments, parameters: &[f64], bodies: &[String]) -> Self {
+    pub fn of_moments(moments: Moments, parameters: &InertialParameters, bodies: &[String]) -> Self {
         let (count, width) = (moments.normal.len(), parameters.len());
         let residual = [0, 1].map(|axis: usize| {
             let predicted = moments.columns[axis].chunks_exact(width.max(1)).map(|row| dot(row, parameters));
@@ -53,7 +54,7 @@ impl PostureTable {
             residual,
             inertial,
             normal: moments.normal,
-            parameters: parameters.to_vec(),
+            parameters: parameters.clone(),
             bodies: bodies.to_vec(),
         }
     }
@@ -126,7 +127,7 @@ impl Experiment for PostureTable {
     fn inertial_count(&self) -> usize {
         self.parameters.len()
     }
-    fn inertial_parameters(&self) -> &[f64] {
+    fn inertial_parameters(&self) -> &InertialParameters {
         &self.parameters
     }
     fn inertial(&self, row: usize) -> Option<&Inertial> {

@@ -1,6 +1,6 @@
 //! Feet that keep clear of each other while a robot hangs and moves.
-use super::machine::Motion;
 use crate::robot::Foot;
+use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -83,7 +83,7 @@ impl Clearance {
     }
 
     /// Least distance of two soles in a motion, m; negative: they overlap.
-    pub fn distance(&self, motion: &Motion) -> f64 {
+    pub fn distance(&self, motion: &Trajectory) -> f64 {
         let mut points = Points::default();
         let joints = self.model.nv();
         let mut least = f64::INFINITY;
@@ -98,7 +98,7 @@ impl Clearance {
 
     /// Sum over pairs of soles and samples of `(1 − d/d_least)²` where the middle lines are nearer (`d`) than they may be,
     /// and its derivatives by positions added to `gradient`, times `weight`.
-    pub fn excess(&self, motion: &Motion, gradient: &mut [f64]) -> f64 {
+    pub fn excess(&self, motion: &Trajectory, gradient: &mut [f64]) -> f64 {
         let mut points = Points::default();
         let (joints, mut sum) = (self.model.nv(), 0.0);
         for (q, gradient) in motion.q.chunks_exact(joints).zip(gradient.chunks_exact_mut(joints)) {

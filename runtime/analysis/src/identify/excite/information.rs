@@ -1,6 +1,7 @@
 //! How much a motion tells: the regression that it would make, and how that changes with the motion.
-use super::machine::{Machine, Motion};
+use super::machine::Machine;
 use super::spectrum::{self, Criterion, Scaling};
+use crate::robot::Trajectory;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -52,12 +53,7 @@ impl<'r, 'm> Regression<'r, 'm> {
     fn group(&mut self, random: &mut dyn FnMut() -> f64) {
         let (machine, joints) = (self.machine, self.machine.subject.joints.len());
         let count = 4 * self.columns.len().max(8);
-        let mut states = Motion {
-            count,
-            q: machine.posture.repeat(count),
-            v: vec![0.0; count * joints],
-            a: vec![0.0; count * joints],
-        };
+        let mut states = machine.resting(count);
         for i in 0..count {
             for &joint in machine.moving {
                 let at = i * joints + joint;
@@ -91,8 +87,8 @@ impl<'r, 'm> Regression<'r, 'm> {
     }
 
     /// The regressor of the moving joints' torques; rows: joint after joint, all states of each.
-    pub fn rows(&self, motion: &Motion) -> DMatrix<f64> {
-        let (pattern, count) = (self.machine.regressor.pattern(), motion.count);
+    pub fn rows(&self, motion: &Trajectory) -> DMatrix<f64> {
+        let (pattern, count) = (self.machine.regressor.pattern(), motion.len());
         let mut entries = vec![0.0; pattern.iter().map(Vec::len).sum::<usize>() * count];
         self.machine.regressor.evaluate(&motion.batch(), &mut entries);
         let mut rows = DMatrix::zeros(self.machine.moving.len() * count, self.columns.len());
@@ -108,7 +104,7 @@ impl<'r, 'm> Regression<'r, 'm> {
     }
 
     /// What a motion is worth; infinite condition numbers if it does not tell everything.
-    pub fn quality(&self, motion: &Motion) -> MotionQuality {
+    pub fn quality(&self, motion: &Trajectory) -> MotionQuality {
         let rows = self.rows(motion);
         let (condition_number, log_determinant) = spectrum::quality(&rows, Scaling::Unit);
         let (unscaled_condition_number, _) = spectrum::quality(&rows, Scaling::Own);
@@ -120,20 +116,23 @@ impl<'r, 'm> Regression<'r, 'm> {
     ///
     /// The regressor's own derivatives are central differences (exact for velocities and accelerations, up to rounding:
     /// it is of second degree in them).
-    pub fn cost(&self, motion: &Motion, criterion: Criterion, scaling: Scaling) -> Option<(f64, Motion)> {
+    pub fn cost(
+        &self,
+        motion: &Trajectory,
+        criterion: Criterion,
+        scaling: Scaling,
+    ) -> Option<(f64, Trajectory)> {
         let (cost, slopes) = spectrum::slopes(&self.rows(motion), criterion, scaling)?;
         let joints = self.machine.subject.joints.len();
-        let none = vec![0.0; motion.count * joints];
-        let mut gradient = Motion { count: motion.count, q: none.clone(), v: none.clone(), a: none };
+        let mut gradient = motion.zeros();
         for &joint in self.machine.moving {
             for order in 0..3 {
-                let [up, down] =
-                    [STEP, -STEP].map(|step| self.rows(&shifted(motion, order, joint, joints, step)));
+                let [up, down] = [STEP, -STEP].map(|step| self.rows(&shifted(motion, order, joint, step)));
                 let change = (up - down) / (2.0 * STEP);
                 let product = change.component_mul(&slopes);
                 // Rows: joint after joint, all states of each.
                 for (r, row) in product.row_iter().enumerate() {
-                    gradient.order_mut(order)[(r % motion.count) * joints + joint] += row.sum();
+                    gradient.order_mut(order)[(r % motion.len()) * joints + joint] += row.sum();
                 }
             }
         }
@@ -142,8 +141,8 @@ impl<'r, 'm> Regression<'r, 'm> {
 }
 
 /// The motion with one joint's position (0), velocity (1) or acceleration (2) changed.
-pub fn shifted(motion: &Motion, order: usize, joint: usize, joints: usize, step: f64) -> Motion {
+pub fn shifted(motion: &Trajectory, order: usize, joint: usize, step: f64) -> Trajectory {
     let mut other = motion.clone();
-    other.order_mut(order).iter_mut().skip(joint).step_by(joints).for_each(|x| *x += step);
+    other.joint_mut(order, joint).for_each(|x| *x += step);
     other
 }

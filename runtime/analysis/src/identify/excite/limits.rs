@@ -1,7 +1,8 @@
 //! How near motions come to limits, and motions that keep them.
 use super::basis::Basis;
 use super::information::shifted;
-use super::machine::{Limits, Machine, Motion, shape_of};
+use super::machine::{Limits, Machine, shape_of};
+use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
 
@@ -29,19 +30,17 @@ pub struct Peaks {
 ///
 /// # Errors
 /// Those of the model.
-pub fn peaks(machine: &Machine<'_>, motion: &Motion) -> Result<Vec<Peaks>, Diagnostic> {
-    let (tau, joints) = (machine.torques(motion)?, machine.subject.joints.len());
+pub fn peaks(machine: &Machine<'_>, motion: &Trajectory) -> Result<Vec<Peaks>, Diagnostic> {
+    let tau = machine.torques(motion)?;
     let of = |joint: usize| {
         // Unlike `f64::max`, this keeps what is no number.
-        let larger = |most: f64, x: &f64| if x.is_nan() || x.abs() > most { x.abs() } else { most };
-        let most = |values: &[f64]| values.iter().skip(joint).step_by(joints).fold(0.0, larger);
-        let q = motion.q.iter().skip(joint).step_by(joints);
+        let larger = |most: f64, x: f64| if x.is_nan() || x.abs() > most { x.abs() } else { most };
+        let range = (f64::INFINITY, f64::NEG_INFINITY);
         Peaks {
-            position: q
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x))),
-            velocity: most(&motion.v),
-            acceleration: most(&motion.a),
-            effort: most(&tau),
+            position: motion.positions(joint).fold(range, |(low, high), x| (low.min(x), high.max(x))),
+            velocity: motion.velocities(joint).fold(0.0, larger),
+            acceleration: motion.accelerations(joint).fold(0.0, larger),
+            effort: motion.of_joint(&tau, joint).fold(0.0, larger),
         }
     };
     Ok(machine.moving.iter().map(|&joint| of(joint)).collect())
@@ -114,7 +113,7 @@ pub fn kept(
 }
 
 /// What is in the way of a motion if joints may use this part of their efforts.
-fn obstacle(machine: &Machine<'_>, motion: &Motion, part: f64) -> Result<Option<Obstacle>, Diagnostic> {
+fn obstacle(machine: &Machine<'_>, motion: &Trajectory, part: f64) -> Result<Option<Obstacle>, Diagnostic> {
     if let Some(clearance) = machine.clearance {
         let distance = clearance.distance(motion);
         if distance.is_nan() || distance < clearance.least() {
@@ -137,19 +136,22 @@ fn obstacle(machine: &Machine<'_>, motion: &Motion, part: f64) -> Result<Option<
 ///
 /// # Errors
 /// Those of the model.
-pub fn excess(machine: &Machine<'_>, motion: &Motion, margin: f64) -> Result<(f64, Motion), Diagnostic> {
+pub fn excess(
+    machine: &Machine<'_>,
+    motion: &Trajectory,
+    margin: f64,
+) -> Result<(f64, Trajectory), Diagnostic> {
     let joints = machine.subject.joints.len();
     let tau = machine.torques(motion)?;
-    let none = vec![0.0; tau.len()];
-    let mut gradient = Motion { count: motion.count, q: none.clone(), v: none.clone(), a: none.clone() };
-    let (mut sum, mut of_torques, mut overloaded) = (0.0, none, false);
+    let mut gradient = motion.zeros();
+    let (mut sum, mut of_torques, mut overloaded) = (0.0, vec![0.0; tau.len()], false);
     let mut over = |x: f64, limit: f64| {
         let excess = (x.abs() / limit - 1.0).max(0.0);
         sum += excess * excess;
         2.0 * excess * x.signum() / limit
     };
     let limits: Vec<Limits> = machine.limits.iter().map(|limits| limits.within(margin + GUARD)).collect();
-    for i in 0..motion.count {
+    for i in 0..motion.len() {
         for (&joint, limits) in machine.moving.iter().zip(&limits) {
             let at = i * joints + joint;
             gradient.q[at] = over(motion.q[at] - limits.center(), limits.room());
@@ -162,9 +164,9 @@ pub fn excess(machine: &Machine<'_>, motion: &Motion, margin: f64) -> Result<(f6
     if overloaded {
         for &joint in machine.moving {
             for order in 0..3 {
-                let up = machine.torques(&shifted(motion, order, joint, joints, STEP))?;
-                let down = machine.torques(&shifted(motion, order, joint, joints, -STEP))?;
-                for i in 0..motion.count {
+                let up = machine.torques(&shifted(motion, order, joint, STEP))?;
+                let down = machine.torques(&shifted(motion, order, joint, -STEP))?;
+                for i in 0..motion.len() {
                     let range = i * joints..(i + 1) * joints;
                     let change: f64 =
                         range.map(|at| of_torques[at] * (up[at] - down[at]) / (2.0 * STEP)).sum();

@@ -2,7 +2,8 @@
 use super::basis::Basis;
 use super::clearance::Clearance;
 use crate::identify::BatchRegressor;
-use crate::robot::{BaseKind, Batch, InverseDynamics, JointLayout};
+use crate::robot::Trajectory;
+use crate::robot::{BaseKind, InverseDynamics, JointLayout};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::cell::RefCell;
 
@@ -60,31 +61,6 @@ pub struct Machine<'a> {
     pub clearance: Option<&'a Clearance>,
 }
 
-/// Positions, velocities and accelerations of all joints, state after state.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Motion {
-    /// Number of states.
-    pub count: usize,
-    /// `count × joints`; rad or m.
-    pub q: Vec<f64>,
-    /// Per s.
-    pub v: Vec<f64>,
-    /// Per s².
-    pub a: Vec<f64>,
-}
-
-impl Motion {
-    /// For programs that evaluate many states.
-    pub fn batch(&self) -> Batch<'_> {
-        Batch::new(self.count, [&self.q, &self.v, &self.a])
-    }
-
-    /// Position (0), velocity (1) or acceleration (2).
-    pub fn order_mut(&mut self, order: usize) -> &mut Vec<f64> {
-        [&mut self.q, &mut self.v, &mut self.a][order.min(2)]
-    }
-}
-
 impl Machine<'_> {
     /// Refuses what has no meaning.
     ///
@@ -130,15 +106,18 @@ impl Machine<'_> {
         self.moving.len() * basis.len()
     }
 
+    /// The posture of joints that do not move, `count` times.
+    pub(super) fn resting(&self, count: usize) -> Trajectory {
+        let mut states = Trajectory::new(self.subject);
+        let still = vec![0.0; count * self.subject.joints.len()];
+        states.extend([&self.posture.repeat(count), &still, &still]);
+        states
+    }
+
     /// The motion at `count` times from start to end.
-    pub fn motion(&self, basis: &Basis, coefficients: &[f64], count: usize) -> Motion {
+    pub fn motion(&self, basis: &Basis, coefficients: &[f64], count: usize) -> Trajectory {
         let joints = self.subject.joints.len();
-        let mut motion = Motion {
-            count,
-            q: self.posture.repeat(count),
-            v: vec![0.0; count * joints],
-            a: vec![0.0; count * joints],
-        };
+        let mut motion = self.resting(count);
         for i in 0..count {
             let time = basis.duration() * i as f64 / (count.max(2) - 1) as f64;
             let functions = basis.at(time);
@@ -157,8 +136,8 @@ impl Machine<'_> {
     ///
     /// # Errors
     /// Those of the model.
-    pub fn torques(&self, motion: &Motion) -> Result<Vec<f64>, Diagnostic> {
-        let mut tau = vec![0.0; motion.count * self.subject.joints.len()];
+    pub fn torques(&self, motion: &Trajectory) -> Result<Vec<f64>, Diagnostic> {
+        let mut tau = vec![0.0; motion.len() * self.subject.joints.len()];
         self.dynamics.borrow_mut().torques(&motion.batch(), &mut tau).map_err(|error| {
             Diagnostic::error(format!("the torques of the motion cannot be computed: {error}"))
         })?;

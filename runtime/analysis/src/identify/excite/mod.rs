@@ -21,6 +21,6 @@ pub use basis::{Basis, Family};
 pub use clearance::{CLEARANCE_FUNCTIONS, Clearance};
 pub use information::{MotionQuality, Regression};
 pub use limits::{Peaks, peaks};
-pub use machine::{Limits, Machine, Motion};
+pub use machine::{Limits, Machine};
 pub use search::{Designed, Request, design};
 pub use spectrum::{Criterion, Quality, Scaling};

@@ -3,9 +3,10 @@ use super::basis::{Basis, Family};
 use super::clearance::Clearance;
 use super::information::{MotionQuality, Regression};
 use super::limits::{Obstacle, Peaks, excess, fine, kept, peaks};
-use super::machine::{Machine, Motion, dot};
+use super::machine::{Machine, dot};
 use super::spectrum::{Criterion, Scaling};
 use crate::identify::design::Random;
+use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 use slsqp::{StopTols, minimize};
 use std::cell::{Cell, RefCell};
@@ -74,10 +75,10 @@ pub(super) trait Objective {
     /// What a motion is worth.
     type Quality: Copy;
     /// Of a motion that is judged.
-    fn quality(&self, motion: &Motion) -> Result<Self::Quality, Diagnostic>;
+    fn quality(&self, motion: &Trajectory) -> Result<Self::Quality, Diagnostic>;
     /// The smooth cost and its derivatives by positions, velocities and accelerations, laid out like them; `None`
     /// where it is infinite.
-    fn cost(&self, motion: &Motion) -> Result<Option<(f64, Motion)>, Diagnostic>;
+    fn cost(&self, motion: &Trajectory) -> Result<Option<(f64, Trajectory)>, Diagnostic>;
     /// Whether the first is worth more.
     fn better(&self, one: &Self::Quality, other: &Self::Quality) -> bool;
 }
@@ -91,11 +92,11 @@ struct Telling<'r, 'm> {
 impl Objective for Telling<'_, '_> {
     type Quality = MotionQuality;
 
-    fn quality(&self, motion: &Motion) -> Result<MotionQuality, Diagnostic> {
+    fn quality(&self, motion: &Trajectory) -> Result<MotionQuality, Diagnostic> {
         Ok(self.regression.quality(motion))
     }
 
-    fn cost(&self, motion: &Motion) -> Result<Option<(f64, Motion)>, Diagnostic> {
+    fn cost(&self, motion: &Trajectory) -> Result<Option<(f64, Trajectory)>, Diagnostic> {
         Ok(self.regression.cost(motion, self.request.criterion, self.request.scaling))
     }
 
@@ -341,11 +342,11 @@ impl<O: Objective> Search<'_, '_, O> {
     }
 
     /// Derivatives by states to derivatives by coefficients.
-    fn by_coefficients(&self, slopes: &Motion) -> Vec<f64> {
+    fn by_coefficients(&self, slopes: &Trajectory) -> Vec<f64> {
         let (m, joints) = (self.basis.len(), self.machine.subject.joints.len());
         let mut gradient = vec![0.0; self.machine.coefficients(&self.basis)];
-        for i in 0..slopes.count {
-            let functions = self.basis.at(self.basis.duration() * i as f64 / (slopes.count - 1) as f64);
+        for i in 0..slopes.len() {
+            let functions = self.basis.at(self.basis.duration() * i as f64 / (slopes.len() - 1) as f64);
             for (k, &joint) in self.machine.moving.iter().enumerate() {
                 let at = i * joints + joint;
                 let slope =

@@ -3,6 +3,7 @@
 use super::limits::{excess, fine};
 use super::*;
 use crate::identify::BatchRegressor;
+use crate::robot::Trajectory;
 use crate::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, JointLayout};
 use std::cell::RefCell;
 
@@ -115,7 +116,7 @@ fn gradients_are_those_of_the_cost() {
         let motion = machine.motion(&basis, &x, 40);
         let regression = Regression::new(machine, &mut pseudo(3));
         assert_eq!(regression.unknowns(), 4);
-        type Cost<'a> = &'a dyn Fn(&Motion) -> (f64, Motion);
+        type Cost<'a> = &'a dyn Fn(&Trajectory) -> (f64, Trajectory);
         let costs: [Cost<'_>; 4] = [
             &|m| regression.cost(m, Criterion::Condition, Scaling::Unit).unwrap(),
             &|m| regression.cost(m, Criterion::Condition, Scaling::Own).unwrap(),

@@ -1,5 +1,6 @@
 //! Links in the coordinates of the invariant metric.
 use crate::robot::LinkInertias;
+use crate::robot::inertial_parameters::of_body;
 use crate::robot::link_inertias::Link;
 use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
 
@@ -143,7 +144,7 @@ impl Links {
     pub fn parameters(&self, x: &[f64]) -> Vec<f64> {
         let mut all = vec![0.0; 10 * self.count];
         for (body, x) in self.bodies.iter().zip(x.chunks_exact(COORDINATES)) {
-            for (sum, value) in all[10 * body.body..].iter_mut().zip(body.parameters(x)) {
+            for (sum, value) in all[of_body(body.body)].iter_mut().zip(body.parameters(x)) {
                 *sum += value;
             }
         }

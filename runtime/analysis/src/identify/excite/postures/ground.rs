@@ -2,6 +2,7 @@
 use super::standing::{Bodies, StanceModel};
 use crate::identify::design::Random;
 use crate::identify::excite::polygon::{Polygon, left_of};
+use crate::robot::InertialParameters;
 
 /// How wrong the assumed parameters may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +25,7 @@ pub struct Conditions {
     /// Distance between the soles, m.
     pub gap: f64,
     /// Parameters of robots that are a little different; their centre of pressure must be inside, without a margin.
-    pub others: Vec<Vec<f64>>,
+    pub others: Vec<InertialParameters>,
 }
 
 /// What a slack changes with.
@@ -40,7 +41,7 @@ pub struct Slope {
 const LENGTH: f64 = 0.1;
 
 /// Parameters of robots as different from the described one as the tolerance says.
-pub fn perturbed(parameters: &[f64], tolerance: &Tolerance, random: &mut Random) -> Vec<Vec<f64>> {
+pub fn perturbed(parameters: &[f64], tolerance: &Tolerance, random: &mut Random) -> Vec<InertialParameters> {
     let body = |own: &[f64], random: &mut Random| {
         let mut own = own.to_vec();
         let heavier = 1.0 + tolerance.mass * random.next();
@@ -50,7 +51,9 @@ pub fn perturbed(parameters: &[f64], tolerance: &Tolerance, random: &mut Random)
         own
     };
     (0..tolerance.draws)
-        .map(|_| parameters.chunks_exact(10).flat_map(|own| body(own, random)).collect())
+        .map(|_| {
+            parameters.chunks_exact(InertialParameters::PER_BODY).flat_map(|own| body(own, random)).collect()
+        })
         .collect()
 }
 

@@ -1,5 +1,8 @@
 //! Where the bodies of a robot are that stands on one foot, and how that changes with its joints.
 use crate::robot::AnyModel;
+use crate::robot::InertialParameters;
+use crate::robot::inertial_parameters::mass;
+use crate::robot::inertial_parameters::{body_of, element_of, index, of_body};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, State};
 use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3, Vector6};
@@ -44,7 +47,7 @@ pub struct StandingParts<'a> {
     /// A model whose root link is the standing foot, with `center_of_mass_regressor`.
     pub model: AnyModel<'a>,
     /// Inertial parameters as described, ten per body.
-    pub parameters: Vec<f64>,
+    pub parameters: InertialParameters,
     /// In the order of the model's joints.
     pub joints: Vec<JointPlace>,
     /// The foot that stands where it is, and the other one.
@@ -94,7 +97,7 @@ impl<'a> StanceModel<'a> {
         if columns != parts.parameters.len() || parts.joints.len() != parts.names.len() {
             return Err(Diagnostic::error(format!("the model's `{name}` is of another robot")));
         }
-        let bodies = parts.parameters.len() / 10;
+        let bodies = parts.parameters.bodies().len();
         let root = parts.soles[0].place.body;
         let mut moved = Vec::new();
         let mut sign = Vec::new();
@@ -117,7 +120,7 @@ impl<'a> StanceModel<'a> {
 
     /// Total mass, kg.
     pub fn mass(&self) -> f64 {
-        self.parts.parameters.iter().step_by(10).sum()
+        self.parts.parameters.mass()
     }
 
     /// Where everything is.
@@ -130,10 +133,10 @@ impl<'a> StanceModel<'a> {
             out.fill(f64::NAN);
         }
         let column = |k: usize| Vector3::from_column_slice(&out[3 * k..3 * k + 3]);
-        let count = self.parts.parameters.len() / 10;
+        let count = self.parts.parameters.bodies().len();
         let rotation: Vec<Matrix3<f64>> =
-            (0..count).map(|b| Matrix3::from_columns(&[1, 2, 3].map(|i| column(10 * b + i)))).collect();
-        let position: Vec<Vector3<f64>> = (0..count).map(|b| column(10 * b)).collect();
+            (0..count).map(|b| Matrix3::from_columns(&[1, 2, 3].map(|i| column(index(b, i))))).collect();
+        let position: Vec<Vector3<f64>> = (0..count).map(|b| column(index(b, 0))).collect();
         let mut bodies = Bodies { rotation, position, axes: Vec::new() };
         // From the frame of the foot's link to that of its sole.
         let (origin, turn) = bodies.frame(&self.parts.soles[0].place);
@@ -155,7 +158,7 @@ impl<'a> StanceModel<'a> {
 
     /// What a parameter of one body adds to `Σ m c` per unit: position of its frame, or an axis of it.
     pub fn column(&self, bodies: &Bodies, k: usize) -> Vector3<f64> {
-        let (body, of) = (k / 10, k % 10);
+        let (body, of) = (body_of(k), element_of(k));
         match of {
             0 => bodies.position[body],
             1..=3 => bodies.rotation[body].column(of - 1).into_owned(),
@@ -165,7 +168,7 @@ impl<'a> StanceModel<'a> {
 
     /// Its derivative by a joint.
     pub fn column_rate(&self, bodies: &Bodies, k: usize, joint: usize) -> Vector3<f64> {
-        if !self.moved[joint][k / 10] || k % 10 > 3 {
+        if !self.moved[joint][body_of(k)] || element_of(k) > 3 {
             return Vector3::zeros();
         }
         let (axis, at) = bodies.axes[joint];
@@ -173,16 +176,16 @@ impl<'a> StanceModel<'a> {
         match (self.parts.joints[joint].prismatic, is_mass) {
             (true, true) => axis,
             (true, false) => Vector3::zeros(),
-            (false, true) => axis.cross(&(bodies.position[k / 10] - at)),
+            (false, true) => axis.cross(&(bodies.position[body_of(k)] - at)),
             (false, false) => axis.cross(&self.column(bodies, k)),
         }
     }
 
     /// Centre of mass for these inertial parameters, m, and its derivatives by the joints.
     pub fn center(&self, bodies: &Bodies, parameters: &[f64]) -> (Vector3<f64>, Vec<Vector3<f64>>) {
-        let mass: f64 = parameters.iter().step_by(10).sum();
+        let mass = mass(parameters);
         let first = |b: usize| {
-            let p = &parameters[10 * b..];
+            let p = &parameters[of_body(b)];
             bodies.position[b] * p[0] + bodies.rotation[b] * Vector3::new(p[1], p[2], p[3])
         };
         let firsts: Vec<Vector3<f64>> = (0..bodies.position.len()).map(first).collect();
@@ -190,7 +193,7 @@ impl<'a> StanceModel<'a> {
             let (axis, at) = bodies.axes[joint];
             let moved = self.moved[joint].iter().enumerate().filter(|(_, moved)| **moved);
             let (sum, own) = moved.fold((Vector3::zeros(), 0.0), |(sum, own), (b, _)| {
-                (sum + firsts[b], own + parameters[10 * b])
+                (sum + firsts[b], own + parameters[index(b, 0)])
             });
             let turned =
                 if self.parts.joints[joint].prismatic { axis * own } else { axis.cross(&(sum - at * own)) };

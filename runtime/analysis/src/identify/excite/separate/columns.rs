@@ -2,9 +2,10 @@
 use super::Pair;
 use crate::experiments::form::effect_columns;
 use crate::experiments::{Experiment, MotionExperiment};
-use crate::identify::excite::{Machine, Motion};
+use crate::identify::excite::Machine;
 use crate::measure::Recording;
 use crate::robot::BaseKind;
+use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Kind, Law, Location, Place, Size};
 use nalgebra::DMatrix;
@@ -112,12 +113,12 @@ impl<'r, 'm> Bench<'r, 'm> {
 
     /// # Errors
     /// Those of the model.
-    pub fn columns(&self, motion: &Motion) -> Result<Columns, Diagnostic> {
+    pub fn columns(&self, motion: &Trajectory) -> Result<Columns, Diagnostic> {
         let recording = self.recording(motion)?;
         let pair = self.pair;
         let experiment =
             MotionExperiment::new(pair.model, pair.subject, pair.link_inertias, recording, pair.present)?;
-        let (rows, count) = (experiment.rows().len(), motion.count);
+        let (rows, count) = (experiment.rows().len(), motion.len());
         let dense = |columns: Vec<Vec<(usize, Vec<f64>)>>| {
             let mut dense = DMatrix::zeros(rows * count, columns.len());
             for (c, column) in columns.iter().enumerate() {
@@ -158,7 +159,7 @@ impl<'r, 'm> Bench<'r, 'm> {
     }
 
     /// The motion as a log would have it, without noise.
-    fn recording(&self, motion: &Motion) -> Result<Recording, Diagnostic> {
+    fn recording(&self, motion: &Trajectory) -> Result<Recording, Diagnostic> {
         let joints = self.machine.subject.joints.len();
         let tau = self.machine.torques(motion)?;
         let (rest_q, rest_v): (&[f64], usize) = match self.pair.subject.base {
@@ -170,17 +171,17 @@ impl<'r, 'm> Bench<'r, 'm> {
             values.chunks_exact(joints).flat_map(|x| rest.iter().chain(x)).copied().collect()
         };
         let still = vec![0.0; rest_v];
-        let step = self.duration / (motion.count.max(2) - 1) as f64;
+        let mut trajectory = Trajectory::new(self.pair.subject);
+        trajectory.extend([&with(rest_q, &motion.q), &with(&still, &motion.v), &with(&still, &motion.a)]);
+        let step = self.duration / (motion.len().max(2) - 1) as f64;
         let effort = |joint: usize| {
             let measured = self.pair.measured.contains(&joint);
-            measured.then(|| tau.iter().skip(joint).step_by(joints).copied().collect())
+            measured.then(|| motion.of_joint(&tau, joint).collect())
         };
         Ok(Recording {
-            time: (0..motion.count).map(|i| step * i as f64).collect(),
-            segments: std::iter::once(0..motion.count).collect(),
-            q: with(rest_q, &motion.q),
-            v: with(&still, &motion.v),
-            a: with(&still, &motion.a),
+            time: (0..motion.len()).map(|i| step * i as f64).collect(),
+            segments: std::iter::once(0..motion.len()).collect(),
+            trajectory,
             effort: (0..joints).map(effort).collect(),
             transmission: vec![None; joints],
             noise: vec![self.pair.noise; joints],

@@ -2,8 +2,8 @@
 use super::angle::View;
 use super::columns::{Bench, Columns};
 use super::{Reduced, beside_each_other};
-use crate::identify::excite::Motion;
 use crate::identify::excite::search::Objective;
+use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -38,7 +38,7 @@ impl<'r, 'm> Apart<'r, 'm> {
     }
 
     /// The columns that count, as the layout says.
-    fn matrix(&self, motion: &Motion) -> Result<DMatrix<f64>, Diagnostic> {
+    fn matrix(&self, motion: &Trajectory) -> Result<DMatrix<f64>, Diagnostic> {
         let Columns { effects: [first, second], usual, beside } = self.bench.columns(motion)?;
         let reduced = &self.reduced;
         Ok(beside_each_other(&[
@@ -85,7 +85,7 @@ impl<'r, 'm> Apart<'r, 'm> {
 impl Objective for Apart<'_, '_> {
     type Quality = Separation;
 
-    fn quality(&self, motion: &Motion) -> Result<Separation, Diagnostic> {
+    fn quality(&self, motion: &Trajectory) -> Result<Separation, Diagnostic> {
         let nothing = Separation {
             correlation: 1.0,
             angle: 0.0,
@@ -99,12 +99,11 @@ impl Objective for Apart<'_, '_> {
     /// From the cost to the columns analytically, from columns to states by central differences.
     ///
     /// All samples change at once; where a sample's torques depend on its neighbours, every n-th.
-    fn cost(&self, motion: &Motion) -> Result<Option<(f64, Motion)>, Diagnostic> {
+    fn cost(&self, motion: &Trajectory) -> Result<Option<(f64, Trajectory)>, Diagnostic> {
         let Some((cost, slopes)) = self.slopes(&self.matrix(motion)?) else { return Ok(None) };
         let machine = self.bench.machine;
-        let (count, joints) = (motion.count, machine.subject.joints.len());
-        let none = vec![0.0; count * joints];
-        let mut gradient = Motion { count, q: none.clone(), v: none.clone(), a: none };
+        let (count, joints) = (motion.len(), machine.subject.joints.len());
+        let mut gradient = motion.zeros();
         let reach = self.bench.reach(count);
         let stride = 2 * reach + 1;
         for (&joint, order, first) in machine.moving.iter().flat_map(|joint| {
