@@ -11,7 +11,7 @@ use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::contact_log::ContactExperiment;
 use bipedc_analysis::identify::cop::least_squares;
 use bipedc_analysis::identify::{
-    BaseSet, BatchRegressor, Feed, Options as IdentifyOptions, Parts, Survey, identify,
+    BaseSet, BatchRegressor, Feed, Options as IdentifyOptions, RobotAndLogs, Survey, identify,
 };
 use bipedc_analysis::log::{Mapping, Reader};
 use bipedc_analysis::measure::Options;
@@ -246,7 +246,7 @@ fn identified(
     nominal: &[f64],
 ) -> Result<(Vec<f64>, Vec<f64>), Failure> {
     let surveys = [Survey::of_table(experiment, stood.subject.joints.len(), 8.0)];
-    let parts = Parts {
+    let parts = RobotAndLogs {
         subject: &stood.subject,
         link_inertias: &stood.rooted.link_inertias,
         base,

@@ -1,7 +1,7 @@
 //! From a diagnosis to a proposal.
-use super::history::{ChannelError, Fall};
+use super::history::{BeforeAfter, ChannelError};
 use super::{Proposal, Proposed, Request, is_same};
-use bipedc_analysis::diagnose::{Diagnosis, Fall as Measured, FoundEffect};
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall as Measured, FoundEffect};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::kinds;
 use std::collections::BTreeMap;
@@ -67,7 +67,7 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
         let error = step.filter(|_| known).zip(main).map(|(step, (channel, rms))| ChannelError {
             channel: channel.to_owned(),
             unit: rms.unit.clone(),
-            held_out: Some(Fall { before: step.before, after: step.after }),
+            held_out: Some(BeforeAfter { before: step.before, after: step.after }),
             training: None,
             noise: rms.noise,
         });
@@ -159,7 +159,7 @@ fn errors(
     let ends = falls.as_ref().and_then(|falls| Some((falls.first()?.held_out?, falls.last()?)));
     match ends {
         Some((first, last)) => {
-            let held_out = last.held_out.map(|fall| Fall { before: first.before, after: fall.after });
+            let held_out = last.held_out.map(|fall| BeforeAfter { before: first.before, after: fall.after });
             (vec![ChannelError { held_out, ..(*last).clone() }], None)
         }
         None => {
@@ -171,7 +171,7 @@ fn errors(
 
 fn all_channels(diagnosis: &Diagnosis) -> Vec<ChannelError> {
     let main = main_channel(diagnosis).map(|(name, _)| name);
-    let fall = |rms: &Measured| Fall { before: rms.before, after: rms.after };
+    let fall = |rms: &Measured| BeforeAfter { before: rms.before, after: rms.after };
     let of = |map: &BTreeMap<String, Measured>, name: &str| map.get(name).map(fall);
     let mut list: Vec<ChannelError> = diagnosis
         .rms

@@ -7,7 +7,7 @@
 use super::files::read_text;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use bipedc_analysis::measure::Source;
+use bipedc_analysis::measure::DataSource;
 use bipedc_compiler::robot::fnv1a;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
@@ -50,10 +50,10 @@ pub struct Step {
     pub changes: Vec<Change>,
     /// The data that parameters were estimated from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub training: Option<Source>,
+    pub training: Option<DataSource>,
     /// The data that judged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub validation: Option<Source>,
+    pub validation: Option<DataSource>,
     /// Root mean square errors of the step as a whole, the channel that matters most first. Empty: unknown.
     #[serde(default)]
     pub errors: Vec<ChannelError>,
@@ -114,10 +114,10 @@ pub struct ChannelError {
     pub unit: String,
     /// On held-out data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub held_out: Option<Fall>,
+    pub held_out: Option<BeforeAfter>,
     /// On the training data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub training: Option<Fall>,
+    pub training: Option<BeforeAfter>,
     /// Noise of the measurement; 0 if unknown.
     #[serde(default)]
     pub noise: f64,
@@ -125,7 +125,7 @@ pub struct ChannelError {
 
 /// Before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Fall {
+pub struct BeforeAfter {
     /// The error without the change.
     pub before: f64,
     /// And with it.
@@ -184,7 +184,7 @@ impl Version {
 
 impl ChannelError {
     /// The error that counts, and whether it is on held-out data.
-    pub fn judged(&self) -> Option<(Fall, bool)> {
+    pub fn judged(&self) -> Option<(BeforeAfter, bool)> {
         self.held_out.map(|fall| (fall, true)).or(self.training.map(|fall| (fall, false)))
     }
 }

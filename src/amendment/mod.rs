@@ -16,7 +16,7 @@ pub mod words;
 pub use apply::{Amended, amend, amend_in_memory};
 pub use undo::{Undone, undo};
 
-use bipedc_analysis::measure::Source;
+use bipedc_analysis::measure::DataSource;
 use bipedc_compiler::description::DESCRIPTION_FILE;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
@@ -33,9 +33,9 @@ pub struct Proposal {
     /// Where the numbers come from, in words: `values given`.
     pub origin: String,
     /// The data that parameters were estimated from.
-    pub training: Option<Source>,
+    pub training: Option<DataSource>,
     /// The data that judged.
-    pub validation: Option<Source>,
+    pub validation: Option<DataSource>,
     /// Errors of the whole, the channel that matters most first; empty if unknown.
     pub errors: Vec<ChannelError>,
     /// What to know about the errors.

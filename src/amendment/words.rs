@@ -1,6 +1,6 @@
 //! How numbers, units and effects are said, in comments and on the terminal.
 use super::Proposed;
-use super::history::{ChannelError, Fall, Step};
+use super::history::{BeforeAfter, ChannelError, Step};
 use bipedc_effects::effect::Effect;
 use std::fmt::Write;
 
@@ -71,7 +71,7 @@ pub fn parameters(effect: &Effect) -> String {
 }
 
 /// `0.52 → 0.06 N m`.
-pub fn fall(fall: &Fall, unit: &str) -> String {
+pub fn fall(fall: &BeforeAfter, unit: &str) -> String {
     format!("{} → {}", rounded(fall.before), quantity(fall.after, unit))
 }
 

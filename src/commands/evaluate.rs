@@ -55,7 +55,7 @@ pub struct Evaluate {
 }
 
 #[derive(Serialize)]
-struct Answer<'a> {
+struct Evaluated<'a> {
     function: &'a str,
     rows: &'a [String],
     columns: &'a [String],
@@ -101,7 +101,7 @@ impl Evaluate {
         if !self.json {
             return output::print(&tables(function, values));
         }
-        output::print_json(&Answer {
+        output::print_json(&Evaluated {
             function: &self.function,
             rows: &function.rows,
             columns: &function.columns,

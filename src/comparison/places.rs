@@ -1,6 +1,6 @@
 //! Where a model fails, for people: sentences, then tables.
 use crate::table;
-use bipedc_analysis::diagnose::{AT_NOISE, Breakdown, Part, Window};
+use bipedc_analysis::diagnose::{AT_NOISE, Breakdown, BreakdownPart, Window};
 
 /// Sentences about every row, then its error by motion, phase and time.
 pub fn text(rows: &[Breakdown]) -> String {
@@ -13,7 +13,7 @@ pub fn text(rows: &[Breakdown]) -> String {
     if !silent.is_empty() {
         out += &format!("nothing but noise is left in: {}\n", silent.join(", "));
     }
-    let of_joints: [fn(&Breakdown) -> &[Part]; 3] = [|b| &b.motion, |b| &b.direction, |b| &b.phases];
+    let of_joints: [fn(&Breakdown) -> &[BreakdownPart]; 3] = [|b| &b.motion, |b| &b.direction, |b| &b.phases];
     for parts in of_joints {
         out += &table(rows, parts);
     }
@@ -21,7 +21,7 @@ pub fn text(rows: &[Breakdown]) -> String {
 }
 
 /// One column per part; nothing if no row has any.
-fn table(rows: &[Breakdown], parts: impl Fn(&Breakdown) -> &[Part]) -> String {
+fn table(rows: &[Breakdown], parts: impl Fn(&Breakdown) -> &[BreakdownPart]) -> String {
     let Some(first) = rows.iter().find(|row| !parts(row).is_empty()) else { return String::new() };
     let names = || parts(first).iter().map(|part| part.name.as_str());
     let head: Vec<&str> = ["rms"].into_iter().chain(names()).chain(["noise", "unit"]).collect();

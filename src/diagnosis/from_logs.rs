@@ -4,7 +4,7 @@ use crate::measurements::currents::{self, Prepared};
 use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
 use crate::report::of_measurements;
-use bipedc_analysis::diagnose::{self, Diagnosis, Fall, Selected, errors, summary, support};
+use bipedc_analysis::diagnose::{self, Diagnosis, ErrorFall, Selected, errors, summary, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::measure;
@@ -305,7 +305,7 @@ fn best_filter(
 }
 
 /// The errors at another cut-off in the place of those at which the search went.
-fn judged_at(cutoff: f64, falls: BTreeMap<String, Fall>, answer: &mut Diagnosis) {
+fn judged_at(cutoff: f64, falls: BTreeMap<String, ErrorFall>, answer: &mut Diagnosis) {
     if let Some(fall) = falls.get("effort") {
         (answer.rms_before, answer.rms_after) = (fall.before, fall.after);
     }

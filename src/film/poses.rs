@@ -1,6 +1,6 @@
 //! Where all bodies are.
 use bipedc_analysis::report::Pose;
-use bipedc_compiler::tree::{Body, Motion, Placement, Tree, matrix_vector};
+use bipedc_compiler::tree::{Body, JointMotion, Placement, Tree, matrix_vector};
 
 type Matrix = [[f64; 3]; 3];
 const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -38,8 +38,8 @@ fn moved(body: &Body, q: &[f64]) -> Place {
     let at = |offset: usize| q.get(body.q_index + offset).copied().unwrap_or(0.0);
     let signed = |reversed: bool| if reversed { -at(0) } else { at(0) };
     match body.motion {
-        Motion::Free => (matrix([at(3), at(4), at(5), at(6)]), [at(0), at(1), at(2)]),
-        Motion::Revolute { axis, reversed } => {
+        JointMotion::Free => (matrix([at(3), at(4), at(5), at(6)]), [at(0), at(1), at(2)]),
+        JointMotion::Revolute { axis, reversed } => {
             let (sine, cosine) = signed(reversed).sin_cos();
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             let mut rotation = IDENTITY;
@@ -47,7 +47,7 @@ fn moved(body: &Body, q: &[f64]) -> Place {
             (rotation[u][v], rotation[v][u]) = (-sine, sine);
             (rotation, [0.0; 3])
         }
-        Motion::Prismatic { axis, reversed } => {
+        JointMotion::Prismatic { axis, reversed } => {
             let mut shift = [0.0; 3];
             shift[axis] = signed(reversed);
             (IDENTITY, shift)

@@ -11,7 +11,8 @@ use bipedc_analysis::identify::cop::{
 };
 use bipedc_analysis::identify::physical::Bound;
 use bipedc_analysis::identify::{
-    Answer, BaseSet, BatchRegressor, Feed, Identification, Judge, Options, Parts, Survey, identify,
+    BaseSet, BatchRegressor, Feed, Identification, IdentificationResult, Judge, Options, RobotAndLogs,
+    Survey, identify,
 };
 use bipedc_analysis::report::Row;
 use bipedc_analysis::robot::inertial_parameters::{body_of, element_of};
@@ -144,7 +145,7 @@ impl Tables<'_> {
         let judge_surveys: Vec<Survey> = judges.iter().zip(&self.judging).map(survey).collect();
         let link_inertias = self.prior(job.options.symmetric)?;
         let files: Vec<PathBuf> = job.logs.iter().map(|log| log.path().to_path_buf()).collect();
-        let parts = Parts {
+        let parts = RobotAndLogs {
             subject: &self.measured.subject,
             link_inertias: &link_inertias,
             base: &self.base,
@@ -188,7 +189,11 @@ impl Tables<'_> {
         Ok(options)
     }
 
-    fn ground(&self, answer: &Answer, (tables, judges): (&[PostureTable], &[PostureTable])) -> Ground {
+    fn ground(
+        &self,
+        answer: &IdentificationResult,
+        (tables, judges): (&[PostureTable], &[PostureTable]),
+    ) -> Ground {
         let nominal = self.standing.link_inertias.parameters();
         let physical = parameters(&self.standing.link_inertias, &answer.links);
         let identification = &answer.identification;

@@ -2,7 +2,7 @@
 use super::logs::Drives;
 use super::{Identified, Job};
 use bipedc_analysis::identify::elastic::{ElasticParts, Look, identify_elastic, look};
-use bipedc_analysis::identify::{Answer, Reading, Survey};
+use bipedc_analysis::identify::{IdentificationResult, Reading, Survey};
 use bipedc_analysis::report::Row;
 use bipedc_effects::diagnostic::Diagnostics;
 
@@ -27,6 +27,6 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let work = |progress: &dyn Fn(f64)| identify_elastic(&parts, judge, &options, progress);
     let answer = progress.counted("identifying", work)?;
     let (identification, links, pictures) = (answer.identification, answer.links, answer.pictures);
-    let (found, pictures) = Identified::new(Answer { identification, links, pictures }, None);
+    let (found, pictures) = Identified::new(IdentificationResult { identification, links, pictures }, None);
     Ok((Identified { drives: Some(answer.drives), ..found }, pictures))
 }

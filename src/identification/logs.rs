@@ -5,7 +5,7 @@ use crate::progress::Progress;
 use crate::robot::{ProgramRegressor, joint_layout, link_inertias};
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::identify::elastic::{Driven, Look};
-use bipedc_analysis::identify::{self, BaseSet, Parts, Survey, survey};
+use bipedc_analysis::identify::{self, BaseSet, RobotAndLogs, Survey, survey};
 use bipedc_analysis::measure;
 use bipedc_analysis::robot::{JointLayout, LinkInertias};
 use bipedc_compiler::Robot;
@@ -77,8 +77,8 @@ impl Identifiable {
     }
 
     /// What the library wants to know.
-    pub fn parts(&self) -> Parts<'_> {
-        Parts {
+    pub fn parts(&self) -> RobotAndLogs<'_> {
+        RobotAndLogs {
             subject: &self.subject,
             link_inertias: &self.link_inertias,
             base: &self.base,

@@ -19,7 +19,7 @@ use crate::progress::Progress;
 use crate::report::of_identification;
 use bipedc_analysis::identify::elastic::DriveSummary;
 use bipedc_analysis::identify::physical::Inertia;
-use bipedc_analysis::identify::{self, Answer, Identification};
+use bipedc_analysis::identify::{self, Identification, IdentificationResult};
 use bipedc_analysis::measure;
 use bipedc_analysis::report::{Report, Row};
 use bipedc_compiler::Robot;
@@ -64,8 +64,8 @@ impl fmt::Display for Identified {
 
 impl Identified {
     /// Without pictures and warnings.
-    fn new(answer: Answer, ground: Option<Ground>) -> (Self, Vec<Row>) {
-        let Answer { identification, links, pictures } = answer;
+    fn new(answer: IdentificationResult, ground: Option<Ground>) -> (Self, Vec<Row>) {
+        let IdentificationResult { identification, links, pictures } = answer;
         let (warnings, drives, report) = (Vec::new(), None, None);
         (Self { identification, drives, ground, links, warnings, report }, pictures)
     }

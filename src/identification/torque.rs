@@ -3,7 +3,7 @@ use super::logs::{Identifiable, content, inspected, loaded, table_survey};
 use super::{Identified, Job};
 use crate::measurements::{Content, Log, Measured};
 use bipedc_analysis::experiments::Experiment;
-use bipedc_analysis::identify::{Answer, Feed, Judge, Survey, identify, survey};
+use bipedc_analysis::identify::{Feed, IdentificationResult, Judge, Survey, identify, survey};
 use bipedc_analysis::measure;
 use bipedc_analysis::report::Row;
 use bipedc_effects::diagnostic::Diagnostics;
@@ -20,7 +20,7 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
 }
 
 /// The base is held or hangs.
-fn of_torques(job: &mut Job<'_>, measured: &Measured) -> Result<Answer, Diagnostics> {
+fn of_torques(job: &mut Job<'_>, measured: &Measured) -> Result<IdentificationResult, Diagnostics> {
     let (logs, judge) = job.read();
     let found = Identifiable::of_torques(job.robot, &logs, job.progress)?;
     let options = job.options.of_joints(&found.subject)?;
@@ -40,7 +40,7 @@ fn of_torques(job: &mut Job<'_>, measured: &Measured) -> Result<Answer, Diagnost
 }
 
 /// The base is free, and forces at the feet are logged.
-fn of_contacts(job: &Job<'_>, measured: &Measured) -> Result<Answer, Diagnostics> {
+fn of_contacts(job: &Job<'_>, measured: &Measured) -> Result<IdentificationResult, Diagnostics> {
     let reading = &job.options.reading;
     let whole = measure::Options { from_s: None, to_s: None, ..reading.clone() };
     let tables = job.progress.stage("reading", || loaded(measured, job.logs, reading))?;

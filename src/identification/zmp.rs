@@ -8,7 +8,7 @@ use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::robot::joint_layout;
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::identify::cop::confounded;
-use bipedc_analysis::identify::{Answer, Feed, Judge, Parts, Survey, identify};
+use bipedc_analysis::identify::{Feed, IdentificationResult, Judge, RobotAndLogs, Survey, identify};
 use bipedc_analysis::measure;
 use bipedc_analysis::report::Row;
 use bipedc_analysis::robot::LinkInertias;
@@ -71,7 +71,7 @@ fn standing(job: &Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let base = progress.stage("deriving", || standing.base(Model::ZeroMomentPoint, &rows, false))?;
     let surveys: Vec<Survey> = tables.iter().map(|table| table_survey(table, &measured.subject)).collect();
     let files: Vec<PathBuf> = job.logs.iter().map(|log| log.path().to_path_buf()).collect();
-    let parts = Parts {
+    let parts = RobotAndLogs {
         subject: &measured.subject,
         link_inertias: &standing.link_inertias,
         base: &base,
@@ -100,7 +100,7 @@ fn common_rows(tables: &[Loaded<'_>]) -> Vec<&'static str> {
 
 fn estimate(
     job: &Job<'_>,
-    (parts, measured, torso, stance): (&Parts<'_>, &Measured, String, Option<String>),
+    (parts, measured, torso, stance): (&RobotAndLogs<'_>, &Measured, String, Option<String>),
     tables: &[Loaded<'_>],
     judges: &[Loaded<'_>],
 ) -> Result<(Identified, Vec<Row>), Diagnostics> {
@@ -125,7 +125,7 @@ fn estimate(
 
 fn ground(
     experiment: &dyn Experiment,
-    answer: &Answer,
+    answer: &IdentificationResult,
     (link_inertias, measured): (&LinkInertias, &Measured),
     torso: String,
     stance: Option<String>,

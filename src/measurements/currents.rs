@@ -5,7 +5,7 @@
 //! `coulomb_friction`, seen through the gear, become effects of the model at that joint, unless the description has effects
 //! of these kinds there: those were estimated and say it better.
 use super::Log;
-use bipedc_analysis::log::{Kind, Mapping, Source};
+use bipedc_analysis::log::{Kind, MappedColumn, Mapping};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::drive::{Drive, Transmission};
@@ -182,15 +182,15 @@ impl Prepared {
 }
 
 /// Where this column of ours comes from, times a factor.
-fn scaled(mapping: &Mapping, name: &str, factor: f64) -> Source {
+fn scaled(mapping: &Mapping, name: &str, factor: f64) -> MappedColumn {
     match mapping.columns.get(name) {
-        Some(source) => Source {
+        Some(source) => MappedColumn {
             column: Some(source.column.clone().unwrap_or_else(|| name.to_owned())),
             factor: factor * source.factor,
             offset: factor * source.offset,
             position: source.position,
         },
-        None => Source { column: Some(name.to_owned()), factor, offset: 0.0, position: (0, 0) },
+        None => MappedColumn { column: Some(name.to_owned()), factor, offset: 0.0, position: (0, 0) },
     }
 }
 

@@ -10,7 +10,7 @@ use bipedc_analysis::experiments::contact_log::{ContactExperiment, WalkingExperi
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
-use bipedc_analysis::measure::{Options, Recording, Source};
+use bipedc_analysis::measure::{DataSource, Options, Recording};
 use bipedc_analysis::robot;
 use bipedc_analysis::robot::inertial_parameters;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
@@ -47,7 +47,7 @@ pub struct Loaded<'a> {
     /// Its rows, measured minus modelled.
     pub experiment: Box<dyn Experiment + 'a>,
     /// Which file, and how many of its samples count.
-    pub source: Source,
+    pub source: DataSource,
     /// What is odd about it.
     pub warnings: Vec<Diagnostic>,
     /// What was taken for granted.
@@ -237,7 +237,7 @@ impl Measured {
             }
         };
         // The hash is known now that the rows were read.
-        let source = Source { samples: experiment.time().len(), ..log.source()? };
+        let source = DataSource { samples: experiment.time().len(), ..log.source()? };
         Ok(Loaded { experiment, source, warnings, assumptions, cutoff_hz, content })
     }
 }

@@ -1,7 +1,7 @@
 //! The robot's shape as reports draw it: joints, links as lines, soles.
 use bipedc_analysis::report::{Bone, Drawing, DrawnJoint, Hull};
 use bipedc_compiler::description::model::RobotDescription;
-use bipedc_compiler::tree::{Body, Motion, Placement, Rotation, Tree, matrix_vector};
+use bipedc_compiler::tree::{Body, JointMotion, Placement, Rotation, Tree, matrix_vector};
 
 /// The shape at these joint positions (rad, m; order of [`Tree::joints`], missing ones are zero), the base upright at
 /// the origin.
@@ -15,7 +15,9 @@ pub fn drawing(description: &RobotDescription, tree: &Tree, positions: &[f64]) -
     let joints = tree.joints.iter().filter_map(|joint| {
         let index = tree.bodies.iter().position(|body| body.joint == joint.name)?;
         let body = &tree.bodies[index];
-        let (Motion::Revolute { axis, reversed } | Motion::Prismatic { axis, reversed }) = body.motion else {
+        let (JointMotion::Revolute { axis, reversed } | JointMotion::Prismatic { axis, reversed }) =
+            body.motion
+        else {
             return None;
         };
         let mut direction = [0.0; 3];
@@ -53,11 +55,11 @@ fn place(tree: &Tree, positions: &[f64]) -> Vec<Placement> {
 fn moved(body: &Body, position: f64) -> Placement {
     let signed = |reversed: bool| if reversed { -position } else { position };
     match body.motion {
-        Motion::Free => Placement::default(),
-        Motion::Revolute { axis, reversed } => {
+        JointMotion::Free => Placement::default(),
+        JointMotion::Revolute { axis, reversed } => {
             Placement { rotation: Rotation(vec![(axis, signed(reversed))]), translation: [0.0; 3] }
         }
-        Motion::Prismatic { axis, reversed } => {
+        JointMotion::Prismatic { axis, reversed } => {
             let mut translation = [0.0; 3];
             translation[axis] = signed(reversed);
             Placement::shift(translation)

@@ -3,7 +3,7 @@ pub mod drawing;
 
 use crate::amendment::history::{History, Stair};
 use crate::measurements::{Content, Loaded, Measured};
-use bipedc_analysis::diagnose::{Diagnosis, Fall};
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::Identification;
 use bipedc_analysis::identify::elastic::DriveSummary;
@@ -160,7 +160,8 @@ fn shape(robot: &Robot, measured: &Measured, experiment: &dyn Experiment) -> Res
 /// The standing steps of a description's history.
 pub fn steps(history: &History) -> Vec<HistoryStep> {
     let step = |stair: Stair| {
-        let fall = Fall { unit: stair.unit, before: stair.before, after: stair.after, noise: stair.noise };
+        let fall =
+            ErrorFall { unit: stair.unit, before: stair.before, after: stair.after, noise: stair.noise };
         let (held_out, training) = if stair.held_out { (Some(fall), None) } else { (None, Some(fall)) };
         HistoryStep { label: stair.label, date: stair.date, training, held_out }
     };

@@ -1,7 +1,7 @@
 //! Planar robots taken apart, for [`bipedc_analysis::simulate::FreeStepper`].
 use crate::film::poses;
 use bipedc_analysis::simulate::{FreeBodies, FreeLink, FreePoint, Pin};
-use bipedc_compiler::tree::{BaseKind, Body, Motion, Tree};
+use bipedc_compiler::tree::{BaseKind, Body, JointMotion, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// The links of a planar robot with their joints and contact points. Joints are in the order of the tree's bodies; see [`joint_order`].
@@ -24,7 +24,7 @@ pub fn free_bodies(tree: &Tree) -> Result<FreeBodies, Diagnostic> {
     for body in joints(tree) {
         let own = &tree.bodies[body];
         let Some(parent) = own.parent else { continue };
-        let turns_in_plane = matches!(own.motion, Motion::Revolute { axis: 1, reversed: false });
+        let turns_in_plane = matches!(own.motion, JointMotion::Revolute { axis: 1, reversed: false });
         if !turns_in_plane || !own.placement.rotation.is_identity() {
             return Err(Diagnostic::error(format!("`{}` does not turn about y", own.joint)));
         }

@@ -1,7 +1,7 @@
 //! Data without noise give back the parameters they were made of.
 use crate::identify::subject::{Simulated, friction};
 use crate::identify::support::{Order, read_json};
-use bipedc_analysis::identify::{Estimate, Extra, Law, Method, Part};
+use bipedc_analysis::identify::{Estimate, Extra, Law, Method, Summand};
 use bipedc_analysis::measure::Recording;
 use bipedc_analysis::robot::Trajectory;
 use bipedc_analysis::robot::{BaseKind, JointLayout};
@@ -112,7 +112,8 @@ fn rotors_that_act_as_inertias_are_grouped() {
         .unknowns
         .iter()
         .filter(|u| {
-            matches!(u.sum[0].0, Part::Inertial(_)) && u.sum.iter().any(|(p, _)| matches!(p, Part::Extra(_)))
+            matches!(u.sum[0].0, Summand::Inertial(_))
+                && u.sum.iter().any(|(p, _)| matches!(p, Summand::Extra(_)))
         })
         .map(|u| u.name.as_str())
         .collect();

@@ -1,7 +1,7 @@
 //! Parameters that bodies can have.
 use crate::identify::subject::{CELLS, Noise, Simulated, friction};
 use bipedc_analysis::identify::physical::{Bound, Bounds, Links, Physical, Problem, choose};
-use bipedc_analysis::identify::{Design, Estimate, Extra, HeldOutError, Method, Part, by_channel, errors};
+use bipedc_analysis::identify::{Design, Estimate, Extra, HeldOutError, Method, Summand, by_channel, errors};
 use bipedc_analysis::robot::LinkInertias;
 use bipedc_runtime::nalgebra::{DVector, Matrix3, Vector3};
 
@@ -32,9 +32,9 @@ fn possible(mass: f64, inertia: &Matrix3<f64>) -> bool {
 
 /// Unknowns that are sums of masses and moments of inertia with positive factors: no robot has a negative one.
 fn impossible(design: &Design<'_>, theta: &DVector<f64>) -> Vec<String> {
-    let positive = |sum: &[(Part, f64)]| {
+    let positive = |sum: &[(Summand, f64)]| {
         sum.iter().all(|(part, factor)| {
-            let own = matches!(part, Part::Inertial(k) if [0, 4, 7, 9].contains(&(k % 10)));
+            let own = matches!(part, Summand::Inertial(k) if [0, 4, 7, 9].contains(&(k % 10)));
             own && *factor > 0.0
         })
     };

@@ -174,11 +174,11 @@ impl Simulated {
     /// Unknowns of the description, with these extras.
     pub fn truth(&self, design: &Design<'_>, extras: &[(Extra, f64)]) -> DVector<f64> {
         let parameters = self.link_inertias.parameters();
-        let value = |sum: &[(bipedc_analysis::identify::Part, f64)]| -> f64 {
+        let value = |sum: &[(bipedc_analysis::identify::Summand, f64)]| -> f64 {
             sum.iter()
                 .map(|(part, factor)| match part {
-                    bipedc_analysis::identify::Part::Inertial(k) => factor * parameters[*k],
-                    bipedc_analysis::identify::Part::Extra(k) => {
+                    bipedc_analysis::identify::Summand::Inertial(k) => factor * parameters[*k],
+                    bipedc_analysis::identify::Summand::Extra(k) => {
                         let wanted = design.extras[*k];
                         factor * extras.iter().find(|(e, _)| *e == wanted).map_or(0.0, |(_, x)| *x)
                     }

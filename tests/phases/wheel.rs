@@ -3,7 +3,7 @@ use super::{described, passive, phased, ready};
 use bipedc::simulation::true_model;
 use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::phases::{Assumptions, End, Precision, Start, walk};
-use bipedc_analysis::simulate::{Ground, Mechanics, Motion, Stepper, Tolerance};
+use bipedc_analysis::simulate::{Ground, Mechanics, MotionState, Stepper, Tolerance};
 use std::f64::consts::PI;
 
 const FOLDER: &str = "tests/data/simulate/rimless_wheel";
@@ -82,7 +82,7 @@ fn rolled(step: f64) -> (f64, f64) {
     let ground = Ground { friction: 50.0, ..Ground::default() };
     let mut stepper = Stepper::new(mechanics, ground, Vec::new(), Tolerance::default()).unwrap();
     let x = landed(gait()[0] + 0.2);
-    let mut motion = Motion { time: 0.0, q: x[..3].to_vec(), v: x[3..].to_vec() };
+    let mut motion = MotionState { time: 0.0, q: x[..3].to_vec(), v: x[3..].to_vec() };
     let mut impacts = 0;
     loop {
         let before = motion.v[2];

@@ -1,9 +1,9 @@
 //! TUlip with Coulomb friction in its left knee: the example log against the model, and a diagnosis written by hand.
 use bipedc::report::drawing::drawing;
-use bipedc_analysis::diagnose::{Diagnosis, Fall, FoundEffect, Rejected, Step, Unexplained};
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, FoundEffect, Rejected, Step, Unexplained};
 use bipedc_analysis::experiments::Channel;
 use bipedc_analysis::log::{Mapping, Reader, Table};
-use bipedc_analysis::measure::Source;
+use bipedc_analysis::measure::DataSource;
 use bipedc_analysis::report::{Fact, HistoryStep, Report, Row, Series};
 use bipedc_analysis::signal::{Butterworth, Spline};
 use bipedc_compiler::Robot;
@@ -133,7 +133,7 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
         |of: fn(&Row) -> f64| (rows.iter().map(|r| of(r).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
     let (before, after) = (total(|r| r.rms_before), total(|r| r.rms_after.unwrap()));
     let noise = total(|r| r.noise);
-    let fall = Fall { unit: "N m".to_owned(), before, after, noise };
+    let fall = ErrorFall { unit: "N m".to_owned(), before, after, noise };
     let first = || found(coulomb(), &[("torque", [0.397, 0.408])], 0.905);
     let mut doubtful = found(viscous.clone(), &[("damping", [0.0042, 0.022])], 0.004);
     doubtful.doubts.push("its share is near the noise".to_owned());
@@ -143,8 +143,11 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
         &[("x", 0.0011), ("y", -0.0003), ("z", 0.0006)],
     );
     let ci = [("x", [0.0004, 0.0018]), ("y", [-0.0011, 0.0005]), ("z", [-0.0002, 0.0014])];
-    let source =
-        |file: &str, hash: &str, samples| Source { file: file.to_owned(), hash: hash.to_owned(), samples };
+    let source = |file: &str, hash: &str, samples| DataSource {
+        file: file.to_owned(),
+        hash: hash.to_owned(),
+        samples,
+    };
     Diagnosis {
         effects: vec![first(), doubtful],
         inertial_corrections: vec![found(com, &ci, 0.002)],
@@ -182,7 +185,7 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
 
 /// A made-up history with dates and both errors.
 fn history() -> Vec<HistoryStep> {
-    let fall = |before, after| Some(Fall { unit: "N m".to_owned(), before, after, noise: 0.0381 });
+    let fall = |before, after| Some(ErrorFall { unit: "N m".to_owned(), before, after, noise: 0.0381 });
     let step = |label: &str, date: &str, training, held_out| HistoryStep {
         label: label.to_owned(),
         date: date.to_owned(),

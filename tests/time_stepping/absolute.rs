@@ -3,7 +3,7 @@ use bipedc::simulation::absolute::{free_bodies, free_coordinates, joint_order};
 use bipedc::simulation::true_model;
 use bipedc_analysis::robot::BaseKind;
 use bipedc_analysis::simulate::{
-    FreeBodies, FreeStepper, Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance,
+    FreeBodies, FreeStepper, Ground, JointLaw, Mechanics, MotionState, Stepper, Tolerance,
 };
 use bipedc_compiler::Robot;
 use bipedc_runtime::nalgebra::DVector;
@@ -36,7 +36,7 @@ fn apart(folder: &str, ground: Ground, clearance: f64, steps: &[f64], time: f64)
         .map(|&step| {
             let laws = vec![JointLaw::default(); joints];
             let mut stepper = Stepper::new(mechanics, ground, laws, Tolerance::default()).unwrap();
-            let mut motion = Motion { time: 0.0, q: start.clone(), v: speed.clone() };
+            let mut motion = MotionState { time: 0.0, q: start.clone(), v: speed.clone() };
             let mut other = FreeStepper::new(&bodies, ground, Tolerance::default()).unwrap();
             let mut q = DVector::from_vec(free_coordinates(&tree, &start));
             // Velocities of the free bodies, by central differences.

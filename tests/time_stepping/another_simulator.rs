@@ -1,7 +1,7 @@
 //! Standing, falling and rocking as MuJoCo has it, with its soft contacts made stiff.
 use super::in_process::tulip;
 use bipedc_analysis::robot::BaseKind;
-use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
+use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, MotionState, Stepper, Tolerance};
 use bipedc_runtime::Model;
 use serde_json::Value;
 
@@ -9,7 +9,7 @@ use serde_json::Value;
 struct Run<'a> {
     case: &'a Value,
     stepper: Stepper<'static>,
-    motion: Motion,
+    motion: MotionState,
     goal: Vec<f64>,
     stiffness: Vec<f64>,
     /// Vertical, of right and left foot, N s.
@@ -39,7 +39,7 @@ impl<'a> Run<'a> {
         q[2] = number("clearance") - gaps.into_iter().fold(f64::INFINITY, f64::min);
         let ground = Ground { friction: number("friction"), ..Ground::default() };
         let stepper = Stepper::new(mechanics, ground, joints, Tolerance::default()).unwrap();
-        let motion = Motion { time: 0.0, q: q.clone(), v: vec![0.0; 18] };
+        let motion = MotionState { time: 0.0, q: q.clone(), v: vec![0.0; 18] };
         Self { case, stepper, motion, goal: q, stiffness, impulse: [0.0; 2] }
     }
 
@@ -57,7 +57,7 @@ impl<'a> Run<'a> {
     }
 
     fn center_of_mass(&self) -> Vec<f64> {
-        let Motion { q, v, .. } = &self.motion;
+        let MotionState { q, v, .. } = &self.motion;
         self.stepper.mechanics().named("center_of_mass", q, v).unwrap()
     }
 

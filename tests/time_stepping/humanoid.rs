@@ -1,6 +1,6 @@
 //! TUlip in a posture, on its emitted code.
 use bipedc_analysis::robot::BaseKind;
-use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepped, Stepper, Tolerance};
+use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, MotionState, Stepped, Stepper, Tolerance};
 use bipedc_runtime::Model;
 
 /// A case: posture with bent knees, springs in the joints.
@@ -22,7 +22,7 @@ pub struct Case {
 /// TUlip on its way.
 pub struct Humanoid {
     stepper: Stepper<'static>,
-    pub motion: Motion,
+    pub motion: MotionState,
     goal: Vec<f64>,
     stiffness: f64,
 }
@@ -50,7 +50,7 @@ impl Humanoid {
         let mut gaps = [0.0; 8];
         mechanics.distances(&q, &mut gaps);
         q[2] = case.clearance - gaps.into_iter().fold(f64::INFINITY, f64::min);
-        let motion = Motion { time: 0.0, q: q.clone(), v: vec![0.0; 18] };
+        let motion = MotionState { time: 0.0, q: q.clone(), v: vec![0.0; 18] };
         Self { stepper, motion, goal: q, stiffness: case.stiffness }
     }
 

@@ -1,21 +1,21 @@
 //! Energy, momentum and order of convergence of whole robots.
 use super::humanoid::{Case, Humanoid, STANDING};
 use bipedc_analysis::robot::BaseKind;
-use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
+use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, MotionState, Stepper, Tolerance};
 
 /// Energy of TUlip, J.
-pub fn energy(mechanics: &Mechanics<'_>, motion: &Motion) -> f64 {
+pub fn energy(mechanics: &Mechanics<'_>, motion: &MotionState) -> f64 {
     let of = |name: &str| mechanics.named(name, &motion.q, &motion.v).unwrap()[0];
     of("kinetic_energy") + of("potential_energy")
 }
 
 /// In the air, all joints moving.
-fn flying(step: f64, time: f64) -> (Motion, f64) {
+fn flying(step: f64, time: f64) -> (MotionState, f64) {
     let mechanics = Mechanics::new(&tulip::Tulip, BaseKind::Floating).unwrap();
     let mut stepper =
         Stepper::new(mechanics, Ground::default(), vec![JointLaw::default(); 12], Tolerance::default())
             .unwrap();
-    let mut motion = Motion { time: 0.0, q: vec![0.0; 19], v: vec![0.0; 18] };
+    let mut motion = MotionState { time: 0.0, q: vec![0.0; 19], v: vec![0.0; 18] };
     (motion.q[2], motion.q[6]) = (10.0, 1.0);
     for (i, v) in motion.v.iter_mut().enumerate() {
         *v = (2.7 * i as f64).sin();
@@ -68,7 +68,7 @@ fn planar_robots_land_too() {
     let law = JointLaw { damping: 3.0, ..JointLaw::default() };
     let mut stepper = Stepper::new(mechanics, Ground::default(), vec![law; 6], Tolerance::default()).unwrap();
     let (nq, nv) = (mechanics.nq(), mechanics.nv());
-    let mut motion = Motion { time: 0.0, q: vec![0.0; nq], v: vec![0.0; nv] };
+    let mut motion = MotionState { time: 0.0, q: vec![0.0; nq], v: vec![0.0; nv] };
     let mut gaps = vec![0.0; mechanics.points()];
     mechanics.distances(&motion.q, &mut gaps);
     motion.q[1] = 0.05 - gaps[0];

@@ -6,7 +6,7 @@ use bipedc_effects::effect::{Acts, Effect};
 
 /// Where an effect shows in the equations of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum EquationPart {
     /// In a joint's torque.
     Joint,
     /// In the masses or the direction of gravity.
@@ -17,24 +17,26 @@ enum Part {
     Elsewhere,
 }
 
-fn part(effect: &Effect) -> Part {
+fn part(effect: &Effect) -> EquationPart {
     match effect.kind.law.acts() {
-        Acts::Torque | Acts::Reading => Part::Joint,
-        Acts::Body | Acts::Gravity => Part::Body,
-        Acts::Position => Part::Position,
-        Acts::Time | Acts::Transmission | Acts::Ground | Acts::Sensor | Acts::Assumption => Part::Elsewhere,
+        Acts::Torque | Acts::Reading => EquationPart::Joint,
+        Acts::Body | Acts::Gravity => EquationPart::Body,
+        Acts::Position => EquationPart::Position,
+        Acts::Time | Acts::Transmission | Acts::Ground | Acts::Sensor | Acts::Assumption => {
+            EquationPart::Elsewhere
+        }
     }
 }
 
 /// Sentences; none without effects.
 pub(super) fn of(description: &RobotDescription, laws: &JointLaws, function: &str) -> Vec<String> {
-    let list = |parts: &[Part]| {
+    let list = |parts: &[EquationPart]| {
         let chosen = description.effects.iter().filter(|effect| parts.contains(&part(effect)));
         chosen.map(ToString::to_string).collect::<Vec<_>>().join("; ")
     };
     let mut notes = Vec::new();
-    let rigid = list(&[Part::Body, Part::Position]);
-    let joints = list(&[Part::Joint]);
+    let rigid = list(&[EquationPart::Body, EquationPart::Position]);
+    let joints = list(&[EquationPart::Joint]);
     let mut say = |text: String| notes.push(text);
     match role(function) {
         Role::Dynamics if !(rigid.is_empty() && joints.is_empty()) => {
@@ -45,7 +47,7 @@ pub(super) fn of(description: &RobotDescription, laws: &JointLaws, function: &st
         Role::Inertia if !laws.is_empty() || !rigid.is_empty() => {
             say(format!(
                 "Contains the inertias of the effects, not their friction: {}.",
-                list(&[Part::Joint, Part::Body, Part::Position])
+                list(&[EquationPart::Joint, EquationPart::Body, EquationPart::Position])
             ));
         }
         Role::Rigid => {
@@ -58,7 +60,7 @@ pub(super) fn of(description: &RobotDescription, laws: &JointLaws, function: &st
         }
         _ => {}
     }
-    let elsewhere = list(&[Part::Elsewhere]);
+    let elsewhere = list(&[EquationPart::Elsewhere]);
     if role(function) != Role::Rigid && !elsewhere.is_empty() {
         say(format!("Not part of the instantaneous model, and not contained: {elsewhere}."));
     }

@@ -2,7 +2,7 @@
 use super::inertia::BodyInertia;
 use super::model::RobotModel;
 use crate::expression::{Sym, Vector3};
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 
 /// Inertia of every body together with all that hangs on it, in its own frame.
 pub fn composites<'g>(model: &RobotModel<'g, '_>) -> Vec<BodyInertia<'g>> {
@@ -24,7 +24,7 @@ pub(super) fn unit_momentum<'g>(
 ) -> (Vector3<'g>, Vector3<'g>) {
     let axis = model.joint_axis(index);
     match model.tree.bodies[index].motion {
-        Motion::Revolute { .. } => body.momentum(model.zero3(), axis),
+        JointMotion::Revolute { .. } => body.momentum(model.zero3(), axis),
         _ => body.momentum(axis, model.zero3()),
     }
 }
@@ -36,7 +36,7 @@ pub fn mass_matrix<'g>(model: &RobotModel<'g, '_>) -> Vec<Vec<Sym<'g>>> {
     let mut d = vec![vec![model.constant(0.0); tree.nv]; tree.nv];
     for (index, body) in tree.bodies.iter().enumerate() {
         let _work = model.work(index, "mass matrix");
-        if body.motion == Motion::Free {
+        if body.motion == JointMotion::Free {
             free_block(&mut d, body.v_index, &composite[index]);
             continue;
         }
@@ -65,12 +65,12 @@ fn projections<'g>(
 ) -> Vec<(usize, Sym<'g>)> {
     let body = &model.tree.bodies[index];
     match body.motion {
-        Motion::Free => (0..3)
+        JointMotion::Free => (0..3)
             .map(|k| (body.v_index + k, force[k]))
             .chain((0..3).map(|k| (body.v_index + 3 + k, moment[k])))
             .collect(),
-        Motion::Revolute { axis, .. } => vec![(body.v_index, model.signed(index, moment[axis]))],
-        Motion::Prismatic { axis, .. } => vec![(body.v_index, model.signed(index, force[axis]))],
+        JointMotion::Revolute { axis, .. } => vec![(body.v_index, model.signed(index, moment[axis]))],
+        JointMotion::Prismatic { axis, .. } => vec![(body.v_index, model.signed(index, force[axis]))],
     }
 }
 

@@ -5,7 +5,7 @@ use super::model::RobotModel;
 use super::support::{Support, SupportKind, supports};
 use crate::description::model::{Contact, Foot};
 use crate::expression::{Matrix3, Sym, Vector3};
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
 
@@ -91,18 +91,18 @@ impl<'g> BodyJacobian<'g> {
             let moved = &model.tree.bodies[index];
             let one = model.signed(index, model.constant(1.0));
             match moved.motion {
-                Motion::Free => {
+                JointMotion::Free => {
                     for k in 0..3 {
                         let axis = turn.column(k);
                         columns[moved.v_index + k] = (axis, zero);
                         columns[moved.v_index + 3 + k] = (axis.cross(arm), axis);
                     }
                 }
-                Motion::Revolute { axis, .. } => {
+                JointMotion::Revolute { axis, .. } => {
                     let axis = turn.column(axis).scale(one);
                     columns[moved.v_index] = (axis.cross(arm), axis);
                 }
-                Motion::Prismatic { axis, .. } => {
+                JointMotion::Prismatic { axis, .. } => {
                     columns[moved.v_index] = (turn.column(axis).scale(one), zero);
                 }
             }

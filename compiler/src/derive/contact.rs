@@ -2,7 +2,7 @@
 use super::frames::{frame_pose, jacobian, jacobian_rate_times_velocity, world_poses};
 use super::model::RobotModel;
 use crate::expression::{Sym, Vector3};
-use crate::tree::{BaseKind, Motion, Tree, matrix_vector};
+use crate::tree::{BaseKind, JointMotion, Tree, matrix_vector};
 
 /// Everything the contact laws (4.2)–(4.7) need, for all points of `tree.points` in their order.
 ///
@@ -65,9 +65,9 @@ pub fn is_planar(tree: &Tree) -> bool {
             let tree = tree.structure();
             let rotations = zero_rotations(tree);
             tree.bodies.iter().zip(&rotations).all(|(body, rotation)| match body.motion {
-                Motion::Revolute { axis, .. } => rotation[1][axis].abs() > 1.0 - 1e-12,
-                Motion::Prismatic { axis, .. } => rotation[1][axis].abs() < 1e-12,
-                Motion::Free => false,
+                JointMotion::Revolute { axis, .. } => rotation[1][axis].abs() > 1.0 - 1e-12,
+                JointMotion::Prismatic { axis, .. } => rotation[1][axis].abs() < 1e-12,
+                JointMotion::Free => false,
             })
         }
     }

@@ -2,7 +2,7 @@
 use super::kinematics::{Motions, forward};
 use super::model::RobotModel;
 use crate::expression::{Matrix3, Sym, Vector3};
-use crate::tree::{Frame, Motion};
+use crate::tree::{Frame, JointMotion};
 
 /// Where a frame is.
 #[derive(Debug, Clone, Copy)]
@@ -69,19 +69,19 @@ pub fn jacobian<'g>(
         let pose = poses[index];
         let arm = position - pose.position;
         match moved.motion {
-            Motion::Free => {
+            JointMotion::Free => {
                 for k in 0..3 {
                     let axis = pose.rotation.column(k);
                     columns[moved.v_index + k] = (axis, zero);
                     columns[moved.v_index + 3 + k] = (axis.cross(arm), axis);
                 }
             }
-            Motion::Revolute { axis, .. } => {
+            JointMotion::Revolute { axis, .. } => {
                 let sign = model.signed(index, model.constant(1.0));
                 let axis = pose.rotation.column(axis).scale(sign);
                 columns[moved.v_index] = (axis.cross(arm), axis);
             }
-            Motion::Prismatic { axis, .. } => {
+            JointMotion::Prismatic { axis, .. } => {
                 let sign = model.signed(index, model.constant(1.0));
                 columns[moved.v_index] = (pose.rotation.column(axis).scale(sign), zero);
             }

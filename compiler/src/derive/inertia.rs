@@ -1,7 +1,7 @@
 //! Inertias of the bodies as expressions, and the regrouping that makes most of them vanish.
 use super::model::rotate;
 use crate::expression::{Expr, Graph, Matrix3, Sym, Vector3};
-use crate::tree::{Inertia, Motion, Placement, Rotation, Tree};
+use crate::tree::{Inertia, JointMotion, Placement, Rotation, Tree};
 use bipedc_runtime::Argument;
 
 /// Mass, first moment and inertia about the frame origin, as expressions.
@@ -149,13 +149,13 @@ pub fn regroup(tree: &Tree) -> Vec<Inertia> {
     inertias.iter().zip(&before).map(|(kept, before)| clean(kept, before)).collect()
 }
 
-fn movable_part(motion: Motion, own: &Inertia) -> Inertia {
+fn movable_part(motion: JointMotion, own: &Inertia) -> Inertia {
     let mut moved = Inertia::default();
     match motion {
-        Motion::Free => {}
+        JointMotion::Free => {}
         // A slide keeps the orientation: all of the moments of inertia act like the parent's.
-        Motion::Prismatic { .. } => moved.second_moment = own.second_moment,
-        Motion::Revolute { axis, .. } => {
+        JointMotion::Prismatic { .. } => moved.second_moment = own.second_moment,
+        JointMotion::Revolute { axis, .. } => {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
             moved.mass = own.mass;
             moved.first_moment[axis] = own.first_moment[axis];
@@ -185,7 +185,7 @@ impl<'g> BodyInertia<'g> {
     pub fn in_parent(&self, model: &super::RobotModel<'g, '_>, body: usize) -> Self {
         let b = &model.tree.bodies[body];
         let turned = match b.motion {
-            Motion::Revolute { axis, .. } => {
+            JointMotion::Revolute { axis, .. } => {
                 let (s, c) = model.sin_cos(body);
                 self.turned(axis, s, c)
             }

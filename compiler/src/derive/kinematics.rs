@@ -1,7 +1,7 @@
 //! Forward recursion of angular velocity, angular acceleration and acceleration, in body frames.
 use super::model::RobotModel;
 use crate::expression::{Matrix3, Sym, Vector3};
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 use bipedc_runtime::Argument;
 
 /// What moves and what stands still in a forward recursion.
@@ -77,7 +77,7 @@ fn step<'g>(
         let x = model.input(argument, body.v_index);
         if on { model.signed(index, x) } else { x.zero() }
     };
-    if body.motion == Motion::Free {
+    if body.motion == JointMotion::Free {
         return free(model, motions, index, parent);
     }
     let carried = parent.acceleration + parent.u * model.offset(index);
@@ -87,16 +87,16 @@ fn step<'g>(
     let (velocity, joint_acceleration) =
         (rate(Argument::V, motions.velocity), rate(Argument::A, motions.acceleration));
     match body.motion {
-        Motion::Revolute { axis, .. } => {
+        JointMotion::Revolute { axis, .. } => {
             wd = wd + w.cross(model.along(axis, velocity));
             wd[axis] = wd[axis] + joint_acceleration;
             w[axis] = w[axis] + velocity;
         }
-        Motion::Prismatic { axis, .. } => {
+        JointMotion::Prismatic { axis, .. } => {
             acceleration = acceleration + w.cross(model.along(axis, velocity * 2.0));
             acceleration[axis] = acceleration[axis] + joint_acceleration;
         }
-        Motion::Free => {}
+        JointMotion::Free => {}
     }
     BodyMotion::new(w, wd, acceleration)
 }

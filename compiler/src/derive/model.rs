@@ -1,7 +1,7 @@
 //! A tree with its symbols: what all derivations start from.
 use super::inertia::{self, BodyInertia};
 use crate::expression::{Graph, Matrix3, Purpose, Sym, Vector3, Work};
-use crate::tree::{Motion, Placement, Rotation, Tree};
+use crate::tree::{JointMotion, Placement, Rotation, Tree};
 use bipedc_runtime::Argument;
 
 /// Where the inertial parameters come from.
@@ -84,7 +84,9 @@ impl<'g, 't> RobotModel<'g, 't> {
     /// Value of a joint variable in the direction of the body's coordinate axis: `±x`.
     pub fn signed(&self, body: usize, x: Sym<'g>) -> Sym<'g> {
         match self.tree.bodies[body].motion {
-            Motion::Revolute { reversed: true, .. } | Motion::Prismatic { reversed: true, .. } => -x,
+            JointMotion::Revolute { reversed: true, .. } | JointMotion::Prismatic { reversed: true, .. } => {
+                -x
+            }
             _ => x,
         }
     }
@@ -93,12 +95,12 @@ impl<'g, 't> RobotModel<'g, 't> {
     pub fn up(&self, body: usize, x: Vector3<'g>) -> Vector3<'g> {
         let b = &self.tree.bodies[body];
         let moved = match b.motion {
-            Motion::Revolute { axis, .. } => {
+            JointMotion::Revolute { axis, .. } => {
                 let (s, c) = self.sin_cos(body);
                 rotate(axis, s, c, x)
             }
-            Motion::Prismatic { .. } => x,
-            Motion::Free => return self.base_rotation(body) * x,
+            JointMotion::Prismatic { .. } => x,
+            JointMotion::Free => return self.base_rotation(body) * x,
         };
         rotate_constant(self.graph, &b.placement.rotation, moved)
     }
@@ -106,12 +108,12 @@ impl<'g, 't> RobotModel<'g, 't> {
     /// A vector of the parent's frame in the body's axes.
     pub fn down(&self, body: usize, x: Vector3<'g>) -> Vector3<'g> {
         let b = &self.tree.bodies[body];
-        if b.motion == Motion::Free {
+        if b.motion == JointMotion::Free {
             return self.base_rotation(body).transpose() * x;
         }
         let placed = rotate_constant(self.graph, &b.placement.rotation.inverse(), x);
         match b.motion {
-            Motion::Revolute { axis, .. } => {
+            JointMotion::Revolute { axis, .. } => {
                 let (s, c) = self.sin_cos(body);
                 rotate(axis, -s, c, placed)
             }
@@ -130,9 +132,9 @@ impl<'g, 't> RobotModel<'g, 't> {
         let b = &self.tree.bodies[body];
         let fixed = Vector3::constant(self.graph, b.placement.translation);
         match b.motion {
-            Motion::Revolute { .. } => fixed,
-            Motion::Free => self.input3(Argument::Q, b.q_index),
-            Motion::Prismatic { axis, .. } => {
+            JointMotion::Revolute { .. } => fixed,
+            JointMotion::Free => self.input3(Argument::Q, b.q_index),
+            JointMotion::Prismatic { axis, .. } => {
                 let travel = self.signed(body, self.input(Argument::Q, b.q_index));
                 fixed + rotate_constant(self.graph, &b.placement.rotation, self.along(axis, travel))
             }
@@ -168,10 +170,10 @@ impl<'g, 't> RobotModel<'g, 't> {
     /// The direction of a joint in its body's axes.
     pub fn joint_axis(&self, body: usize) -> Vector3<'g> {
         match self.tree.bodies[body].motion {
-            Motion::Revolute { axis, .. } | Motion::Prismatic { axis, .. } => {
+            JointMotion::Revolute { axis, .. } | JointMotion::Prismatic { axis, .. } => {
                 self.along(axis, self.signed(body, self.constant(1.0)))
             }
-            Motion::Free => self.zero3(),
+            JointMotion::Free => self.zero3(),
         }
     }
 

@@ -6,7 +6,7 @@ use super::kinematics::{Motions, forward};
 use super::model::RobotModel;
 use super::newton_euler::body_wrenches;
 use crate::expression::{Sym, Vector3};
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 use bipedc_runtime::Argument;
 
 /// A force or linear momentum, and a moment or angular momentum about the world's origin, world axes.
@@ -39,7 +39,7 @@ pub fn velocities<'g>(model: &RobotModel<'g, '_>) -> Vec<(Vector3<'g>, Vector3<'
     let mut out: Vec<(Vector3<'g>, Vector3<'g>)> = Vec::new();
     for (index, body) in model.tree.bodies.iter().enumerate() {
         let _work = model.work(index, "velocity");
-        if body.motion == Motion::Free {
+        if body.motion == JointMotion::Free {
             let first = body.v_index;
             out.push((model.input3(Argument::V, first), model.input3(Argument::V, first + 3)));
             continue;
@@ -49,9 +49,9 @@ pub fn velocities<'g>(model: &RobotModel<'g, '_>) -> Vec<(Vector3<'g>, Vector3<'
         let mut w = model.down(index, w);
         let rate = model.signed(index, model.input(Argument::V, body.v_index));
         match body.motion {
-            Motion::Revolute { axis, .. } => w[axis] = w[axis] + rate,
-            Motion::Prismatic { axis, .. } => u[axis] = u[axis] + rate,
-            Motion::Free => {}
+            JointMotion::Revolute { axis, .. } => w[axis] = w[axis] + rate,
+            JointMotion::Prismatic { axis, .. } => u[axis] = u[axis] + rate,
+            JointMotion::Free => {}
         }
         out.push((u, w));
     }
@@ -121,7 +121,7 @@ pub fn center_of_mass_jacobian<'g>(model: &RobotModel<'g, '_>) -> Vec<Vector3<'g
         let _work = model.work(index, "Jacobian of the centre of mass");
         let rotation = poses[index].rotation;
         let inertia = &composite[index];
-        if body.motion == Motion::Free {
+        if body.motion == JointMotion::Free {
             for k in 0..3 {
                 let about = model.along(k, model.constant(1.0)).cross(inertia.first_moment);
                 columns[body.v_index + k] = rotation.column(k).scale(inertia.mass * per_mass);

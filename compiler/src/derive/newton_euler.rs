@@ -3,7 +3,7 @@ use super::kinematics::{BodyMotion, Motions, forward};
 use super::model::RobotModel;
 use super::{BodyInertia, frames};
 use crate::expression::{Sym, Vector3};
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 use bipedc_runtime::Argument;
 
 /// Force and moment about the frame's origin that a body needs to move as it does, in its axes.
@@ -67,14 +67,14 @@ pub fn project<'g>(
         let _work = model.work(index, "wrench handed to its parent");
         let (force, moment) = wrenches[index];
         match body.motion {
-            Motion::Free => {
+            JointMotion::Free => {
                 for k in 0..3 {
                     out[body.v_index + k] = force[k];
                     out[body.v_index + 3 + k] = moment[k];
                 }
             }
-            Motion::Revolute { axis, .. } => out[body.v_index] = model.signed(index, moment[axis]),
-            Motion::Prismatic { axis, .. } => out[body.v_index] = model.signed(index, force[axis]),
+            JointMotion::Revolute { axis, .. } => out[body.v_index] = model.signed(index, moment[axis]),
+            JointMotion::Prismatic { axis, .. } => out[body.v_index] = model.signed(index, force[axis]),
         }
         if let Some(parent) = body.parent {
             let (up_force, up_moment) = (model.up(index, force), model.up(index, moment));

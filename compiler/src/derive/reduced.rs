@@ -11,7 +11,7 @@ use super::model::RobotModel;
 use super::solve::{Factor, Topology};
 use super::support::{Support, SupportKind};
 use crate::expression::{Matrix3, Sym, Vector3};
-use crate::tree::{BaseKind, Motion};
+use crate::tree::{BaseKind, JointMotion};
 use bipedc_runtime::Argument;
 
 /// The six components of a twist or wrench, linear first.
@@ -53,7 +53,7 @@ impl<'g> Stance<'g> {
             out.rotation = Matrix3(out.rotation.0.map(|row| model.down(index, Vector3(row)).0));
             let axis = out.rotation * model.joint_axis(index);
             let (linear, angular) = match tree.bodies[index].motion {
-                Motion::Prismatic { .. } => (axis, model.zero3()),
+                JointMotion::Prismatic { .. } => (axis, model.zero3()),
                 _ => (out.origin.cross(axis), axis),
             };
             out.twists[tree.bodies[index].v_index] = Some(six(linear, angular));

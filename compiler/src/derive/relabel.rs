@@ -3,7 +3,7 @@
 use super::contact::{is_planar, zero_rotations};
 use crate::description::model::{JointKind, RobotDescription};
 use crate::expression::Sym;
-use crate::tree::{BaseKind, Body, Motion, Tree};
+use crate::tree::{BaseKind, Body, JointMotion, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// `offset + Σ factor · x[index]`
@@ -112,8 +112,8 @@ fn middle_sign(tree: &Tree, joint: &str) -> Result<f64, Diagnostic> {
     let at = tree.bodies.iter().position(|body| body.joint == joint);
     let sideways = |axis: usize| at.map_or(0.0, |k| rotations[k][1][axis].abs());
     let (along_y, other) = match at.map(|k| tree.bodies[k].motion) {
-        Some(Motion::Revolute { axis, .. }) => (sideways(axis), [1.0, -1.0]),
-        Some(Motion::Prismatic { axis, .. }) => (sideways(axis), [-1.0, 1.0]),
+        Some(JointMotion::Revolute { axis, .. }) => (sideways(axis), [1.0, -1.0]),
+        Some(JointMotion::Prismatic { axis, .. }) => (sideways(axis), [-1.0, 1.0]),
         _ => (0.0, [1.0, 1.0]),
     };
     if along_y > 1.0 - 1e-9 {
@@ -157,7 +157,9 @@ fn in_the_middle(tree: &Tree, description: &RobotDescription) -> Result<(), Diag
 /// Turn of a body about the world's y axis per unit of its joint, when all axes are parallel to y.
 fn pitch_sign(body: &Body, rotation: &[[f64; 3]; 3]) -> f64 {
     match body.motion {
-        Motion::Revolute { axis, reversed } => rotation[1][axis].signum() * if reversed { -1.0 } else { 1.0 },
+        JointMotion::Revolute { axis, reversed } => {
+            rotation[1][axis].signum() * if reversed { -1.0 } else { 1.0 }
+        }
         _ => 0.0,
     }
 }

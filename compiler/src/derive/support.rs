@@ -1,7 +1,7 @@
 //! Which rows a set of contacts means, from geometry alone: no rows that repeat each other on one foot.
 use super::contact::{is_planar, zero_rotations};
 use crate::description::model::{Contact, ContactPart, Foot};
-use crate::tree::{BaseKind, Motion, NEARLY_RIGHT, Tree};
+use crate::tree::{BaseKind, JointMotion, NEARLY_RIGHT, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Lengths (m) and direction cosines below this are rounding.
@@ -148,7 +148,7 @@ fn support(tree: &Tree, standing: &StandingFoot<'_>) -> Option<Support> {
     let body = standing.body?;
     let make = |point, kind| Some(Support { foot: standing.foot.name.clone(), body, point, kind });
     if tree.base == BaseKind::Pivot && body == 0 {
-        let Motion::Revolute { axis, .. } = tree.bodies[0].motion else { return None };
+        let JointMotion::Revolute { axis, .. } = tree.bodies[0].motion else { return None };
         let off_axis = |p: &[f64; 3]| p[(axis + 1) % 3].hypot(p[(axis + 2) % 3]) > TOLERANCE;
         return standing
             .structure

@@ -4,7 +4,7 @@
 //! thin rod: no torque belongs to an acceleration there. Found in numbers, because a zero that went through a
 //! rotation by an odd angle is dust in the expressions, and its inverse a number of no meaning.
 use super::support::{cross, dot};
-use crate::tree::{Inertia, Motion, Placement, Rotation, Tree, matrix_vector};
+use crate::tree::{Inertia, JointMotion, Placement, Rotation, Tree, matrix_vector};
 
 /// A pivot below this part of the inertia of everything that the joint carries is rounding.
 const DUST: f64 = 1e-12;
@@ -102,11 +102,11 @@ fn mass_matrix(tree: &Tree, posture: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
 /// Where the body is in its parent's frame; a free one stays where it is, which changes no pivot.
 fn moved(body: &crate::tree::Body, x: f64) -> Placement {
     let step = match body.motion {
-        Motion::Free => Placement::default(),
-        Motion::Revolute { axis, .. } => {
+        JointMotion::Free => Placement::default(),
+        JointMotion::Revolute { axis, .. } => {
             Placement { rotation: Rotation(vec![(axis, x)]), translation: [0.0; 3] }
         }
-        Motion::Prismatic { axis, .. } => Placement::shift(unit(axis).map(|e| e * x)),
+        JointMotion::Prismatic { axis, .. } => Placement::shift(unit(axis).map(|e| e * x)),
     };
     body.placement.then(&step)
 }
@@ -115,13 +115,13 @@ type Pair = ([f64; 3], [f64; 3]);
 
 /// Linear and angular velocity of the body per unit of each of its coordinates, in its axes; the sign of a
 /// reversed joint cancels in every pivot.
-fn unit_motions(motion: Motion) -> Vec<Pair> {
+fn unit_motions(motion: JointMotion) -> Vec<Pair> {
     match motion {
-        Motion::Free => {
+        JointMotion::Free => {
             (0..6).map(|k| if k < 3 { (unit(k), [0.0; 3]) } else { ([0.0; 3], unit(k - 3)) }).collect()
         }
-        Motion::Revolute { axis, .. } => vec![([0.0; 3], unit(axis))],
-        Motion::Prismatic { axis, .. } => vec![(unit(axis), [0.0; 3])],
+        JointMotion::Revolute { axis, .. } => vec![([0.0; 3], unit(axis))],
+        JointMotion::Prismatic { axis, .. } => vec![(unit(axis), [0.0; 3])],
     }
 }
 

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 /// A text and where its lines begin, so that a byte offset becomes line and column in logarithmic time.
 #[derive(Debug)]
-pub(crate) struct Source<'a> {
+pub(crate) struct SourceText<'a> {
     pub(crate) text: &'a str,
     name: PathBuf,
     line_starts: Vec<usize>,
 }
 
-impl<'a> Source<'a> {
+impl<'a> SourceText<'a> {
     pub(crate) fn new(text: &'a str, name: &Path) -> Self {
         let newlines = text.bytes().enumerate().filter(|&(_, byte)| byte == b'\n').map(|(at, _)| at + 1);
         Self { text, name: name.to_path_buf(), line_starts: std::iter::once(0).chain(newlines).collect() }
@@ -32,20 +32,20 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Where in a [`Source`] something stands; `None` for things that were not written but assumed.
+/// Where in a [`SourceText`] something stands; `None` for things that were not written but assumed.
 pub(crate) type Place = Option<usize>;
 
 /// Collects messages about one file.
 #[derive(Debug)]
 pub(crate) struct Messages<'a> {
-    pub(crate) source: Source<'a>,
+    pub(crate) source: SourceText<'a>,
     list: Vec<Diagnostic>,
     errors: usize,
 }
 
 impl<'a> Messages<'a> {
     pub(crate) fn new(text: &'a str, name: &Path) -> Self {
-        Self { source: Source::new(text, name), list: Vec::new(), errors: 0 }
+        Self { source: SourceText::new(text, name), list: Vec::new(), errors: 0 }
     }
 
     pub(crate) fn error(&mut self, place: Place, message: impl Into<String>, help: impl Into<String>) {

@@ -18,7 +18,7 @@ struct Slot {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Part {
+struct FunctionPart {
     instructions: Range<usize>,
     /// Values of earlier parts that it needs.
     loads: Vec<Slot>,
@@ -29,7 +29,7 @@ struct Part {
 }
 
 struct Plan {
-    parts: Vec<Part>,
+    parts: Vec<FunctionPart>,
     /// How many parts run before the sines and cosines.
     before: usize,
     /// Places of the angles that are computed.
@@ -119,7 +119,7 @@ impl Plan {
                 _ => k == last,
             };
             let outputs = (0..p.outputs.len()).filter(|&o| written(&p.outputs[o])).collect();
-            self.parts.push(Part { instructions: range, loads, stores, outputs });
+            self.parts.push(FunctionPart { instructions: range, loads, stores, outputs });
         }
     }
 }
@@ -153,7 +153,7 @@ fn part(code: &Code<'_>, f: &Function, plan: &Plan, index: usize, text: &mut Tex
     format!("{name}({});", passed.join(", "))
 }
 
-fn part_body(code: &Code<'_>, f: &Function, part: &Part, text: &mut Text) {
+fn part_body(code: &Code<'_>, f: &Function, part: &FunctionPart, text: &mut Text) {
     let place =
         |value: usize| part.loads.iter().find(|slot| slot.value as usize == value).map_or(0, |s| s.place);
     let loads = part.loads.iter().map(|slot| slot.value as usize);

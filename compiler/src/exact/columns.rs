@@ -55,16 +55,16 @@ pub struct Column {
     parts: &'static [(u32, bool)],
 }
 
-type Part = (&'static str, &'static str, &'static [(u32, bool)]);
+type ColumnPart = (&'static str, &'static str, &'static [(u32, bool)]);
 
-const MASS: [Part; 4] = [
+const MASS: [ColumnPart; 4] = [
     ("m", "kg", &[(0, true)]),
     ("m*cx", "kg m", &[(1, true)]),
     ("m*cy", "kg m", &[(2, true)]),
     ("m*cz", "kg m", &[(3, true)]),
 ];
 
-const INERTIA: [Part; 6] = [
+const INERTIA: [ColumnPart; 6] = [
     ("Ixx", "kg m²", &[(4, true)]),
     ("Ixy", "kg m²", &[(5, true)]),
     ("Ixz", "kg m²", &[(6, true)]),
@@ -74,7 +74,7 @@ const INERTIA: [Part; 6] = [
 ];
 
 // L = I + m (c² 1 − c cᵀ): m cₓ² adds to L_yy and L_zz, m cₓ c_y to −L_xy.
-const CENTRAL: [Part; 12] = [
+const CENTRAL: [ColumnPart; 12] = [
     ("Ixx_com", "kg m²", &[(4, true)]),
     ("Iyy_com", "kg m²", &[(7, true)]),
     ("Izz_com", "kg m²", &[(9, true)]),
@@ -90,7 +90,7 @@ const CENTRAL: [Part; 12] = [
 ];
 
 impl ParameterList {
-    fn parts(self) -> Vec<Part> {
+    fn parts(self) -> Vec<ColumnPart> {
         match self {
             Self::Standard => MASS.iter().chain(&INERTIA).copied().collect(),
             Self::FirstMoments => MASS.to_vec(),

@@ -4,7 +4,7 @@
 //! special. So all joints but the last two are drawn freely and those two are solved for, with a square root
 //! in the field.
 use super::arithmetic::{Angle, Arithmetic};
-use crate::tree::{Frame, Motion, Rotation, Tree};
+use crate::tree::{Frame, JointMotion, Rotation, Tree};
 
 type V3<A> = [<A as Arithmetic>::Value; 3];
 
@@ -56,7 +56,7 @@ fn constant_rotations(tree: &Tree, foot: &Frame) -> Vec<Vec<Rotation>> {
     for body in path(tree, foot) {
         let last = out.len() - 1;
         out[last].push(tree.bodies[body].placement.rotation.clone());
-        if matches!(tree.bodies[body].motion, Motion::Revolute { .. }) {
+        if matches!(tree.bodies[body].motion, JointMotion::Revolute { .. }) {
             out.push(Vec::new());
         }
     }
@@ -67,7 +67,7 @@ fn constant_rotations(tree: &Tree, foot: &Frame) -> Vec<Vec<Rotation>> {
 
 fn steps<'t>(tree: &Tree, foot: &Frame, rotations: &'t [Vec<Rotation>]) -> Vec<Step<'t>> {
     let turning = path(tree, foot).into_iter().filter_map(|body| match tree.bodies[body].motion {
-        Motion::Revolute { axis, reversed } => Some((body, axis, reversed)),
+        JointMotion::Revolute { axis, reversed } => Some((body, axis, reversed)),
         _ => None,
     });
     let step =

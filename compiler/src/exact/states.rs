@@ -4,7 +4,7 @@ use super::evaluate::Assignment;
 use super::flat::{Turning, level};
 use super::random::Random;
 use crate::expression::{Input, exact_sin_cos};
-use crate::tree::{BaseKind, Frame, Motion, Tree};
+use crate::tree::{BaseKind, Frame, JointMotion, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
 
@@ -58,7 +58,7 @@ impl<'t> StateSpace<'t> {
                     "`{name}` cannot be kept flat: there is no such link"
                 )));
             };
-            let turning = |body: usize| matches!(self.tree.bodies[body].motion, Motion::Revolute { .. });
+            let turning = |body: usize| matches!(self.tree.bodies[body].motion, JointMotion::Revolute { .. });
             let path: Vec<usize> = frame.body.into_iter().flat_map(|b| self.tree.path_to_root(b)).collect();
             let joints = path.iter().filter(|&&b| !self.is_base(b) && turning(b)).count();
             let why = if joints == 0 {
@@ -141,15 +141,15 @@ impl<V: Copy> Draw<V> {
         for (index, body) in space.tree.bodies.iter().enumerate() {
             let (q, v) = (input(Argument::Q, body.q_index), body.v_index);
             match body.motion {
-                Motion::Free => {
+                JointMotion::Free => {
                     free_body(a, space, body.q_index, v, random, &mut out)?;
                     continue;
                 }
-                Motion::Revolute { .. } => {
+                JointMotion::Revolute { .. } => {
                     out.angles.insert(q, self.angles[index]);
                     out.values.insert(q, a.angle_number(self.angles[index], random));
                 }
-                Motion::Prismatic { .. } => {
+                JointMotion::Prismatic { .. } => {
                     out.values.insert(q, self.positions[index]);
                 }
             }

@@ -1,5 +1,5 @@
 //! The derive macro's work, on tokens that tests can make too.
-use super::keys::{Keys, Source};
+use super::keys::{DescriptionSource, Keys};
 use super::{items_for, module};
 use crate::description::SourceFiles;
 use bipedc_effects::diagnostic::Diagnostics;
@@ -48,10 +48,10 @@ fn check_shape(input: &DeriveInput) -> syn::Result<()> {
     Ok(())
 }
 
-fn sources(source: &Source, folder: &Path) -> Result<SourceFiles, Diagnostics> {
+fn sources(source: &DescriptionSource, folder: &Path) -> Result<SourceFiles, Diagnostics> {
     match source {
-        Source::Files(path) => SourceFiles::load(&folder.join(path.value())),
-        Source::Inline { urdf, toml } => Ok(SourceFiles {
+        DescriptionSource::Files(path) => SourceFiles::load(&folder.join(path.value())),
+        DescriptionSource::Inline { urdf, toml } => Ok(SourceFiles {
             urdf_path: PathBuf::from("urdf"),
             urdf_text: urdf.value(),
             toml_path: PathBuf::from("toml"),
@@ -61,8 +61,8 @@ fn sources(source: &Source, folder: &Path) -> Result<SourceFiles, Diagnostics> {
 }
 
 /// rustc runs the macro again when a file changes that the output includes.
-fn tracked(source: &Source, sources: &SourceFiles) -> TokenStream {
-    if matches!(source, Source::Inline { .. }) {
+fn tracked(source: &DescriptionSource, sources: &SourceFiles) -> TokenStream {
+    if matches!(source, DescriptionSource::Inline { .. }) {
         return TokenStream::new();
     }
     let mut paths = vec![&sources.urdf_path, &sources.toml_path];

@@ -12,7 +12,7 @@ const KEYS: [&str; 7] = ["description", "base", "root", "functions", "split_abov
 const EXAMPLE: &str = "write `#[biped(description = \"robots/my_robot\")]` below the derive";
 
 /// Where the description stands.
-pub enum Source {
+pub enum DescriptionSource {
     /// In files: the path as written.
     Files(LitStr),
     /// In the attribute itself.
@@ -21,7 +21,7 @@ pub enum Source {
 
 /// What the attribute says.
 pub struct Keys {
-    pub source: Source,
+    pub source: DescriptionSource,
     pub request: Request,
 }
 
@@ -85,8 +85,8 @@ impl Keys {
     /// The literal that names the description: where its errors are shown.
     pub fn place(&self) -> &LitStr {
         match &self.source {
-            Source::Files(path) => path,
-            Source::Inline { urdf, .. } => urdf,
+            DescriptionSource::Files(path) => path,
+            DescriptionSource::Inline { urdf, .. } => urdf,
         }
     }
 }
@@ -96,10 +96,10 @@ fn source(
     urdf: Option<LitStr>,
     toml: Option<LitStr>,
     attribute: &Attribute,
-) -> syn::Result<Source> {
+) -> syn::Result<DescriptionSource> {
     match (description, urdf, toml) {
-        (Some(path), None, None) => Ok(Source::Files(path)),
-        (None, Some(urdf), toml) => Ok(Source::Inline { urdf, toml }),
+        (Some(path), None, None) => Ok(DescriptionSource::Files(path)),
+        (None, Some(urdf), toml) => Ok(DescriptionSource::Inline { urdf, toml }),
         (Some(path), ..) => Err(Error::new(
             path.span(),
             "`description` names files and `urdf`, `toml` are texts: give one or the other",

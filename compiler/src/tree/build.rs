@@ -1,6 +1,6 @@
 //! From a description to a tree rooted where the base says.
 use super::placement::NEARLY_RIGHT;
-use super::{BaseKind, Body, Frame, Inertia, Motion, Placement, Rotation, Tree, TreeJoint};
+use super::{BaseKind, Body, Frame, Inertia, JointMotion, Placement, Rotation, Tree, TreeJoint};
 use crate::description::model::{Base, Foot, Joint, JointKind, Pose, RobotDescription};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::{HashMap, HashSet, VecDeque};
@@ -144,7 +144,7 @@ impl<'a> Builder<'a> {
         name: &str,
         parent: Option<usize>,
         joint: &str,
-        motion: Motion,
+        motion: JointMotion,
         at: Placement,
     ) -> usize {
         self.bodies.push(Body {
@@ -168,15 +168,15 @@ impl<'a> Builder<'a> {
         let here = Placement::default;
         let (body, in_body) = match root.kind {
             BaseKind::Fixed => (None, inverse),
-            BaseKind::Floating => (Some(self.push(link, None, "base", Motion::Free, here())), inverse),
+            BaseKind::Floating => (Some(self.push(link, None, "base", JointMotion::Free, here())), inverse),
             BaseKind::Planar => {
-                let along = |axis| Motion::Prismatic { axis, reversed: false };
+                let along = |axis| JointMotion::Prismatic { axis, reversed: false };
                 let x = self.push("base/x", None, "base/x", along(0), here());
                 let z = self.push("base/z", Some(x), "base/z", along(2), here());
                 self.bodies[x].is_virtual = true;
                 self.bodies[z].is_virtual = true;
                 self.bodies[z].q_index = 1;
-                let pitch = Motion::Revolute { axis: 1, reversed: false };
+                let pitch = JointMotion::Revolute { axis: 1, reversed: false };
                 let body = self.push(link, Some(z), "base/pitch", pitch, here());
                 self.bodies[body].q_index = 2;
                 (Some(body), inverse)
@@ -185,7 +185,10 @@ impl<'a> Builder<'a> {
                 let (turn, axis, reversed) = aligned(root.pivot_axis);
                 let at = Placement { rotation: turn, translation: [0.0; 3] };
                 let back = at.inverse().then(&inverse);
-                (Some(self.push(link, None, "base/pivot", Motion::Revolute { axis, reversed }, at)), back)
+                (
+                    Some(self.push(link, None, "base/pivot", JointMotion::Revolute { axis, reversed }, at)),
+                    back,
+                )
             }
         };
         for body in &mut self.bodies {
@@ -233,8 +236,8 @@ impl<'a> Builder<'a> {
         };
         let reversed = against == forward;
         let motion = match joint.kind {
-            JointKind::Prismatic => Motion::Prismatic { axis, reversed },
-            _ => Motion::Revolute { axis, reversed },
+            JointKind::Prismatic => JointMotion::Prismatic { axis, reversed },
+            _ => JointMotion::Revolute { axis, reversed },
         };
         let index = self.push(far, body, &joint.name, motion, at);
         self.bodies[index].q_index = self.base.0 + self.v_index[joint.name.as_str()];

@@ -13,7 +13,7 @@ pub use placement::{Placement, Rotation, matrix_vector};
 
 /// How a body moves relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
+pub enum JointMotion {
     /// Six degrees of freedom: position and unit quaternion (x y z w); twist in the body's axes.
     Free,
     /// Rotation about a coordinate axis (0 = x, 1 = y, 2 = z) of the body frame.
@@ -32,7 +32,7 @@ pub enum Motion {
     },
 }
 
-impl Motion {
+impl JointMotion {
     /// Number of velocity components.
     pub fn nv(self) -> usize {
         if self == Self::Free { 6 } else { 1 }
@@ -56,7 +56,7 @@ pub struct Body {
     /// Name of the joint that moves it.
     pub joint: String,
     /// Degrees of freedom.
-    pub motion: Motion,
+    pub motion: JointMotion,
     /// Frame at zero joint position in the parent's frame.
     pub placement: Placement,
     /// First element in `q`.

@@ -2,14 +2,14 @@
 use super::Sensitivity;
 use super::subtree::{Change, Wrench};
 use crate::expression::Sym;
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 
 impl<'g> Sensitivity<'_, 'g, '_> {
     /// The parent, where the body's absolute angle takes the place of its angle from the parent: both
     /// revolute, about parallel axes.
     pub(super) fn absolute_parent(&self, index: usize) -> Option<usize> {
         let bodies = &self.model.tree.bodies;
-        let revolute = |k: usize| matches!(bodies[k].motion, Motion::Revolute { .. });
+        let revolute = |k: usize| matches!(bodies[k].motion, JointMotion::Revolute { .. });
         bodies[index].parent.filter(|&p| self.axes[index].joined && revolute(index) && revolute(p))
     }
 
@@ -18,7 +18,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
     pub fn in_absolute_angles(&self, tau: &[Sym<'g>]) -> Vec<Sym<'g>> {
         let mut out = tau.to_vec();
         for (index, body) in self.model.tree.bodies.iter().enumerate() {
-            if let Motion::Revolute { .. } = body.motion {
+            if let JointMotion::Revolute { .. } = body.motion {
                 out[body.v_index] = self.model.signed(index, tau[body.v_index]);
             }
         }
@@ -35,7 +35,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
     pub fn joint_velocities(&self, v: &[Sym<'g>]) -> Vec<Sym<'g>> {
         let mut out = v.to_vec();
         for (index, body) in self.model.tree.bodies.iter().enumerate() {
-            if let Motion::Revolute { .. } = body.motion {
+            if let JointMotion::Revolute { .. } = body.motion {
                 let carried = self.absolute_parent(index).map(|p| v[self.model.tree.bodies[p].v_index]);
                 let own = carried.map_or(v[body.v_index], |carried| v[body.v_index] - carried);
                 out[body.v_index] = self.model.signed(index, own);
@@ -48,7 +48,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
     fn absolute_projections(&self, index: usize, wrench: Wrench<'g>) -> Vec<(usize, Sym<'g>)> {
         let body = &self.model.tree.bodies[index];
         match body.motion {
-            Motion::Revolute { axis, .. } => vec![(body.v_index, wrench.1[axis])],
+            JointMotion::Revolute { axis, .. } => vec![(body.v_index, wrench.1[axis])],
             _ => self.projections(index, wrench),
         }
     }
@@ -65,7 +65,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
         }
         for (index, &moment) in moments.iter().enumerate() {
             let wrench = match self.model.tree.bodies[index].motion {
-                Motion::Revolute { .. } => (self.wrenches[index].0, moment),
+                JointMotion::Revolute { .. } => (self.wrenches[index].0, moment),
                 _ => self.wrenches[index],
             };
             for (row, x) in self.absolute_projections(index, wrench) {
@@ -81,7 +81,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
         let mut d = vec![vec![self.model.constant(0.0); nv]; nv];
         for (index, body) in self.model.tree.bodies.iter().enumerate() {
             let _work = self.model.work(index, "mass matrix in absolute angles");
-            let Motion::Revolute { axis, .. } = body.motion else {
+            let JointMotion::Revolute { axis, .. } = body.motion else {
                 for (k, change) in self.units(index).iter().enumerate() {
                     let wrench = self.subtrees[index].response(change);
                     self.absolute_walk(index, wrench, body.v_index + k, &mut d);

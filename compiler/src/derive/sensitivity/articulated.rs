@@ -4,7 +4,7 @@ use super::second::turn_matrix;
 use super::subtree::{Moments, Wrench};
 use crate::derive::RobotModel;
 use crate::expression::{Matrix3, Sym, Vector3};
-use crate::tree::{Motion, Rotation};
+use crate::tree::{JointMotion, Rotation};
 
 /// Force `A a + Bᵀ α` and moment `B a + C α` that an acceleration needs; about a body's origin.
 #[derive(Clone, Copy)]
@@ -59,11 +59,15 @@ impl<'g> Articulated<'g> {
     }
 
     /// Frees the joint.
-    fn released(&self, motion: Motion) -> (Self, Pivot<'g>) {
+    fn released(&self, motion: JointMotion) -> (Self, Pivot<'g>) {
         let (force, moment, d) = match motion {
-            Motion::Revolute { axis, .. } => (self.b.row(axis), self.c.column(axis), self.c[(axis, axis)]),
-            Motion::Prismatic { axis, .. } => (self.a.row(axis), self.b.column(axis), self.a[(axis, axis)]),
-            Motion::Free => unreachable!("a free root is solved as a whole"),
+            JointMotion::Revolute { axis, .. } => {
+                (self.b.row(axis), self.c.column(axis), self.c[(axis, axis)])
+            }
+            JointMotion::Prismatic { axis, .. } => {
+                (self.a.row(axis), self.b.column(axis), self.a[(axis, axis)])
+            }
+            JointMotion::Free => unreachable!("a free root is solved as a whole"),
         };
         let inverse = d.constant(1.0) / d;
         let (f, n) = (force.scale(inverse), moment.scale(inverse));
@@ -82,17 +86,17 @@ impl<'g> Articulated<'g> {
         // Along the joint nothing resists any more.
         for k in 0..3 {
             match motion {
-                Motion::Revolute { axis, .. } => {
+                JointMotion::Revolute { axis, .. } => {
                     out.b[(axis, k)] = zero;
                     out.c[(axis, k)] = zero;
                     out.c[(k, axis)] = zero;
                 }
-                Motion::Prismatic { axis, .. } => {
+                JointMotion::Prismatic { axis, .. } => {
                     out.b[(k, axis)] = zero;
                     out.a[(axis, k)] = zero;
                     out.a[(k, axis)] = zero;
                 }
-                Motion::Free => {}
+                JointMotion::Free => {}
             }
         }
         (out, (inverse, force, moment))
@@ -129,7 +133,7 @@ pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sy
         for (row, x) in robot.projections(index, wrench) {
             rests[row] = rests[row] - x;
         }
-        if bodies[index].motion == Motion::Free {
+        if bodies[index].motion == JointMotion::Free {
             continue;
         }
         let (released, pivot) = inertia.released(bodies[index].motion);
@@ -202,9 +206,9 @@ fn accelerate<'g>(
         let x = (rests[body.v_index] - force.dot(linear) - moment.dot(angular)) * inverse;
         out[body.v_index] = model.signed(index, x);
         match body.motion {
-            Motion::Revolute { axis, .. } => angular[axis] = angular[axis] + x,
-            Motion::Prismatic { axis, .. } => linear[axis] = linear[axis] + x,
-            Motion::Free => {}
+            JointMotion::Revolute { axis, .. } => angular[axis] = angular[axis] + x,
+            JointMotion::Prismatic { axis, .. } => linear[axis] = linear[axis] + x,
+            JointMotion::Free => {}
         }
         motions.push((linear, angular));
     }

@@ -2,7 +2,7 @@
 use crate::derive::RobotModel;
 use crate::derive::model::rotate;
 use crate::expression::{Sym, Vector3};
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 
 /// A turn about a coordinate axis: axis, sine, cosine.
 pub(super) type Turn<'g> = (usize, Sym<'g>, Sym<'g>);
@@ -36,13 +36,13 @@ pub(super) fn choose<'g>(model: &RobotModel<'g, '_>) -> Vec<Axes<'g>> {
     for (index, body) in model.tree.bodies.iter().enumerate() {
         let q = || model.signed(index, model.input(bipedc_runtime::Argument::Q, body.q_index));
         let (axis, own) = match body.motion {
-            Motion::Revolute { axis, .. } => (axis, Some(q())),
-            Motion::Prismatic { axis, .. } => (axis, None),
-            Motion::Free => (0, None),
+            JointMotion::Revolute { axis, .. } => (axis, Some(q())),
+            JointMotion::Prismatic { axis, .. } => (axis, None),
+            JointMotion::Free => (0, None),
         };
         let carrier = body.parent.and_then(|p| turned[p]).filter(|(k, _)| *k == axis);
         let parallel = body.placement.rotation.0.iter().all(|(k, _)| *k == axis);
-        let shared = carrier.filter(|_| parallel && body.motion != Motion::Free).map(|(_, angle)| {
+        let shared = carrier.filter(|_| parallel && body.motion != JointMotion::Free).map(|(_, angle)| {
             body.placement.rotation.0.iter().fold(angle, |sum, (_, constant)| sum + *constant)
         });
         let angle = match (shared, own) {

@@ -15,7 +15,7 @@ mod subtree;
 
 use super::RobotModel;
 use crate::expression::{Sym, Vector3};
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 use axes::Axes;
 use bipedc_runtime::Argument;
 use motion::Link;
@@ -180,11 +180,11 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
         let body = &self.model.tree.bodies[index];
         let signed = |x| self.model.signed(index, x);
         match body.motion {
-            Motion::Free => {
+            JointMotion::Free => {
                 force.0.into_iter().chain(moment.0).enumerate().map(|(k, x)| (body.v_index + k, x)).collect()
             }
-            Motion::Revolute { axis, .. } => vec![(body.v_index, signed(moment[axis]))],
-            Motion::Prismatic { axis, .. } => vec![(body.v_index, signed(force[axis]))],
+            JointMotion::Revolute { axis, .. } => vec![(body.v_index, signed(moment[axis]))],
+            JointMotion::Prismatic { axis, .. } => vec![(body.v_index, signed(force[axis]))],
         }
     }
 
@@ -210,9 +210,9 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
         let linear = |acceleration| Change { acceleration, ..self.still() };
         let angular = |angular| Change { angular, ..self.still() };
         match self.model.tree.bodies[index].motion {
-            Motion::Free => axes.map(linear).into_iter().chain(axes.map(angular)).collect(),
-            Motion::Revolute { .. } => vec![angular(self.model.joint_axis(index))],
-            Motion::Prismatic { .. } => vec![linear(self.model.joint_axis(index))],
+            JointMotion::Free => axes.map(linear).into_iter().chain(axes.map(angular)).collect(),
+            JointMotion::Revolute { .. } => vec![angular(self.model.joint_axis(index))],
+            JointMotion::Prismatic { .. } => vec![linear(self.model.joint_axis(index))],
         }
     }
 
@@ -258,7 +258,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
                 let wrench = self.subtrees[index].response(change);
                 self.walk(index, wrench, |_, row, x| out[row][body.v_index + k] = x);
             }
-            if body.motion == Motion::Free {
+            if body.motion == JointMotion::Free {
                 continue;
             }
             let mut row = self.subtrees[index].functional(body.motion, self.model.joint_axis(index));
@@ -279,14 +279,14 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     fn changes(&self, index: usize, column: Column) -> Vec<Change<'g>> {
         let model = self.model;
         let _work = model.work(index, "change of its motion");
-        if model.tree.bodies[index].motion == Motion::Free {
+        if model.tree.bodies[index].motion == JointMotion::Free {
             return self.free_changes(index, column);
         }
         let (axis, motion) = (model.joint_axis(index), &self.links[index].joint);
         let mut change = self.still();
         let (force, moment) = self.wrenches[index];
         let across = motion.w.cross(axis);
-        let revolute = matches!(model.tree.bodies[index].motion, Motion::Revolute { .. });
+        let revolute = matches!(model.tree.bodies[index].motion, JointMotion::Revolute { .. });
         match (column, revolute) {
             (Column::Position, true) => {
                 change.acceleration = motion.a.cross(axis);
@@ -333,7 +333,7 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     pub fn known_accelerations(&self, column: Column) -> Vec<(usize, Vec<Sym<'g>>)> {
         let mut out = Vec::new();
         for (index, body) in self.model.tree.bodies.iter().enumerate() {
-            if body.motion != Motion::Free {
+            if body.motion != JointMotion::Free {
                 continue;
             }
             let first = if column == Column::Position { 3 } else { 0 };

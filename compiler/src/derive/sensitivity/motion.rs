@@ -3,7 +3,7 @@ use super::axes::Axes;
 use crate::derive::RobotModel;
 use crate::derive::model::rotate_constant;
 use crate::expression::{Matrix3, Sym, Vector3};
-use crate::tree::Motion;
+use crate::tree::JointMotion;
 use bipedc_runtime::Argument;
 
 /// Motion of a body in some axes.
@@ -82,7 +82,7 @@ pub(super) fn forward<'g>(
 fn slide<'g>(model: &RobotModel<'g, '_>, index: usize) -> Vector3<'g> {
     let body = &model.tree.bodies[index];
     match body.motion {
-        Motion::Prismatic { axis, .. } => {
+        JointMotion::Prismatic { axis, .. } => {
             model.along(axis, model.signed(index, model.input(Argument::Q, body.q_index)))
         }
         _ => model.zero3(),
@@ -105,24 +105,24 @@ fn step<'g>(
     let velocity = model.signed(index, model.input(Argument::V, body.v_index));
     let acceleration = model.signed(index, accelerations[body.v_index]);
     let still = model.zero3();
-    if body.motion == Motion::Free {
+    if body.motion == JointMotion::Free {
         return (free(model, index, accelerations, hub), still);
     }
     let (mut w, mut wd) = (down(hub.w), down(hub.wd));
     let mut a = down(hub.a + hub.u * arm);
     match body.motion {
-        Motion::Revolute { axis, .. } => {
+        JointMotion::Revolute { axis, .. } => {
             wd = wd + w.cross(model.along(axis, velocity));
             wd[axis] = wd[axis] + acceleration;
             w[axis] = w[axis] + velocity;
             (Moving::new(w, wd, a), still)
         }
-        Motion::Prismatic { axis, .. } => {
+        JointMotion::Prismatic { axis, .. } => {
             a = a + w.cross(model.along(axis, velocity * 2.0));
             a[axis] = a[axis] + acceleration;
             (Moving::new(w, wd, a), up(model.along(axis, velocity)))
         }
-        Motion::Free => unreachable!("handled above"),
+        JointMotion::Free => unreachable!("handled above"),
     }
 }
 

@@ -5,7 +5,7 @@ use super::second::Second;
 use crate::derive::RobotModel;
 use crate::derive::model::rotate;
 use crate::expression::{Graph, Matrix3, Sym, Vector3};
-use crate::tree::{Motion, Rotation};
+use crate::tree::{JointMotion, Rotation};
 
 /// Force, and moment about a body's origin.
 pub(super) type Wrench<'g> = (Vector3<'g>, Vector3<'g>);
@@ -123,10 +123,10 @@ impl<'g> Subtree<'g> {
 
     /// The force on a joint as a linear function of a change of the whole subtree's motion: factors of
     /// `acceleration`, `angular` and `spin`. The first two are also the momentum per unit of its velocity.
-    pub fn functional(&self, motion: Motion, axis: Vector3<'g>) -> [Vector3<'g>; 3] {
+    pub fn functional(&self, motion: JointMotion, axis: Vector3<'g>) -> [Vector3<'g>; 3] {
         let Moments { mass, first: l, second } = self.moments;
         match motion {
-            Motion::Revolute { .. } => {
+            JointMotion::Revolute { .. } => {
                 [axis.cross(l), second.complement() * axis, self.flow.complement().transpose() * axis]
             }
             _ => [axis.scale(mass), l.cross(axis), self.momentum.cross(axis)],
@@ -169,7 +169,7 @@ pub(super) fn moments<'g>(model: &RobotModel<'g, '_>) -> Vec<Moments<'g>> {
         .map(|b| Moments { mass: b.mass, first: b.first_moment, second: second(b.second_moment) })
         .collect();
     for (index, body) in model.tree.bodies.iter().enumerate().rev() {
-        let (Some(parent), Motion::Revolute { axis, .. }) = (body.parent, body.motion) else { continue };
+        let (Some(parent), JointMotion::Revolute { axis, .. }) = (body.parent, body.motion) else { continue };
         let movable = out[index].second.m[(axis, axis)];
         if movable.constant_value().is_none() {
             continue;

@@ -19,7 +19,7 @@ const UNEVEN: f64 = 1.5;
 
 /// The error of a row over some of its samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Part {
+pub struct BreakdownPart {
     /// Such as `reversing`, `velocity > 0` or `double support`.
     pub name: String,
     /// How many.
@@ -61,13 +61,13 @@ pub struct Breakdown {
     /// How many.
     pub samples: usize,
     /// `moving`, `reversing`, `standing`; empty for rows without a joint.
-    pub motion: Vec<Part>,
+    pub motion: Vec<BreakdownPart>,
     /// `velocity > 0`, `velocity < 0`; empty for rows without a joint.
-    pub direction: Vec<Part>,
+    pub direction: Vec<BreakdownPart>,
     /// Equal stretches of samples, the earliest first.
     pub windows: Vec<Window>,
     /// `left_foot alone`, `double support`, `just after impact`, …; empty where no foot forces tell.
-    pub phases: Vec<Part>,
+    pub phases: Vec<BreakdownPart>,
     /// What the error goes with, the strongest first.
     pub signature: Vec<Feature>,
     /// All that in sentences.
@@ -129,9 +129,9 @@ fn rms<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
     (sum / count.max(1) as f64).sqrt()
 }
 
-fn part(name: &str, residual: &[f64], chosen: impl Fn(usize) -> bool) -> Part {
+fn part(name: &str, residual: &[f64], chosen: impl Fn(usize) -> bool) -> BreakdownPart {
     let values: Vec<f64> = (0..residual.len()).filter(|i| chosen(*i)).map(|i| residual[i]).collect();
-    Part { name: name.to_owned(), samples: values.len(), rms: rms(values.iter()) }
+    BreakdownPart { name: name.to_owned(), samples: values.len(), rms: rms(values.iter()) }
 }
 
 /// What a joint does at a sample.
@@ -186,7 +186,7 @@ pub(crate) fn direction_states(velocity: &[f64]) -> Vec<(String, Vec<bool>)> {
     vec![("velocity > 0".to_owned(), of(1.0)), ("velocity < 0".to_owned(), of(-1.0))]
 }
 
-fn parts(residual: &[f64], states: &[(String, Vec<bool>)]) -> Vec<Part> {
+fn parts(residual: &[f64], states: &[(String, Vec<bool>)]) -> Vec<BreakdownPart> {
     states.iter().map(|(name, chosen)| part(name, residual, |i| chosen[i])).collect()
 }
 
@@ -235,7 +235,7 @@ fn words(row: &Row, b: &Breakdown) -> Vec<String> {
 }
 
 /// The part with the largest error, if it is much larger than the smallest one.
-fn uneven(name: &str, parts: &[Part], b: &Breakdown) -> Option<String> {
+fn uneven(name: &str, parts: &[BreakdownPart], b: &Breakdown) -> Option<String> {
     // Few samples have any error by chance.
     let few = (b.samples / 50).max(20);
     let counted = || parts.iter().filter(|part| part.samples >= few);

@@ -21,8 +21,8 @@ mod selected;
 mod signature;
 pub mod support;
 
-pub use breakdown::{AT_NOISE, Breakdown, Part, WINDOWS, Window, breakdowns};
+pub use breakdown::{AT_NOISE, Breakdown, BreakdownPart, WINDOWS, Window, breakdowns};
 pub use engine::{Options, diagnose, errors, estimate, summary};
-pub use result::{Diagnosis, Fall, FoundEffect, Rejected, Step, Unexplained, intervals};
+pub use result::{Diagnosis, ErrorFall, FoundEffect, Rejected, Step, Unexplained, intervals};
 pub use selected::Selected;
 pub use signature::Feature;

@@ -1,5 +1,5 @@
 //! The answer, for people and for programs. Its JSON keys are its field names and stay.
-use crate::measure::Source;
+use crate::measure::DataSource;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
@@ -28,21 +28,21 @@ pub struct Diagnosis {
     pub rejected: Vec<Rejected>,
     /// Root mean square errors by kind of channel: `effort`, `base_force`, `base_moment`, `cop`, `transmission`,
     /// `post_impact_velocity`.
-    pub rms: BTreeMap<String, Fall>,
+    pub rms: BTreeMap<String, ErrorFall>,
     /// As `rms`, on the training data; empty where nobody asked.
-    pub rms_training: BTreeMap<String, Fall>,
+    pub rms_training: BTreeMap<String, ErrorFall>,
     /// Of the kind that the table is about: impacts, else centre of pressure for postures, else effort.
     pub rms_before: f64,
     /// See `rms_before`.
     pub rms_after: f64,
     /// By row, in the order of the model.
-    pub rows: BTreeMap<String, Fall>,
+    pub rows: BTreeMap<String, ErrorFall>,
     /// The error after each effect, in the order in which they entered.
     pub steps: Vec<Step>,
     /// The data that parameters were estimated from.
-    pub training: Source,
+    pub training: DataSource,
     /// The data that judged; `None`: blocks of the training data did.
-    pub validation: Option<Source>,
+    pub validation: Option<DataSource>,
     /// What the data could not support, in words.
     pub warnings: Vec<String>,
     /// What was taken for granted.
@@ -97,7 +97,7 @@ pub struct Unexplained {
 
 /// An error before and after.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Fall {
+pub struct ErrorFall {
     /// Of both.
     pub unit: String,
     /// Of the nominal model.

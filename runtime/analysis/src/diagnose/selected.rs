@@ -1,7 +1,7 @@
 //! An experiment of which only some kinds of rows count.
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::log::names;
-use crate::measure::Motion;
+use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -86,7 +86,7 @@ impl Experiment for Selected<'_> {
     fn check(&self) -> Vec<Diagnostic> {
         self.inner.check()
     }
-    fn motion(&self) -> Motion {
+    fn motion(&self) -> JointPositions {
         self.inner.motion()
     }
     fn bodies(&self) -> &[String] {

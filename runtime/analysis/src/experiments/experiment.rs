@@ -1,5 +1,5 @@
 //! Measurements as the diagnosis sees them: residuals, and how effects would change them.
-use crate::measure::Motion;
+use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -158,8 +158,8 @@ pub trait Experiment: Sync {
     }
 
     /// How the joints moved, for telling whether motions repeat; empty in tables.
-    fn motion(&self) -> Motion {
-        Motion::default()
+    fn motion(&self) -> JointPositions {
+        JointPositions::default()
     }
 
     /// Names of the bodies' main links, one per ten inertial parameters.

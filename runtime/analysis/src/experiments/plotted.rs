@@ -28,14 +28,14 @@ pub struct Row {
     /// What is structured in the residual, in words; may be empty.
     pub note: String,
     /// The error by what the joint was doing; may be empty.
-    pub parts: Vec<Part>,
+    pub parts: Vec<RowPart>,
     /// Over time; any length.
     pub series: Series,
 }
 
 /// The error of a row over some of its samples.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct RowPart {
     /// Such as `reversing`, `velocity > 0` or `left support`.
     pub name: String,
     /// How many.
@@ -93,7 +93,7 @@ impl Row {
         };
         let (samples, rms_before) = of(&mut self.series.residual());
         let rms_after = self.series.amended.as_ref().map(|_| of(&mut self.series.residual_after()).1);
-        self.parts.push(Part { name: name.into(), samples, rms_before, rms_after });
+        self.parts.push(RowPart { name: name.into(), samples, rms_before, rms_after });
         self
     }
 }

@@ -1,6 +1,6 @@
 //! The regression: which unknowns act in which rows, and the numbers of a batch of samples.
 use super::triangle::Triangle;
-use super::unknowns::{BaseSet, Extra, ExtraTorque, Part, Source, Unknown, plain};
+use super::unknowns::{BaseSet, ColumnSource, Extra, ExtraTorque, Summand, Unknown, plain};
 use crate::experiments::{Channel as Kind, Experiment, Row};
 use crate::robot::{Batch, JointLayout};
 use nalgebra::DVector;
@@ -33,7 +33,7 @@ pub struct Channel {
     /// Unknowns that act here.
     pub places: Vec<usize>,
     /// Where their numbers come from.
-    sources: Vec<Source>,
+    sources: Vec<ColumnSource>,
 }
 
 /// What is estimated from which rows.
@@ -97,7 +97,7 @@ impl<'a> Design<'a> {
             let inertial = experiment.inertial(row)?;
             let acts = |k: &usize| base.leading(*k).is_some_and(|column| inertial.columns.contains(&column));
             let places: Vec<usize> = (0..unknowns.len()).filter(acts).collect();
-            let sources = places.iter().map(|&k| Source::Base(k)).collect();
+            let sources = places.iter().map(|&k| ColumnSource::Base(k)).collect();
             Some(Channel { name: of.name.clone(), unit: of.unit, row, joint: None, places, sources })
         };
         let channels = experiment.rows().iter().enumerate().filter_map(channel).collect();
@@ -127,8 +127,10 @@ impl<'a> Design<'a> {
         let joint = row.checked_sub(nb);
         let pattern = &self.pattern()[row];
         let acts = |unknown: &Unknown| match unknown.source {
-            Source::Base(column) => pattern.contains(&column),
-            Source::Extra(k) => joint.is_some_and(|j| self.extras[k].joint == j || self.extras[k].other == j),
+            ColumnSource::Base(column) => pattern.contains(&column),
+            ColumnSource::Extra(k) => {
+                joint.is_some_and(|j| self.extras[k].joint == j || self.extras[k].other == j)
+            }
         };
         let places: Vec<usize> = (0..self.unknowns.len()).filter(|&k| acts(&self.unknowns[k])).collect();
         let (name, unit) = match joint {
@@ -151,7 +153,7 @@ impl<'a> Design<'a> {
         let (factor, lengths) = (total.matrix(), total.lengths());
         let mut dropped = Vec::new();
         for k in 0..self.unknowns.len() {
-            let Source::Extra(extra) = self.unknowns[k].source else { continue };
+            let ColumnSource::Extra(extra) = self.unknowns[k].source else { continue };
             let kept: Vec<usize> = (0..k).filter(|i| !dropped.contains(i)).collect();
             let columns = factor.select_columns(&kept);
             let target: DVector<f64> = factor.column(k).into_owned();
@@ -165,7 +167,7 @@ impl<'a> Design<'a> {
                 if coefficient.abs() > 1e-9 {
                     let rounded = (coefficient * 1e9).round() / 1e9;
                     let name = format!(" {} {}", signed(rounded), self.unknowns[k].name);
-                    self.unknowns[i].sum.push((Part::Extra(extra), rounded));
+                    self.unknowns[i].sum.push((Summand::Extra(extra), rounded));
                     self.unknowns[i].name.push_str(&name);
                 }
             }
@@ -223,13 +225,13 @@ impl<'a> Design<'a> {
         out.clear();
         for source in &channel.sources {
             match *source {
-                Source::Base(column) => {
+                ColumnSource::Base(column) => {
                     let pattern = &self.pattern()[channel.row];
                     let place = pattern.iter().position(|c| *c == column).unwrap_or(0);
                     let start = (self.starts[channel.row] + place) * count;
                     out.extend_from_slice(&work.entries[start..start + count]);
                 }
-                Source::Extra(k) => {
+                ColumnSource::Extra(k) => {
                     let (torque, joint) = (&self.torques[k], channel.joint.unwrap_or(usize::MAX));
                     let joints = |values: &'_ [f64], i: usize| -> std::ops::Range<usize> {
                         debug_assert!(values.len() >= (i + 1) * nv);
@@ -245,7 +247,7 @@ impl<'a> Design<'a> {
     }
 
     /// The matrix that makes unknowns of inertial parameters and extras: rows of (part, factor).
-    pub fn sums(&self) -> impl Iterator<Item = &[(Part, f64)]> {
+    pub fn sums(&self) -> impl Iterator<Item = &[(Summand, f64)]> {
         self.unknowns.iter().map(|unknown| unknown.sum.as_slice())
     }
 }

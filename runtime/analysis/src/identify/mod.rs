@@ -31,7 +31,9 @@ pub use estimate::{Estimate, Fit, HeldOutError, Method, by_channel, errors, join
 pub use motions::{Motions, Repetition};
 pub use reading::Reading;
 pub use result::*;
-pub use run::{Answer, Feed, Judge, Options, Parts, identify, judged};
+pub use run::{Feed, IdentificationResult, Judge, Options, RobotAndLogs, identify, judged};
 pub use survey::{Survey, survey};
 pub use triangle::Triangle;
-pub use unknowns::{BaseSet, Extra, ExtraChoice, ExtraTorque, Law, Part, Source, Unknown, joint, offered};
+pub use unknowns::{
+    BaseSet, ColumnSource, Extra, ExtraChoice, ExtraTorque, Law, Summand, Unknown, joint, offered,
+};

@@ -45,7 +45,7 @@ struct Place {
 
 /// A motion, wherever it is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Motion {
+struct RepeatedMotion {
     /// Time of the motion at which it begins, s.
     start: f64,
     /// Until it ends, or repeats; s.
@@ -60,7 +60,7 @@ struct Motion {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motions {
     places: Vec<Place>,
-    motions: Vec<Motion>,
+    motions: Vec<RepeatedMotion>,
     /// What was seen again.
     pub repetitions: Vec<Repetition>,
 }
@@ -87,7 +87,7 @@ impl Motions {
                 references.push(log);
                 let length = period.unwrap_or(end - start);
                 let periodic = period.is_some();
-                new.motions.push(Motion { start, length, periodic, first: 0, cells: 0 });
+                new.motions.push(RepeatedMotion { start, length, periodic, first: 0, cells: 0 });
             }
         }
         new.cut();
@@ -127,7 +127,7 @@ impl Motions {
     /// Which fold each cell belongs to: whole motions if there are enough of them, else stretches of them.
     pub fn folds(&self) -> Vec<usize> {
         if self.motions.len() >= ENOUGH {
-            let of = |(index, motion): (usize, &Motion)| vec![index % FOLDS; motion.cells];
+            let of = |(index, motion): (usize, &RepeatedMotion)| vec![index % FOLDS; motion.cells];
             return self.motions.iter().enumerate().flat_map(of).collect();
         }
         let cells = self.cells();
@@ -135,7 +135,7 @@ impl Motions {
     }
 }
 
-impl Motion {
+impl RepeatedMotion {
     fn widen(&mut self, start: f64, end: f64, period: Option<f64>) {
         if self.periodic {
             return;
@@ -158,7 +158,7 @@ fn span(survey: &Survey) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::Motion as Seen;
+    use crate::measure::JointPositions as Seen;
 
     /// A log at 100 Hz of a motion with this period, beginning at a phase (s) of it; time runs from `start`.
     fn log(duration: f64, period: f64, phase: f64, start: f64) -> Survey {

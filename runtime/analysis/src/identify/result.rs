@@ -1,7 +1,7 @@
 //! What identification answers; the keys of `identify --json` (docs/identification.md explains them).
 use super::estimate::{HeldOutError, Method};
 use super::motions::Repetition;
-use super::physical::{Certificate, Consistency, Trial};
+use super::physical::{Certificate, Consistency, TriedWeight};
 use serde::Serialize;
 
 /// The whole answer.
@@ -128,7 +128,7 @@ pub struct PhysicalSummary {
     /// Whether it was chosen by folds.
     pub chosen: bool,
     /// Weights that were tried.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<TriedWeight>,
     /// Proof of optimality.
     pub certificate: Certificate,
     /// All links with mass that move.

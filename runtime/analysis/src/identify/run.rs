@@ -8,7 +8,7 @@ use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, Proble
 use super::picture;
 use super::reading::Reading;
 use super::result::Identification;
-use super::summary::Found;
+use super::summary::SummaryInput;
 use super::survey::Survey;
 use super::triangle::Triangle;
 use super::unknowns::{BaseSet, ExtraChoice};
@@ -26,7 +26,7 @@ const PASSES: usize = 6;
 const BEND: f64 = 1.345;
 
 /// The robot, and what its logs show.
-pub struct Parts<'a> {
+pub struct RobotAndLogs<'a> {
     /// Joints and base.
     pub subject: &'a JointLayout,
     /// Links.
@@ -110,7 +110,7 @@ pub struct Options {
 
 /// The answer, and the links' new inertias for a URDF.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Answer {
+pub struct IdentificationResult {
     /// For people and programs.
     pub identification: Identification,
     /// By link name.
@@ -125,12 +125,12 @@ pub struct Answer {
 /// # Errors
 /// Unreadable logs, data that cannot carry an estimate, bounds that contradict each other.
 pub fn identify(
-    parts: &Parts<'_>,
+    parts: &RobotAndLogs<'_>,
     feed: &Feed<'_>,
     judge: Option<&Judge<'_>>,
     options: &Options,
     progress: &dyn Fn(f64),
-) -> Result<Answer, Diagnostics> {
+) -> Result<IdentificationResult, Diagnostics> {
     let one = |diagnostic: Diagnostic| Diagnostics(vec![diagnostic]);
     let design = design(parts, feed, options);
     let motions = Motions::new(parts.surveys);
@@ -166,7 +166,8 @@ pub fn identify(
     let zeros = estimate.clone().with_held(DVector::zeros(nominal.len()));
     let essential_theta = zeros.solve(&zeros.total, &essential.unknowns);
     let models = [&nominal, &fit.theta, &essential_theta, &physical.theta];
-    let found = Found { design: &design, motions: &motions, raw: &raw, estimate: &estimate, fit: &fit };
+    let found =
+        SummaryInput { design: &design, motions: &motions, raw: &raw, estimate: &estimate, fit: &fit };
     let validation = match judge {
         Some(judge) => Some(found.validation(parts, judge, &settings, models)?),
         None => None,
@@ -200,7 +201,7 @@ pub fn identify(
         }
         _ => Vec::new(),
     };
-    Ok(Answer { identification, links, pictures })
+    Ok(IdentificationResult { identification, links, pictures })
 }
 
 /// The fit, if the data tell anything and all of it is a number.
@@ -219,7 +220,7 @@ fn checked_fit(estimate: &Estimate, design: &Design<'_>, sums: &Sums) -> Result<
     }
 }
 
-fn design<'a>(parts: &Parts<'a>, feed: &Feed<'_>, options: &Options) -> Design<'a> {
+fn design<'a>(parts: &RobotAndLogs<'a>, feed: &Feed<'_>, options: &Options) -> Design<'a> {
     if let Feed::Tables([first, ..]) = feed {
         return Design::of_table(parts.subject, parts.base, *first);
     }
@@ -230,17 +231,17 @@ fn design<'a>(parts: &Parts<'a>, feed: &Feed<'_>, options: &Options) -> Design<'
     Design::new(parts.subject, parts.base, parts.regressor, extras, parts.rows)
 }
 
-fn fastest(parts: &Parts<'_>) -> Vec<f64> {
+fn fastest(parts: &RobotAndLogs<'_>) -> Vec<f64> {
     let speed = |joint| parts.surveys.iter().map(|s| s.speed[joint]).fold(0.0, f64::max);
     (0..parts.subject.joints.len()).map(speed).collect()
 }
 
 /// The unknowns for these inertial parameters; extras as described, else zero.
 pub(super) fn nominal(design: &Design<'_>, parameters: &[f64], extras: &ExtraChoice) -> DVector<f64> {
-    let value = |sum: &[(super::Part, f64)]| -> f64 {
-        let term = |(part, factor): &(super::Part, f64)| match part {
-            super::Part::Inertial(k) => factor * parameters[*k],
-            super::Part::Extra(k) => factor * extras.described(&design.extras[*k]),
+    let value = |sum: &[(super::Summand, f64)]| -> f64 {
+        let term = |(part, factor): &(super::Summand, f64)| match part {
+            super::Summand::Inertial(k) => factor * parameters[*k],
+            super::Summand::Extra(k) => factor * extras.described(&design.extras[*k]),
         };
         sum.iter().map(term).sum()
     };

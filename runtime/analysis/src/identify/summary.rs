@@ -6,7 +6,7 @@ use super::estimate::{Estimate, Fit, HeldOutError, by_channel, errors};
 use super::motions::{Motions, Repetition};
 use super::physical::{Choice, Inertia, Physical, Problem, check};
 use super::result::*;
-use super::run::{Judge, Parts};
+use super::run::{Judge, RobotAndLogs};
 use super::survey::Survey;
 use crate::robot::inertial_parameters::InertialParameters;
 use bipedc_effects::diagnostic::Diagnostics;
@@ -19,7 +19,7 @@ const ALIKE: f64 = 0.95;
 const PAIRS: usize = 20;
 
 /// What was found, to be put into words.
-pub(super) struct Found<'a> {
+pub(super) struct SummaryInput<'a> {
     pub design: &'a Design<'a>,
     pub motions: &'a Motions,
     pub raw: &'a Sums,
@@ -27,7 +27,7 @@ pub(super) struct Found<'a> {
     pub fit: &'a Fit,
 }
 
-impl Found<'_> {
+impl SummaryInput<'_> {
     pub fn logs(&self, files: &[PathBuf], surveys: &[Survey]) -> Vec<LogSummary> {
         let summary = |(file, survey): (&PathBuf, &Survey)| LogSummary {
             file: file.display().to_string(),
@@ -118,7 +118,7 @@ impl Found<'_> {
 
     pub fn validation(
         &self,
-        parts: &Parts<'_>,
+        parts: &RobotAndLogs<'_>,
         judge: &Judge<'_>,
         settings: &Settings,
         models: [&DVector<f64>; 4],

@@ -1,7 +1,7 @@
 //! A first look at a log: which motion it shows, how fast joints go, what was measured.
 use super::reading::Reading;
 use crate::experiments::Experiment;
-use crate::measure::{Missing, Motion, Recording};
+use crate::measure::{JointPositions, Missing, Recording};
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
@@ -12,7 +12,7 @@ const GRID: f64 = 0.01;
 #[derive(Debug, Clone, Default)]
 pub struct Survey {
     /// Positions of the joints, thinned.
-    pub motion: Motion,
+    pub motion: JointPositions,
     /// Largest speed of each joint, rad/s.
     pub speed: Vec<f64>,
     /// Whether each joint's effort was measured.

@@ -205,7 +205,7 @@ impl ExtraChoice {
 
 /// What one unknown is a sum of.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Part {
+pub enum Summand {
     /// Index among ten inertial parameters per body.
     Inertial(usize),
     /// Index among the extras.
@@ -220,14 +220,14 @@ pub struct Unknown {
     /// Its unit.
     pub unit: &'static str,
     /// The sum it stands for; the leading term first, with factor 1.
-    pub sum: Vec<(Part, f64)>,
+    pub sum: Vec<(Summand, f64)>,
     /// Column of the base regressor, or else the extra.
-    pub source: Source,
+    pub source: ColumnSource,
 }
 
 /// Where a column's numbers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum ColumnSource {
     /// Column of the base regressor.
     Base(usize),
     /// Index among the extras.
@@ -238,14 +238,14 @@ pub enum Source {
 pub fn plain(base: &BaseSet, extras: &[Extra], subject: &JointLayout) -> Vec<Unknown> {
     let inertial =
         base.names.iter().zip(&base.units).zip(&base.sums).enumerate().map(|(k, ((name, unit), sum))| {
-            let sum = sum.iter().map(|(p, factor)| (Part::Inertial(*p), *factor)).collect();
-            Unknown { name: name.clone(), unit, sum, source: Source::Base(k) }
+            let sum = sum.iter().map(|(p, factor)| (Summand::Inertial(*p), *factor)).collect();
+            Unknown { name: name.clone(), unit, sum, source: ColumnSource::Base(k) }
         });
     let joints = extras.iter().enumerate().map(|(k, extra)| Unknown {
         name: extra.name(subject),
         unit: extra.unit(subject),
-        sum: vec![(Part::Extra(k), 1.0)],
-        source: Source::Extra(k),
+        sum: vec![(Summand::Extra(k), 1.0)],
+        source: ColumnSource::Extra(k),
     });
     inertial.chain(joints).collect()
 }

@@ -19,7 +19,7 @@ use toml::Spanned;
 
 /// Where a column of ours comes from.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Source {
+pub struct MappedColumn {
     /// Name in the file's header; `None`: the same as ours.
     pub column: Option<String>,
     /// sign · scale
@@ -47,7 +47,7 @@ pub struct Mapping {
     /// The file, if it came from one.
     pub file: Option<PathBuf>,
     /// Our column name to its source.
-    pub columns: BTreeMap<String, Source>,
+    pub columns: BTreeMap<String, MappedColumn>,
     /// `<foot>/force` or `<foot>/torque` to its frame, where it is not the world.
     pub frames: BTreeMap<String, ForceFrame>,
     /// Columns of the file that are not to be seen under their own names.
@@ -140,7 +140,7 @@ impl Mapping {
         if !is_vector {
             self.columns.insert(
                 name.to_owned(),
-                Source { column: full.column, factor: sign * scale, offset, position },
+                MappedColumn { column: full.column, factor: sign * scale, offset, position },
             );
         }
         Ok(())

@@ -20,7 +20,7 @@ pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport};
 pub use file::Log;
 pub use header::{Column, Kind};
 pub use lines::{LONGEST_LINE, MOST_BLANK};
-pub use mapping::{ForceFrame, Mapping, Source};
+pub use mapping::{ForceFrame, MappedColumn, Mapping};
 pub use names::closest;
 pub use reader::{Absent, MOST_ERRORS, Reader, Row};
 pub use table::{LARGEST_TABLE, Table};

@@ -16,6 +16,6 @@ pub use content::Content;
 pub use filtered::CUTOFF_HZ;
 pub use options::{CANDIDATES, Options, VelocitySource};
 pub use recording::Recording;
-pub use repetition::{Motion, repeats, shared};
-pub use source::Source;
+pub use repetition::{JointPositions, repeats, shared};
+pub use source::DataSource;
 pub use thinning::HELD;

@@ -5,7 +5,7 @@ use crate::measure::filtered::{Filtered, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
-use crate::measure::{Missing, Options, Source};
+use crate::measure::{DataSource, Missing, Options};
 use crate::robot::{JointLayout, Trajectory};
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -19,7 +19,7 @@ const FEWEST: usize = 50;
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
     /// Where it came from.
-    pub source: Source,
+    pub source: DataSource,
     /// Times of the samples, s.
     pub time: Vec<f64>,
     /// Stretches without gaps, as ranges of samples.
@@ -54,7 +54,7 @@ impl Recording {
         if recording.time.len() < FEWEST {
             return Err(too_short(recording.time.len(), log.path()).into());
         }
-        recording.source = Source { samples: recording.time.len(), ..log.source()? };
+        recording.source = DataSource { samples: recording.time.len(), ..log.source()? };
         recording.noise = recording.effort.iter().map(|e| e.as_deref().map_or(0.0, white_noise)).collect();
         Ok(recording)
     }
@@ -79,7 +79,7 @@ impl Recording {
         if thinning.seen() < FEWEST {
             return Err(too_short(thinning.seen(), log.path()).into());
         }
-        recording.source = Source { samples: thinning.seen(), ..log.source()? };
+        recording.source = DataSource { samples: thinning.seen(), ..log.source()? };
         thinning.finish(&mut recording);
         recording.thin(most);
         if thinning.is_long() {

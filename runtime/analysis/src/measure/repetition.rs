@@ -17,14 +17,14 @@ const STILL: f64 = 5e-3;
 
 /// Positions of the joints over time.
 #[derive(Debug, Clone, Default)]
-pub struct Motion {
+pub struct JointPositions {
     /// Times of the samples, s.
     pub time: Vec<f64>,
     /// One signal per joint, by the same order in all logs of a robot.
     pub positions: Vec<Vec<f64>>,
 }
 
-impl Motion {
+impl JointPositions {
     /// Adds a later sample. Memory is bounded: of what comes after the part that is ever looked at, one sample
     /// (up to which to interpolate) and the last one (for the duration) are kept.
     pub(crate) fn push(&mut self, time: f64, positions: &[f64]) {
@@ -69,7 +69,7 @@ fn step(duration: f64) -> f64 {
 }
 
 /// Whether a log repeats its motion: the period, s.
-pub fn repeats(motion: &Motion) -> Option<f64> {
+pub fn repeats(motion: &JointPositions) -> Option<f64> {
     let step = step(motion.duration());
     let grid = motion.grid(step);
     let count = grid.first()?.len();
@@ -81,7 +81,7 @@ pub fn repeats(motion: &Motion) -> Option<f64> {
 }
 
 /// Whether two logs show the same motion: by how much later it is in the second, s.
-pub fn shared(one: &Motion, other: &Motion) -> Option<f64> {
+pub fn shared(one: &JointPositions, other: &JointPositions) -> Option<f64> {
     let step = step(one.duration().max(other.duration()));
     let (a, b) = (one.grid(step), other.grid(step));
     let (n, m) = (a.first()?.len(), b.first()?.len());
@@ -147,7 +147,7 @@ fn mismatch(a: &[Vec<f64>], b: &[Vec<f64>], lag: isize, least: usize) -> Option<
 }
 
 /// Warnings about repetition: `judge` is the validation log, if there is one.
-pub(crate) fn warnings(train: &Motion, judge: Option<&Motion>) -> Vec<Diagnostic> {
+pub(crate) fn warnings(train: &JointPositions, judge: Option<&JointPositions>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     if let Some(judge) = judge {
         if let Some(shift) = shared(train, judge) {
@@ -170,13 +170,13 @@ mod tests {
     use super::*;
 
     /// Two joints that repeat after `period`, sampled at 100 Hz.
-    fn motion(duration: f64, period: f64, drift: f64) -> Motion {
+    fn motion(duration: f64, period: f64, drift: f64) -> JointPositions {
         let time: Vec<f64> = (0..(100.0 * duration) as usize).map(|i| 0.01 * i as f64).collect();
         let w = std::f64::consts::TAU / period;
         let of = |f: &dyn Fn(f64) -> f64| time.iter().map(|t| f(*t) + drift * (0.37 * t * t).sin()).collect();
         let hip = of(&|t| 0.4 * (3.0 * w * t).sin() + 0.2 * (5.0 * w * t).cos());
         let knee = of(&|t| 0.3 * (2.0 * w * t).cos() + 0.2 * (7.0 * w * t).sin());
-        Motion { time, positions: vec![hip, knee] }
+        JointPositions { time, positions: vec![hip, knee] }
     }
 
     #[test]
@@ -190,7 +190,7 @@ mod tests {
     #[test]
     fn the_same_motion_in_two_logs() {
         let whole = motion(30.0, 100.0, 0.3);
-        let part = |from: usize, to: usize| Motion {
+        let part = |from: usize, to: usize| JointPositions {
             time: whole.time[from..to].to_vec(),
             positions: whole.positions.iter().map(|q| q[from..to].to_vec()).collect(),
         };
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn of_a_long_motion_little_is_kept_and_nothing_changes() {
         let whole = motion(2000.0, 37.3, 0.0);
-        let mut kept = Motion { time: Vec::new(), positions: vec![Vec::new(); 2] };
+        let mut kept = JointPositions { time: Vec::new(), positions: vec![Vec::new(); 2] };
         for (i, &time) in whole.time.iter().enumerate() {
             kept.push(time, &[whole.positions[0][i], whole.positions[1][i]]);
         }
@@ -217,9 +217,9 @@ mod tests {
 
     #[test]
     fn nothing_at_all_repeats_nothing() {
-        assert_eq!(repeats(&Motion::default()), None);
-        let still = Motion { time: vec![0.0, 1.0, 2.0], positions: vec![vec![0.0; 3]] };
+        assert_eq!(repeats(&JointPositions::default()), None);
+        let still = JointPositions { time: vec![0.0, 1.0, 2.0], positions: vec![vec![0.0; 3]] };
         assert_eq!(repeats(&still), None);
-        assert_eq!(shared(&still, &Motion::default()), None);
+        assert_eq!(shared(&still, &JointPositions::default()), None);
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Where data came from.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Source {
+pub struct DataSource {
     /// Path as given.
     pub file: String,
     /// FNV-1a hash of the bytes, 16 hex digits.
@@ -19,8 +19,8 @@ impl Log {
     ///
     /// # Errors
     /// A file that cannot be read any more.
-    pub fn source(&self) -> Result<Source, Diagnostic> {
+    pub fn source(&self) -> Result<DataSource, Diagnostic> {
         let hash = format!("{:016x}", self.hash()?);
-        Ok(Source { file: self.path().display().to_string(), hash, samples: 0 })
+        Ok(DataSource { file: self.path().display().to_string(), hash, samples: 0 })
     }
 }

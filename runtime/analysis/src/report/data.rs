@@ -1,5 +1,5 @@
 //! What a report shows. All quantities in SI units, world axes x forward, y left, z up.
-use crate::diagnose::{Diagnosis, Fall};
+use crate::diagnose::{Diagnosis, ErrorFall};
 use crate::experiments::plotted::Row;
 
 /// Everything on the page; what is empty is left out of it.
@@ -133,7 +133,7 @@ pub struct HistoryStep {
     /// As noted, ISO 8601; may be empty.
     pub date: String,
     /// On the data that it was estimated from.
-    pub training: Option<Fall>,
+    pub training: Option<ErrorFall>,
     /// On held-out data.
-    pub held_out: Option<Fall>,
+    pub held_out: Option<ErrorFall>,
 }

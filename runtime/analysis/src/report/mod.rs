@@ -29,7 +29,7 @@ mod svg;
 mod thin;
 mod write;
 
-pub use crate::experiments::plotted::{Part, Row, Series, Signal};
+pub use crate::experiments::plotted::{Row, RowPart, Series, Signal};
 pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, Report};
 pub use fill::rows_of;
 pub use film::{

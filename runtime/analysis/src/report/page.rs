@@ -29,12 +29,12 @@ pub fn render(report: &Report) -> String {
         (sections::basis(report))
     };
     let scripts = [TOUCH, PAGE].concat();
-    let parts = Parts { content, numbers: payload::json(report), style: "", scripts: &scripts };
+    let parts = PageParts { content, numbers: payload::json(report), style: "", scripts: &scripts };
     document(&report.title, &report.robot, parts)
 }
 
 /// What pages differ in.
-pub(super) struct Parts<'a> {
+pub(super) struct PageParts<'a> {
     pub content: Markup,
     /// JSON that may stand in a `<script>` element.
     pub numbers: String,
@@ -45,7 +45,7 @@ pub(super) struct Parts<'a> {
 }
 
 /// A page that loads nothing.
-pub(super) fn document(title: &str, robot: &str, parts: Parts<'_>) -> String {
+pub(super) fn document(title: &str, robot: &str, parts: PageParts<'_>) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {

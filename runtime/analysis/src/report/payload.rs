@@ -1,7 +1,7 @@
 //! The numbers that the page's script plots, as JSON.
 use super::data::{Abscissa, Report};
 use super::thin::thin;
-use crate::experiments::plotted::{Part, Row};
+use crate::experiments::plotted::{Row, RowPart};
 use serde::Serialize;
 
 /// Most samples of one row; more cannot be seen.
@@ -121,7 +121,7 @@ fn plotted(row: &Row, most: usize) -> PlottedRow<'_> {
     }
 }
 
-fn plotted_part(part: &Part) -> PlottedPart<'_> {
+fn plotted_part(part: &RowPart) -> PlottedPart<'_> {
     PlottedPart { name: &part.name, samples: part.samples, before: part.rms_before, after: part.rms_after }
 }
 

@@ -79,7 +79,7 @@ pub(super) fn staircase(report: &Report) -> Markup {
     let Some((picture, (width, height))) = svg::staircase(&steps) else { return html! {} };
     let dated = steps.iter().any(|s| !s.date.is_empty());
     let trained = steps.iter().any(|s| s.training.is_some());
-    let pair = |fall: &Option<crate::diagnose::Fall>| {
+    let pair = |fall: &Option<crate::diagnose::ErrorFall>| {
         fall.as_ref().map_or_else(
             || "–".to_owned(),
             |f| format!("{} → {}", with_unit(f.before, ""), with_unit(f.after, &f.unit)),
@@ -119,7 +119,7 @@ pub(super) fn basis(report: &Report) -> Markup {
         report.facts.iter().map(|f| (f.name.clone(), f.value.clone())).collect();
     if let Some(diagnosis) = &report.diagnosis {
         let source =
-            |s: &crate::measure::Source| format!("{}, {} samples, FNV-1a {}", s.file, s.samples, s.hash);
+            |s: &crate::measure::DataSource| format!("{}, {} samples, FNV-1a {}", s.file, s.samples, s.hash);
         facts.push(("estimated from".to_owned(), source(&diagnosis.training)));
         let judge = diagnosis.validation.as_ref().map_or_else(|| "blocks of the same log".to_owned(), source);
         facts.push(("judged on".to_owned(), judge));

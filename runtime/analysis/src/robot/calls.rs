@@ -9,13 +9,13 @@ pub type AnyModel<'a> = &'a (dyn Model<f64> + Sync);
 
 /// Calls with slices of the right length.
 #[derive(Clone, Copy)]
-pub(crate) struct Calls<'a> {
+pub(crate) struct ModelCalls<'a> {
     model: AnyModel<'a>,
     pub nq: usize,
     pub nv: usize,
 }
 
-impl<'a> Calls<'a> {
+impl<'a> ModelCalls<'a> {
     pub fn new(model: AnyModel<'a>) -> Self {
         Self { model, nq: model.nq(), nv: model.nv() }
     }
@@ -60,7 +60,7 @@ impl<'a> Calls<'a> {
 /// Gravitational acceleration in world axes (m/s²) and total mass (kg), as the model has them.
 ///
 /// Found from the force that holds the robot up at rest, so that nothing but the model is needed.
-pub(crate) fn gravity(calls: &Calls<'_>, base: BaseKind, mass: f64) -> Result<Vector3<f64>, Diagnostic> {
+pub(crate) fn gravity(calls: &ModelCalls<'_>, base: BaseKind, mass: f64) -> Result<Vector3<f64>, Diagnostic> {
     let function = calls.find("inverse_dynamics")?;
     let still = vec![0.0; calls.nv];
     let mut tau = still.clone();

@@ -1,5 +1,5 @@
 //! Feet and the functions of a model that tell where they are.
-use crate::robot::calls::Calls;
+use crate::robot::calls::ModelCalls;
 use bipedc_effects::diagnostic::Diagnostic;
 use nalgebra::{Matrix3, Vector3};
 
@@ -101,13 +101,13 @@ pub(crate) struct Sole {
 
 impl FootCalls {
     /// Looks the functions up.
-    pub fn new(calls: &Calls<'_>, foot: &Foot) -> Result<Self, Diagnostic> {
+    pub fn new(calls: &ModelCalls<'_>, foot: &Foot) -> Result<Self, Diagnostic> {
         let find = |what: &str| calls.find(&format!("{what}_of_{}", foot.frame));
         Ok(Self { position: find("position")?, rotation: find("rotation")?, jacobian: find("jacobian")? })
     }
 
     /// Pose of the sole at a configuration.
-    pub fn sole(&self, calls: &Calls<'_>, foot: &Foot, q: &[f64]) -> Sole {
+    pub fn sole(&self, calls: &ModelCalls<'_>, foot: &Foot, q: &[f64]) -> Sole {
         let (mut position, mut rotation) = ([0.0; 3], [0.0; 9]);
         calls.at(self.position, q, &mut position);
         calls.at(self.rotation, q, &mut rotation);
@@ -117,7 +117,7 @@ impl FootCalls {
     }
 
     /// Jacobian of the link's origin, 6 × nv, linear rows first, world axes; column after column.
-    pub fn jacobian(&self, calls: &Calls<'_>, q: &[f64], out: &mut Vec<f64>) {
+    pub fn jacobian(&self, calls: &ModelCalls<'_>, q: &[f64], out: &mut Vec<f64>) {
         out.resize(6 * calls.nv, 0.0);
         calls.at(self.jacobian, q, out);
     }

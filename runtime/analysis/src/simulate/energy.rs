@@ -1,6 +1,6 @@
 //! Where the energy of a run went.
 use super::mechanics::Mechanics;
-use super::stepper::{Motion, Stepper};
+use super::stepper::{MotionState, Stepper};
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
 
@@ -60,20 +60,20 @@ impl Ledger {
     ///
     /// # Errors
     /// The model has no energies.
-    pub fn new(stepper: &Stepper<'_>, motion: &Motion) -> Result<Self, Diagnostic> {
+    pub fn new(stepper: &Stepper<'_>, motion: &MotionState) -> Result<Self, Diagnostic> {
         let mut ledger = Self { torque: vec![0.0; stepper.mechanics().joints()], ..Self::default() };
         ledger.weigh(stepper, motion, 0)?;
         Ok(ledger)
     }
 
     /// Before a step.
-    pub fn begin(&mut self, motion: &Motion) {
+    pub fn begin(&mut self, motion: &MotionState) {
         self.before.clear();
         self.before.extend_from_slice(&motion.v[motion.v.len() - self.torque.len()..]);
     }
 
     /// After it.
-    pub fn end(&mut self, motion: &Motion, time: f64) {
+    pub fn end(&mut self, motion: &MotionState, time: f64) {
         let after = &motion.v[motion.v.len() - self.torque.len()..];
         for ((torque, before), after) in self.torque.iter().zip(&self.before).zip(after) {
             self.balance.drives += 0.5 * time * torque * (before + after);
@@ -84,7 +84,7 @@ impl Ledger {
     ///
     /// # Errors
     /// The model has no energies.
-    pub fn close(mut self, stepper: &Stepper<'_>, motion: &Motion) -> Result<EnergyBalance, Diagnostic> {
+    pub fn close(mut self, stepper: &Stepper<'_>, motion: &MotionState) -> Result<EnergyBalance, Diagnostic> {
         self.weigh(stepper, motion, 1)?;
         let mut b = self.balance;
         let account = stepper.account().copied().unwrap_or_default();
@@ -103,7 +103,7 @@ impl Ledger {
     }
 
     /// Energies at the start (0) or at the end (1).
-    fn weigh(&mut self, stepper: &Stepper<'_>, motion: &Motion, when: usize) -> Result<(), Diagnostic> {
+    fn weigh(&mut self, stepper: &Stepper<'_>, motion: &MotionState, when: usize) -> Result<(), Diagnostic> {
         let mechanics = stepper.mechanics();
         self.balance.kinetic[when] = energy(mechanics, "kinetic_energy", motion)?;
         self.balance.potential[when] = energy(mechanics, "potential_energy", motion)?;
@@ -113,7 +113,7 @@ impl Ledger {
     }
 }
 
-fn energy(mechanics: &Mechanics<'_>, name: &str, motion: &Motion) -> Result<f64, Diagnostic> {
+fn energy(mechanics: &Mechanics<'_>, name: &str, motion: &MotionState) -> Result<f64, Diagnostic> {
     let found = mechanics.named(name, &motion.q, &motion.v);
     found.and_then(|values| values.first().copied()).ok_or_else(|| {
         Diagnostic::error(format!("the model has no function `{name}`"))

@@ -1,7 +1,7 @@
 //! An inertial measurement unit on the base: angular velocity, and acceleration less gravity.
 use super::mechanics::rotate;
 use super::random::Random;
-use super::stepper::Motion;
+use super::stepper::MotionState;
 use crate::robot::BaseKind;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -67,13 +67,13 @@ impl Inertial {
     }
 
     /// The state at the beginning of a step.
-    pub fn see(&mut self, motion: &Motion) {
+    pub fn see(&mut self, motion: &MotionState) {
         let first = self.now != Moment::default();
         self.before = first.then_some(self.now);
         self.now = self.moment(motion);
     }
 
-    fn moment(&self, motion: &Motion) -> Moment {
+    fn moment(&self, motion: &MotionState) -> Moment {
         let (q, v) = (&motion.q, &motion.v);
         let (orientation, linear, angular, own) = match self.base {
             BaseKind::Fixed => ([0.0, 0.0, 0.0, 1.0], [0.0; 3], [0.0; 3], true),
@@ -91,7 +91,7 @@ impl Inertial {
 
     /// What it measures at the beginning of the step that ended with this motion: its acceleration is the mean over
     /// both steps around.
-    pub fn measure(&self, after: &Motion, step: f64, random: &mut Random, row: &mut Vec<f64>) {
+    pub fn measure(&self, after: &MotionState, step: f64, random: &mut Random, row: &mut Vec<f64>) {
         let (next, now) = (self.moment(after), self.now);
         let (from, time) = match self.before {
             Some(before) => (before, 2.0 * step),

@@ -59,4 +59,4 @@ pub use run::{Run, Simulation, Summary, csv_line};
 pub use scenario::{EventDriven, Initial, JointServo, Scenario, Sensors, World};
 pub use sensing::Sample;
 pub use servo::DriveServo;
-pub use stepper::{Motion, Stepped, Stepper};
+pub use stepper::{MotionState, Stepped, Stepper};

@@ -11,7 +11,7 @@ use super::plant::Plant;
 use super::scenario::{Initial, Scenario};
 use super::sensing::{Sample, Sensing};
 use super::servo::DriveServo;
-use super::stepper::{Motion, Stepper};
+use super::stepper::{MotionState, Stepper};
 use super::turned::Turned;
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -73,7 +73,7 @@ pub struct Simulation<'a> {
     pub(super) drives: Drives,
     pub(super) sensing: Sensing<'a>,
     inertial: Option<Inertial>,
-    pub(super) motion: Motion,
+    pub(super) motion: MotionState,
     pub(super) force: Vec<f64>,
     /// Servos inside the drives in this step.
     pub(super) inside: Vec<DriveServo>,
@@ -216,7 +216,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// The present state.
-    pub fn motion(&self) -> &Motion {
+    pub fn motion(&self) -> &MotionState {
         &self.motion
     }
 
@@ -358,7 +358,7 @@ fn begin(
     plant: &Plant,
     initial: &Initial,
     turned: Turned,
-) -> Result<Motion, Diagnostic> {
+) -> Result<MotionState, Diagnostic> {
     let (mut q, mut v) = (initial.q.clone(), initial.v.clone());
     turned.into_ground(&mut q, &mut v);
     let mut gaps = vec![0.0; mechanics.points()];
@@ -376,7 +376,7 @@ fn begin(
             .at(line, column)
             .help("raise `base_position`, or write `clearance = 0.0` instead of it"));
     }
-    Ok(Motion { time: 0.0, q, v })
+    Ok(MotionState { time: 0.0, q, v })
 }
 
 /// Largest moment about the vertical of a flat sole per normal force, m.

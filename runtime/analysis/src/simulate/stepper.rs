@@ -17,7 +17,7 @@ use bipedc_effects::diagnostic::Diagnostic;
 
 /// Configuration and velocity at a time.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Motion {
+pub struct MotionState {
     /// s
     pub time: f64,
     /// As the model's.
@@ -44,7 +44,7 @@ pub struct Stepped {
 
 /// Where a row comes from: a contact point, or an axis (joints in their order, then motors of their own).
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Source {
+enum RowSource {
     Point(usize),
     Dry(usize),
     /// Stops of a joint, or of the play of a motor.
@@ -81,7 +81,7 @@ pub struct Stepper<'a> {
     tolerance: Tolerance,
     solver: Solver,
     problem: Problem,
-    sources: Vec<Source>,
+    sources: Vec<RowSource>,
     /// Impulses of the last step by source; where the next one starts.
     memory: Vec<f64>,
     /// Heights of the points at the last midpoint, m.
@@ -217,7 +217,12 @@ impl<'a> Stepper<'a> {
     /// # Errors
     /// The mass matrix is not positive definite or the state became infinite: the step is too long, or controller
     /// gains too high for it.
-    pub fn step(&mut self, motion: &mut Motion, force: &[f64], time: f64) -> Result<Stepped, Diagnostic> {
+    pub fn step(
+        &mut self,
+        motion: &mut MotionState,
+        force: &[f64],
+        time: f64,
+    ) -> Result<Stepped, Diagnostic> {
         let (nv, n) = (self.mechanics.nv(), self.size());
         self.mechanics.advance(&mut motion.q, &motion.v, 0.5 * time, Frame::Start);
         self.motors.advance(0.5 * time);
@@ -230,7 +235,7 @@ impl<'a> Stepper<'a> {
         if rows > 0 {
             self.assemble(motion, time);
             stepped.solved = self.solver.solve(&mut self.problem, &self.tolerance);
-            let touches = |source: &&Source| matches!(source, Source::Point(_) | Source::Normal(_));
+            let touches = |source: &&RowSource| matches!(source, RowSource::Point(_) | RowSource::Normal(_));
             stepped.contacts = self.sources.iter().filter(touches).count();
         }
         stepped.work = self.apply(rows);
@@ -246,7 +251,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// The second half of the motion.
-    fn finish(&mut self, motion: &mut Motion, time: f64) {
+    fn finish(&mut self, motion: &mut MotionState, time: f64) {
         let (nv, joints) = (self.mechanics.nv(), self.joints.len());
         for k in 0..self.stops.len() {
             let own = &self.memory[self.slot_of_axis(joints + k)..][..ROWS_OF_AXIS];
@@ -261,7 +266,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Factors D at the midpoint; `drive` becomes `L⁻ᵀ h (τ − H)`.
-    fn free_motion(&mut self, motion: &Motion, force: &[f64], time: f64) -> Result<(), Diagnostic> {
+    fn free_motion(&mut self, motion: &MotionState, force: &[f64], time: f64) -> Result<(), Diagnostic> {
         let (nv, n) = (self.mechanics.nv(), self.size());
         let first = nv - self.joints.len();
         if n == nv {
@@ -296,7 +301,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// `drive = L⁻ᵀ h (τ − H(q_M, v) − damping)`, with the velocity `middle` in H or the present one.
-    fn push(&mut self, motion: &Motion, force: &[f64], time: f64, middle: bool) {
+    fn push(&mut self, motion: &MotionState, force: &[f64], time: f64, middle: bool) {
         let (nv, n, joints) = (self.mechanics.nv(), self.size(), self.joints.len());
         let first = nv - joints;
         let v = if middle { &self.middle } else { &self.speed };
@@ -324,7 +329,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Finds the closed points and limits at the midpoint and makes place for them.
-    fn close(&mut self, motion: &Motion, time: f64) {
+    fn close(&mut self, motion: &MotionState, time: f64) {
         self.mechanics.distances(&motion.q, &mut self.gaps);
         self.sources.clear();
         let mut rows = self.touch();
@@ -335,32 +340,32 @@ impl<'a> Stepper<'a> {
             let q = motion.q[first + j];
             let near = |upper: bool| joint.way(upper, q).is_some_and(|way| way <= reach);
             let closed = [
-                (joint.dry != [0.0; 2], Source::Dry(j)),
-                (near(false), Source::Lower(j)),
-                (near(true), Source::Upper(j)),
+                (joint.dry != [0.0; 2], RowSource::Dry(j)),
+                (near(false), RowSource::Lower(j)),
+                (near(true), RowSource::Upper(j)),
             ];
             self.sources.extend(closed.into_iter().filter(|(closed, _)| *closed).map(|(_, source)| source));
         }
         for (k, motor) in self.motors.laws.iter().enumerate() {
             let (axis, plays) = (self.joints.len() + k, motor.gap > 0.0);
             let closed = [
-                (motor.dry != [0.0; 2], Source::Dry(axis)),
-                (plays, Source::Lower(axis)),
-                (plays, Source::Upper(axis)),
+                (motor.dry != [0.0; 2], RowSource::Dry(axis)),
+                (plays, RowSource::Lower(axis)),
+                (plays, RowSource::Upper(axis)),
             ];
             self.sources.extend(closed.into_iter().filter(|(closed, _)| *closed).map(|(_, source)| source));
         }
-        self.sources.extend((0..self.servos.len()).map(Source::Servo));
+        self.sources.extend((0..self.servos.len()).map(RowSource::Servo));
         rows += self.sources.len() - before;
         self.problem.clear(rows);
     }
 
     /// Delassus' matrix, free velocities, laws and the guess.
-    fn assemble(&mut self, motion: &Motion, time: f64) {
+    fn assemble(&mut self, motion: &MotionState, time: f64) {
         let (n, rows) = (self.size(), self.problem.rows());
         self.directions.clear();
         self.directions.resize(n * rows, 0.0);
-        if matches!(self.sources.first(), Some(Source::Point(_) | Source::Normal(_))) {
+        if matches!(self.sources.first(), Some(RowSource::Point(_) | RowSource::Normal(_))) {
             self.mechanics.directions(&motion.q, &mut self.normal, &mut self.tangential);
             if !self.soles.points.is_empty() {
                 self.mechanics.positions(&motion.q, &mut self.soles.places);
@@ -405,11 +410,11 @@ impl<'a> Stepper<'a> {
             let (first, size) = (block.first, block.size());
             // Where the tangential rows begin.
             let slides = match source {
-                Source::Point(_) | Source::Normal(_) => {
+                RowSource::Point(_) | RowSource::Normal(_) => {
                     self.problem.free[first] += normal * self.before[first];
                     first + 1
                 }
-                Source::Sole(_) => first,
+                RowSource::Sole(_) => first,
                 _ => continue,
             };
             for row in slides..first + size {
@@ -423,25 +428,25 @@ impl<'a> Stepper<'a> {
     /// Spring and damper below each corner are taken at the end of the step: `λ = −k (κ_M + ½ h γ⁺) − d γ⁺`, written as
     /// `γ⁺ + Λ/(h (½ h k + d)) + k κ_M/(½ h k + d) = 0`, the relaxed constraint of (4.17). And the recovery from
     /// penetration of hard ground.
-    fn soften(&mut self, motion: &Motion, time: f64) {
+    fn soften(&mut self, motion: &MotionState, time: f64) {
         let (rows, joints) = (self.problem.rows(), self.joints.len());
         let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
         for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
             let row = block.first;
             let relaxed = match *source {
-                Source::Point(point) | Source::Normal(point) => {
+                RowSource::Point(point) | RowSource::Normal(point) => {
                     Some(self.ground.relaxed(self.gaps[point], time))
                 }
-                Source::Lower(axis) | Source::Upper(axis) if axis >= joints => {
-                    self.motors.stop(axis - joints, matches!(source, Source::Upper(_)), q, v)
+                RowSource::Lower(axis) | RowSource::Upper(axis) if axis >= joints => {
+                    self.motors.stop(axis - joints, matches!(source, RowSource::Upper(_)), q, v)
                 }
                 // The way that is left would last as long as a step: as at the ends of play, see `Motors::stop`. A joint that is
                 // beyond is held where it is; pushed out it would rebound.
-                Source::Lower(axis) | Source::Upper(axis) => {
-                    let way = self.joints[axis].way(matches!(source, Source::Upper(_)), q[axis]);
+                RowSource::Lower(axis) | RowSource::Upper(axis) => {
+                    let way = self.joints[axis].way(matches!(source, RowSource::Upper(_)), q[axis]);
                     way.map(|way| Relaxed { softness: 0.0, offset: way.max(0.0) / time })
                 }
-                Source::Servo(index) => {
+                RowSource::Servo(index) => {
                     let (servo, axis) = (&self.servos[index], self.servos[index].axis);
                     let state = match axis.checked_sub(joints) {
                         Some(k) => [self.motors.angle[k], self.motors.rate[k]],
@@ -474,7 +479,7 @@ impl<'a> Stepper<'a> {
             let size = self.problem.blocks[index].size();
             let slot = self.slot(self.sources[index]);
             self.memory[slot..slot + size].copy_from_slice(&self.problem.impulse[row..row + size]);
-            if let Source::Servo(servo) = self.sources[index] {
+            if let RowSource::Servo(servo) = self.sources[index] {
                 // Within its limits ξ = 0; beyond, ξ is what is left of the row `γ⁺ + softness Λ + offset`.
                 let axis = self.servos[servo].axis;
                 let softness = self.asked[axis];

@@ -2,7 +2,7 @@
 use super::Numbers;
 use super::bodies::Pendulum;
 use super::solver::random;
-use bipedc_analysis::simulate::{Cone, DriveServo, JointLaw, Motion, MotorLaw, Solver, Tolerance};
+use bipedc_analysis::simulate::{Cone, DriveServo, JointLaw, MotionState, MotorLaw, Solver, Tolerance};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -47,7 +47,7 @@ fn steps_do_not_allocate() {
         slope: 0.0,
     };
     let mut stepper = pendulum.stepper(law);
-    let mut motion = Motion { time: 0.0, q: vec![0.1], v: vec![0.0] };
+    let mut motion = MotionState { time: 0.0, q: vec![0.1], v: vec![0.0] };
     let before = count();
     for k in 0..2000 {
         let torque = if k % 500 < 250 { 9.0 } else { -9.0 };

@@ -1,6 +1,6 @@
 //! Bodies so simple that their equations are written by hand.
 use bipedc_analysis::robot::BaseKind;
-use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, Motion, Stepper, Tolerance};
+use bipedc_analysis::simulate::{Ground, JointLaw, Mechanics, MotionState, Stepper, Tolerance};
 use bipedc_runtime::{Argument, Arguments, CallError, Model, Signature, State};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -76,17 +76,17 @@ impl Body {
     }
 
     /// At this height, level, at rest.
-    pub fn at(&self, height: f64) -> Motion {
+    pub fn at(&self, height: f64) -> MotionState {
         let mut q = vec![0.0; self.nq()];
         q[if self.planar { 1 } else { 2 }] = height;
         if !self.planar {
             q[6] = 1.0;
         }
-        Motion { time: 0.0, q, v: vec![0.0; self.nv()] }
+        MotionState { time: 0.0, q, v: vec![0.0; self.nv()] }
     }
 
     /// Kinetic and potential energy, J.
-    pub fn energy(&self, motion: &Motion) -> [f64; 2] {
+    pub fn energy(&self, motion: &MotionState) -> [f64; 2] {
         let v = &motion.v;
         let turning = if self.planar {
             self.inertia[1] * v[2] * v[2]

@@ -1,10 +1,10 @@
 //! Impacts: the bouncing ball with its Zeno point, and energy.
 use super::Numbers;
 use super::bodies::Body;
-use bipedc_analysis::simulate::{Cone, Ground, Motion};
+use bipedc_analysis::simulate::{Cone, Ground, MotionState};
 
 /// Highest point of each flight, and when the ball has come to rest.
-fn bounces(step: f64, restitution: f64, drop: f64) -> (Vec<f64>, f64, Motion) {
+fn bounces(step: f64, restitution: f64, drop: f64) -> (Vec<f64>, f64, MotionState) {
     let ball = Body::ball();
     let ground = Ground { normal_restitution: restitution, ..Ground::default() };
     let mut stepper = ball.stepper(ground);
@@ -43,7 +43,7 @@ fn a_ball_passes_its_zeno_point() {
 }
 
 /// A brick that touches with some corners, with a random velocity that drives it into the ground.
-fn struck(numbers: &mut Numbers, brick: &Body) -> Motion {
+fn struck(numbers: &mut Numbers, brick: &Body) -> MotionState {
     let mut motion = brick.at(-1.0);
     motion.q[3..6].iter_mut().for_each(|x| *x = 0.1 * numbers.next());
     let length = motion.q[3..7].iter().map(|x| x * x).sum::<f64>().sqrt();

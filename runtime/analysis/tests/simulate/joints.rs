@@ -1,12 +1,12 @@
 //! Dry friction, stops, damping and rotors of joints.
 use super::bodies::Pendulum;
-use bipedc_analysis::simulate::{JointLaw, Motion};
+use bipedc_analysis::simulate::{JointLaw, MotionState};
 
 const ARM: Pendulum = Pendulum { inertia: 0.2, weight: 5.0 };
 
-fn swing(law: JointLaw, start: f64, time: f64, torque: f64) -> (Motion, f64) {
+fn swing(law: JointLaw, start: f64, time: f64, torque: f64) -> (MotionState, f64) {
     let mut stepper = ARM.stepper(law);
-    let mut motion = Motion { time: 0.0, q: vec![start], v: vec![0.0] };
+    let mut motion = MotionState { time: 0.0, q: vec![start], v: vec![0.0] };
     for _ in 0..(time * 1000.0) as usize {
         stepper.step(&mut motion, &[torque], 1e-3).unwrap();
     }
@@ -34,7 +34,7 @@ fn a_sliding_joint_loses_what_friction_takes() {
     let weightless = Pendulum { inertia: 0.2, weight: 0.0 };
     let law = JointLaw { dry: [1.0, 1.0], rotor_inertia: 0.3, ..JointLaw::default() };
     let mut stepper = weightless.stepper(law);
-    let mut motion = Motion { time: 0.0, q: vec![0.0], v: vec![0.0] };
+    let mut motion = MotionState { time: 0.0, q: vec![0.0], v: vec![0.0] };
     for _ in 0..1000 {
         stepper.step(&mut motion, &[3.0], 1e-3).unwrap();
     }
@@ -59,7 +59,7 @@ fn stops_are_not_overrun() {
         for step in [1e-3, 3.3e-4] {
             let law = JointLaw { limits: Some([-0.4, 0.9]), ..JointLaw::default() };
             let mut stepper = ARM.stepper(law).accounted();
-            let mut motion = Motion { time: 0.0, q: vec![0.2], v: vec![speed] };
+            let mut motion = MotionState { time: 0.0, q: vec![0.2], v: vec![speed] };
             let (mut most, mut struck) = (f64::NEG_INFINITY, 0);
             while motion.time < 3.0 {
                 let before = motion.v[0];
@@ -81,7 +81,7 @@ fn damping_is_right_and_never_unstable() {
     let weightless = Pendulum { inertia: 0.2, weight: 0.0 };
     for (damping, time) in [(0.2, 1.0), (1e5, 1.0)] {
         let mut stepper = weightless.stepper(JointLaw { damping, ..JointLaw::default() });
-        let mut motion = Motion { time: 0.0, q: vec![0.0], v: vec![1.0] };
+        let mut motion = MotionState { time: 0.0, q: vec![0.0], v: vec![1.0] };
         for _ in 0..1000 {
             stepper.step(&mut motion, &[0.0], 1e-3).unwrap();
         }

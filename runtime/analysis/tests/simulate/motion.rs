@@ -1,8 +1,8 @@
 //! Without contact: energy and order of convergence.
 use super::bodies::Body;
-use bipedc_analysis::simulate::{Ground, Motion};
+use bipedc_analysis::simulate::{Ground, MotionState};
 
-fn tumbled(step: f64, time: f64) -> Motion {
+fn tumbled(step: f64, time: f64) -> MotionState {
     let brick = Body::brick(false, 0.0);
     let mut stepper = brick.stepper(Ground::default());
     let mut motion = brick.at(1e3);
@@ -14,8 +14,8 @@ fn tumbled(step: f64, time: f64) -> Motion {
     motion
 }
 
-fn distance(a: &Motion, b: &Motion) -> f64 {
-    let all = |m: &Motion| m.q.iter().chain(&m.v).copied().collect::<Vec<_>>();
+fn distance(a: &MotionState, b: &MotionState) -> f64 {
+    let all = |m: &MotionState| m.q.iter().chain(&m.v).copied().collect::<Vec<_>>();
     all(a).iter().zip(all(b)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }
 
@@ -35,7 +35,7 @@ fn a_flying_body_keeps_its_energy_and_falls_as_galilei_says() {
     let mut drifts = Vec::new();
     for step in [1e-3, 5e-4] {
         let end = tumbled(step, 2.0);
-        let total = |m: &Motion| brick.energy(m).iter().sum::<f64>();
+        let total = |m: &MotionState| brick.energy(m).iter().sum::<f64>();
         drifts.push(((total(&end) - total(&start)) / brick.energy(&start)[0]).abs());
         // The centre of mass does not know of the turning.
         let expected = [0.4 * 2.0, -0.3 * 2.0, 1e3 + 2.0 * 2.0 - 0.5 * 9.81 * 4.0];

@@ -1,6 +1,6 @@
 //! Motors of their own: springs against an independent integrator, play against closed forms; servos inside drives.
 use super::bodies::Pendulum;
-use bipedc_analysis::simulate::{DriveServo, JointLaw, Motion, MotorLaw, Stepper};
+use bipedc_analysis::simulate::{DriveServo, JointLaw, MotionState, MotorLaw, Stepper};
 
 const ARM: Pendulum = Pendulum { inertia: 0.2, weight: 5.0 };
 const WEIGHTLESS: Pendulum = Pendulum { inertia: 0.2, weight: 0.0 };
@@ -14,11 +14,11 @@ const MOTOR: MotorLaw = MotorLaw {
     gap: 0.0,
 };
 
-fn at(q: f64, v: f64) -> Motion {
-    Motion { time: 0.0, q: vec![q], v: vec![v] }
+fn at(q: f64, v: f64) -> MotionState {
+    MotionState { time: 0.0, q: vec![q], v: vec![v] }
 }
 
-fn driven<'a>(arm: &'a Pendulum, motor: MotorLaw, motion: &Motion) -> Stepper<'a> {
+fn driven<'a>(arm: &'a Pendulum, motor: MotorLaw, motion: &MotionState) -> Stepper<'a> {
     arm.stepper(JointLaw::default()).with_motors(vec![motor], motion).unwrap()
 }
 
@@ -83,7 +83,7 @@ fn energy_of_a_soft_spring_stays() {
     let mut motion = at(0.0, 0.0);
     let mut stepper = driven(&WEIGHTLESS, MotorLaw { stiffness: 80.0, ..MOTOR }, &motion);
     stepper.step(&mut motion, &[0.0, 1000.0], 1e-3).unwrap();
-    let energy = |motion: &Motion, stepper: &Stepper<'_>| {
+    let energy = |motion: &MotionState, stepper: &Stepper<'_>| {
         let [angle, rate] = stepper.motor(0);
         0.1 * motion.v[0].powi(2) + 0.025 * rate.powi(2) + 40.0 * (angle - motion.q[0]).powi(2)
     };
@@ -154,7 +154,7 @@ fn play_rests_on_the_side_to_which_the_torque_pushes() {
     assert!((stretch - 0.015 - pull / 900.0).abs() < 1e-7, "{stretch} {pull}");
 }
 
-fn followed(step: f64, gain: f64, limit: f64) -> (Motion, f64) {
+fn followed(step: f64, gain: f64, limit: f64) -> (MotionState, f64) {
     let mut motion = at(0.5, -0.3);
     let mut stepper = ARM.stepper(JointLaw::default());
     let mut torque = 0.0;

@@ -1,6 +1,6 @@
 //! What contact laws leave open: how the corners of a flat sole share its load.
 use super::bodies::Body;
-use bipedc_analysis::simulate::{Cone, Ground, Motion, Stepper};
+use bipedc_analysis::simulate::{Cone, Ground, MotionState, Stepper};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// Forces on the corners of the sole in the last step, N.
@@ -9,7 +9,7 @@ fn loads(stepper: &Stepper<'_>, step: f64) -> Vec<[f64; 3]> {
 }
 
 /// A brick whose sole is slightly below the ground.
-fn lying(brick: &Body) -> Motion {
+fn lying(brick: &Body) -> MotionState {
     brick.at(0.05 - 1e-9)
 }
 
@@ -33,7 +33,7 @@ fn a_symmetric_block_stands_on_four_equal_corners() {
 
 /// The forces with the least sum of squares that do the same to the body: `Wᵀ (W Wᵀ)⁻¹ W λ` by the force and moment about the
 /// middle of the body.
-fn least(brick: &Body, motion: &Motion, forces: &[[f64; 3]]) -> Vec<f64> {
+fn least(brick: &Body, motion: &MotionState, forces: &[[f64; 3]]) -> Vec<f64> {
     let turn: Matrix3<f64> = brick.rotation(&motion.q);
     let wrench = DMatrix::from_fn(6, 12, |row, column| {
         let arm = turn * Vector3::from(brick.points[column / 3]);

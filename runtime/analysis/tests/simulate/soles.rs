@@ -1,9 +1,9 @@
 //! Flat soles that turn on the spot: against the closed form of a spinning brick.
 use super::bodies::Body;
-use bipedc_analysis::simulate::{Cone, Ground, Motion};
+use bipedc_analysis::simulate::{Cone, Ground, MotionState};
 
 /// A brick that lies on its sole, sliding at `speed` along x and turning at `rate`, after `time`.
-fn turned(friction: f64, turning: f64, speed: f64, rate: f64, time: f64, cone: Cone) -> (Motion, f64) {
+fn turned(friction: f64, turning: f64, speed: f64, rate: f64, time: f64, cone: Cone) -> (MotionState, f64) {
     let brick = Body::brick(false, 0.0);
     let ground = Ground { friction, cone, ..Ground::default() };
     let sole = 0..4;

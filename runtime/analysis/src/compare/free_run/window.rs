@@ -64,7 +64,7 @@ impl Window<'_> {
             ..DOP853::default()
         };
         let tolerance = || Tolerance::Scalar(TOLERANCE);
-        let motion = Motion { window: self, start: time[0], broken: Cell::new(false) };
+        let motion = FreeMotion { window: self, start: time[0], broken: Cell::new(false) };
         let result = method.solve(&motion, 0.0, &start, length, tolerance(), tolerance(), Some(&mut watch));
         let status =
             result.map_err(|error| Diagnostic::error(format!("the integration failed: {error:?}")))?.status;
@@ -87,14 +87,14 @@ impl Window<'_> {
 }
 
 /// x = (q, v)
-struct Motion<'w> {
+struct FreeMotion<'w> {
     window: &'w Window<'w>,
     start: f64,
     /// Whether an acceleration was not finite: steps have no length from then on.
     broken: Cell<bool>,
 }
 
-impl FirstOrderSystem for Motion<'_> {
+impl FirstOrderSystem for FreeMotion<'_> {
     fn derivative(&self, time: f64, x: &[f64], out: &mut [f64]) {
         let (q, v) = x.split_at(x.len() / 2);
         let (rate, acceleration) = out.split_at_mut(q.len());

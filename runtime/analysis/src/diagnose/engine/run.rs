@@ -6,7 +6,7 @@ use super::search::{Outcome, search};
 use super::significance::{Insignificant, insignificant};
 use super::text;
 use super::unexplained::unexplained;
-use crate::diagnose::{Diagnosis, Fall, FoundEffect, Rejected, Step};
+use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Rejected, Step};
 use crate::experiments::{Channel, Experiment};
 use crate::robot::inertial_parameters::of_body;
 use crate::robot::link_inertias::CadError;
@@ -126,7 +126,7 @@ fn places_of(effects: &[Effect]) -> Vec<(&'static Kind, Location)> {
 }
 
 /// Root mean square errors by kind of channel, without and with effects.
-pub fn errors(experiment: &dyn Experiment, effects: &[Effect]) -> BTreeMap<String, Fall> {
+pub fn errors(experiment: &dyn Experiment, effects: &[Effect]) -> BTreeMap<String, ErrorFall> {
     grouped(experiment, &Amended::new(experiment, effects), &|_, _| true).1
 }
 
@@ -330,7 +330,7 @@ impl Conclusion<'_> {
     }
 }
 
-type Falls = BTreeMap<String, Fall>;
+type Falls = BTreeMap<String, ErrorFall>;
 
 /// Root mean squares before and after, by row and by kind of channel.
 fn grouped(
@@ -347,7 +347,8 @@ fn grouped(
         let ((was, n), (is, _)): ((f64, f64), _) =
             (squares(before.residual(row)), squares(after.residual(row)));
         let root = |x: f64| (x / n.max(1.0)).sqrt();
-        let fall = Fall { unit: what.unit.to_owned(), before: root(was), after: root(is), noise: what.noise };
+        let fall =
+            ErrorFall { unit: what.unit.to_owned(), before: root(was), after: root(is), noise: what.noise };
         rows.insert(what.name.clone(), fall);
         let sums = [was, is, n, what.noise.powi(2) * n];
         groups.entry(what.channel).or_default().iter_mut().zip(sums).for_each(|(g, s)| *g += s);
@@ -355,7 +356,10 @@ fn grouped(
     let fall = |(channel, [was, is, n, noise]): (Channel, [f64; 4])| {
         let root = |x: f64| (x / n.max(1.0)).sqrt();
         let unit = channel.unit().to_owned();
-        (channel.name().to_owned(), Fall { unit, before: root(was), after: root(is), noise: root(noise) })
+        (
+            channel.name().to_owned(),
+            ErrorFall { unit, before: root(was), after: root(is), noise: root(noise) },
+        )
     };
     (rows, groups.into_iter().map(fall).collect())
 }

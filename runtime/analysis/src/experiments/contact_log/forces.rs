@@ -8,7 +8,7 @@ use crate::measure::trajectory::{Even, States, Unusable};
 use crate::measure::{HELD, Options};
 use crate::robot::Robot;
 use crate::robot::Trajectory;
-use crate::robot::calls::Calls;
+use crate::robot::calls::ModelCalls;
 use crate::robot::feet::{FootCalls, Sole};
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -280,7 +280,7 @@ impl ContactRecording {
         time: &[f64],
         q: &[f64],
     ) -> Result<Vec<f64>, Diagnostic> {
-        let calls = Calls::new(robot.model);
+        let calls = ModelCalls::new(robot.model);
         let feet =
             robot.feet.iter().map(|foot| FootCalls::new(&calls, foot)).collect::<Result<Vec<_>, _>>()?;
         let mut out = Vec::with_capacity(time.len() * calls.nv);
@@ -368,7 +368,7 @@ impl Passing<'_, '_> {
 /// `Jᵀ w` over all feet with forces, nv values; `wrench` gives force and moment about the sole's origin in world axes.
 pub(super) fn mapped(
     robot: &Robot<'_>,
-    calls: &Calls<'_>,
+    calls: &ModelCalls<'_>,
     feet: &[FootCalls],
     q: &[f64],
     logged: &[bool],

@@ -50,10 +50,10 @@ pub use walking::WalkingExperiment;
 
 use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
-use crate::measure::Motion;
+use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
 use crate::robot::Robot;
-use crate::robot::calls::Calls;
+use crate::robot::calls::ModelCalls;
 use crate::robot::feet::FootCalls;
 use crate::robot::inertial_parameters::body_of;
 use crate::robot::link_inertias::CadError;
@@ -66,7 +66,7 @@ use rows::Component;
 /// A log of a free robot against a model; built by [`ContactExperiment::read`].
 pub struct ContactExperiment<'a> {
     robot: Robot<'a>,
-    calls: Calls<'a>,
+    calls: ModelCalls<'a>,
     feet: Vec<FootCalls>,
     inverse_dynamics: usize,
     regressor: usize,
@@ -197,10 +197,10 @@ impl Experiment for ContactExperiment<'_> {
         list.push(("time".to_owned(), self.recording.time.clone()));
         list.into_iter().map(|(name, values)| (name, self.recording.pick(&values))).collect()
     }
-    fn motion(&self) -> Motion {
+    fn motion(&self) -> JointPositions {
         let positions = self.robot.joint_signals("position", &self.recording.trajectory.q, self.calls.nq);
         let positions = positions.into_iter().map(|(_, values)| self.recording.pick(&values)).collect();
-        Motion { time: self.recording.pick(&self.recording.time), positions }
+        JointPositions { time: self.recording.pick(&self.recording.time), positions }
     }
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
         self.robot.cad_directions(error)

@@ -7,7 +7,7 @@ use crate::experiments::{Channel, Inertial, Row};
 use crate::log::{Log, Reader};
 use crate::measure::Options;
 use crate::robot::Robot;
-use crate::robot::calls::{Calls, base_rows, gravity};
+use crate::robot::calls::{ModelCalls, base_rows, gravity};
 use crate::robot::feet::FootCalls;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use nalgebra::{Matrix3, Vector3};
@@ -108,7 +108,7 @@ impl<'a> ContactExperiment<'a> {
     /// # Errors
     /// A model that lacks functions or is another robot's.
     pub fn new(robot: Robot<'a>, recording: ContactRecording) -> Result<Self, Diagnostic> {
-        let calls = Calls::new(robot.model);
+        let calls = ModelCalls::new(robot.model);
         let parameters = robot.link_inertias.parameters();
         let mass: f64 = parameters.mass();
         let kinds = kinds(&robot, &recording);

@@ -4,7 +4,7 @@
 //! as a point of the sole does, normal forces and their centre tell the moments about x and y: horizontal forces have no
 //! arm. Samples at which the foot hardly carries anything do not count: it may have moved.
 use super::ContactRecording;
-use crate::robot::calls::Calls;
+use crate::robot::calls::ModelCalls;
 use crate::robot::feet::FootCalls;
 use crate::robot::{BaseKind, Robot};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -19,7 +19,7 @@ pub(super) fn foot(robot: &Robot<'_>) -> Option<usize> {
     if robot.subject.base != BaseKind::Floating {
         return None;
     }
-    let calls = Calls::new(robot.model);
+    let calls = ModelCalls::new(robot.model);
     let first = calls.nq - robot.subject.joints.len();
     (0..robot.feet.len()).find(|&foot| {
         let Ok(own) = FootCalls::new(&calls, &robot.feet[foot]) else { return false };

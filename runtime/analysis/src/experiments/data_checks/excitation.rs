@@ -27,9 +27,9 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
             continue;
         }
         match motion(evidence, joint, usize::from(*prismatic)) {
-            Motion::Still => still.push(*name),
-            Motion::OneWay => one_way.push(*name),
-            Motion::Enough => {}
+            Excitation::Still => still.push(*name),
+            Excitation::OneWay => one_way.push(*name),
+            Excitation::Enough => {}
         }
     }
     if !still.is_empty() {
@@ -49,24 +49,24 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
     found
 }
 
-enum Motion {
+enum Excitation {
     Still,
     OneWay,
     Enough,
 }
 
-fn motion(evidence: &Evidence<'_>, joint: usize, kind: usize) -> Motion {
+fn motion(evidence: &Evidence<'_>, joint: usize, kind: usize) -> Excitation {
     let mut q: Vec<f64> = evidence.position(joint).collect();
     let range = quantile(&mut q, 0.99) - quantile(&mut q, 0.01);
     let v: Vec<f64> = evidence.velocity(joint).collect();
     let mut speeds: Vec<f64> = v.iter().map(|v| v.abs()).collect();
     let fast = quantile(&mut speeds, 0.99);
     if range < RANGE[kind] || fast < SPEED[kind] {
-        return Motion::Still;
+        return Excitation::Still;
     }
     let moving = 0.1 * fast;
     let part = |count: usize| count as f64 / v.len().max(1) as f64;
     let forth = part(v.iter().filter(|v| **v > moving).count());
     let back = part(v.iter().filter(|v| **v < -moving).count());
-    if forth.min(back) < ONE_WAY { Motion::OneWay } else { Motion::Enough }
+    if forth.min(back) < ONE_WAY { Excitation::OneWay } else { Excitation::Enough }
 }

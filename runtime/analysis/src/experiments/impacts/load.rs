@@ -3,7 +3,7 @@ use super::{Changed, ImpactExperiment};
 use crate::experiments::postures::normalise;
 use crate::experiments::{Channel, Inertial, Row};
 use crate::log::{Kind, Log, Reader, Table, names};
-use crate::robot::calls::{Calls, base_rows};
+use crate::robot::calls::{ModelCalls, base_rows};
 use crate::robot::feet::{FootCalls, choose};
 use crate::robot::{BaseKind, Robot};
 use crate::signal::rotate_to_base;
@@ -91,7 +91,7 @@ fn build<'a>(
             table.rows()
         )));
     }
-    let calls = Calls::new(robot.model);
+    let calls = ModelCalls::new(robot.model);
     let (foot, said) = choose(robot.feet, foot, "striking")?;
     let mut assumptions: Vec<String> = said.into_iter().collect();
     let flat = robot.feet[foot].is_flat(robot.planar());

@@ -22,7 +22,7 @@ use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::robot::InertialParameters;
 use crate::robot::Robot;
-use crate::robot::calls::{Calls, joint};
+use crate::robot::calls::{ModelCalls, joint};
 use crate::robot::feet::FootCalls;
 use crate::robot::inertial_parameters::body_of;
 use crate::robot::link_inertias::CadError;
@@ -38,7 +38,7 @@ const MOST_SEEDS: usize = 32;
 /// Impacts against a model; built by [`ImpactExperiment::read`].
 pub struct ImpactExperiment<'a> {
     robot: Robot<'a>,
-    calls: Calls<'a>,
+    calls: ModelCalls<'a>,
     foot: usize,
     foot_calls: FootCalls,
     flat: bool,

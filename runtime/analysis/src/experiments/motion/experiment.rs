@@ -3,7 +3,7 @@ use super::laws::{advanced, torque_law};
 use super::places;
 use super::rigid::Rigid;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
-use crate::measure::Motion;
+use crate::measure::JointPositions;
 use crate::measure::recording::Recording;
 use crate::robot::inertial_parameters::body_of;
 use crate::robot::link_inertias::{CadError, LinkInertias};
@@ -468,9 +468,9 @@ impl Experiment for MotionExperiment<'_> {
             torques: &torques,
         })
     }
-    fn motion(&self) -> Motion {
+    fn motion(&self) -> JointPositions {
         let position = |joint| self.recording.trajectory.positions(joint).collect();
-        Motion {
+        JointPositions {
             time: self.recording.time.clone(),
             positions: (0..self.subject.joints.len()).map(position).collect(),
         }

@@ -3,7 +3,7 @@ use super::predict::Sensors;
 use super::{PostureExperiment, Reading};
 use crate::experiments::{Channel, Inertial, Row};
 use crate::log::{Kind, Log, Reader, Table, names};
-use crate::robot::calls::{Calls, gravity};
+use crate::robot::calls::{ModelCalls, gravity};
 use crate::robot::feet::{FootCalls, choose};
 use crate::robot::inertial_parameters::element_of;
 use crate::robot::world::World;
@@ -58,7 +58,7 @@ fn build<'a>(
         ))
         .help("take 30 or more that turn the links about two horizontal axes"));
     }
-    let calls = Calls::new(robot.model);
+    let calls = ModelCalls::new(robot.model);
     let (stance, said) = choose(robot.feet, stance, "stance")?;
     let feet = robot.feet.iter().map(|foot| FootCalls::new(&calls, foot)).collect::<Result<Vec<_>, _>>()?;
     let parameters = robot.link_inertias.parameters();
@@ -96,7 +96,7 @@ fn build<'a>(
 /// Configurations, `postures × nq`, and whether the base's orientation was logged.
 fn configurations(
     robot: &Robot<'_>,
-    calls: &Calls<'_>,
+    calls: &ModelCalls<'_>,
     table: &Table,
     assumptions: &mut Vec<String>,
 ) -> Result<(Vec<f64>, bool), Diagnostic> {

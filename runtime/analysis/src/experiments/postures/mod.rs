@@ -19,7 +19,7 @@ use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::robot::InertialParameters;
 use crate::robot::Robot;
-use crate::robot::calls::Calls;
+use crate::robot::calls::ModelCalls;
 use crate::robot::feet::FootCalls;
 use crate::robot::inertial_parameters::body_of;
 use crate::robot::link_inertias::CadError;
@@ -43,7 +43,7 @@ struct Reading {
 /// Postures against a model; built by [`PostureExperiment::read`].
 pub struct PostureExperiment<'a> {
     robot: Robot<'a>,
-    calls: Calls<'a>,
+    calls: ModelCalls<'a>,
     feet: Vec<FootCalls>,
     stance: usize,
     regressor: usize,

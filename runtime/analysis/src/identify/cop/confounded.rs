@@ -48,23 +48,23 @@ pub struct Confounded {
 }
 
 /// A parameter that is tried, with a step that is small against what is usual; at the root link, or everywhere.
-struct Trial {
+struct TriedCause {
     kind: &'static Kind,
     parameter: &'static str,
     step: f64,
     at_root: bool,
 }
 
-const fn at_root(kind: &'static Kind, parameter: &'static str, step: f64) -> Trial {
-    Trial { kind, parameter, step, at_root: true }
+const fn at_root(kind: &'static Kind, parameter: &'static str, step: f64) -> TriedCause {
+    TriedCause { kind, parameter, step, at_root: true }
 }
 
-const fn everywhere(kind: &'static Kind, parameter: &'static str, step: f64) -> Trial {
-    Trial { kind, parameter, step, at_root: false }
+const fn everywhere(kind: &'static Kind, parameter: &'static str, step: f64) -> TriedCause {
+    TriedCause { kind, parameter, step, at_root: false }
 }
 
 /// What ground forces might show.
-static TRIALS: [Trial; 9] = [
+static TRIALS: [TriedCause; 9] = [
     at_root(&kinds::PAYLOAD, "mass", 0.01),
     at_root(&kinds::COM_OFFSET, "x", 1e-3),
     at_root(&kinds::COM_OFFSET, "y", 1e-3),
@@ -76,7 +76,7 @@ static TRIALS: [Trial; 9] = [
     everywhere(&kinds::FORCE_SENSOR_BIAS, "z", 0.1),
 ];
 
-impl Trial {
+impl TriedCause {
     /// Its value where there is no such cause.
     fn neutral(&self) -> f64 {
         match self.kind.parameter(self.parameter).map(|parameter| parameter.size) {
@@ -158,7 +158,7 @@ fn alike(marks: &[&[f64]]) -> Vec<Pair> {
 /// How the rows change with a unit of a cause, in units of their spread.
 fn mark(
     experiment: &dyn Experiment,
-    trial: &Trial,
+    trial: &TriedCause,
     root: &str,
     (rows, weights): (&[usize], &[f64]),
 ) -> Vec<f64> {

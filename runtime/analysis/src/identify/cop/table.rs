@@ -2,7 +2,7 @@
 use crate::experiments::postures::{Moments, PostureExperiment};
 use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::identify::BaseSet;
-use crate::measure::Motion;
+use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use nalgebra::{DMatrix, DVector};
@@ -133,9 +133,9 @@ impl Experiment for PostureTable {
     fn inertial(&self, row: usize) -> Option<&Inertial> {
         self.inertial.get(row)
     }
-    fn motion(&self) -> Motion {
+    fn motion(&self) -> JointPositions {
         // Postures have no rate: their order cuts them into stretches, and nothing is looked for that repeats.
-        Motion { time: self.number.clone(), positions: Vec::new() }
+        JointPositions { time: self.number.clone(), positions: Vec::new() }
     }
     fn bodies(&self) -> &[String] {
         &self.bodies

@@ -5,7 +5,7 @@ use super::super::estimate::{Estimate, Method};
 use super::super::physical::Inertia;
 use super::super::reading::Reading;
 use super::super::result::Identification;
-use super::super::run::{Answer, Feed, Judge, Options, Parts, identify};
+use super::super::run::{Feed, IdentificationResult, Judge, Options, RobotAndLogs, identify};
 use super::super::summary::student;
 use super::super::unknowns::ExtraChoice;
 use super::fold::Folded;
@@ -33,7 +33,7 @@ impl Bodies<'_, '_> {
     /// Data that cannot carry an estimate, bounds that contradict each other.
     pub fn identify(
         &self,
-        parts: &Parts<'_>,
+        parts: &RobotAndLogs<'_>,
         judge: Option<(&Reading<'_>, &Look)>,
         options: &Elastic,
         progress: &dyn Fn(f64),
@@ -54,7 +54,7 @@ impl Bodies<'_, '_> {
             bounds: options.bounds.clone(),
             ..Options::default()
         };
-        let Answer { mut identification, links, .. } =
+        let IdentificationResult { mut identification, links, .. } =
             identify(parts, &Feed::Folded(&sums), judge.as_ref(), &further, progress)?;
         amend(&mut identification, self.design, self.solved);
         Ok((identification, links))

@@ -1,6 +1,6 @@
 //! The rows of both regressions: motors (5.10) and joints (5.11), batch by batch.
 use super::super::design::{Design, Work};
-use super::super::unknowns::{Law, Source};
+use super::super::unknowns::{ColumnSource, Law};
 use super::driven::Driven;
 use super::laws::Laws;
 use super::signals::{Chunk, Motor};
@@ -55,7 +55,7 @@ impl<'a, 'd> JointRows<'a, 'd> {
         let Some(index) = self.drive(channel.joint) else { return };
         let count = piece.range.len();
         for (place, &unknown) in channel.places.iter().enumerate() {
-            let Source::Extra(k) = self.design.unknowns[unknown].source else { continue };
+            let ColumnSource::Extra(k) = self.design.unknowns[unknown].source else { continue };
             if self.design.extras[k].law == Law::COULOMB && self.drives[index].drive.has_motor() {
                 let turns_back = self.drives[index].drive.gear_ratio.signum();
                 let signs = &chunk.motors[index].sign[piece.range.clone()];

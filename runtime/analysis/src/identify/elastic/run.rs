@@ -4,7 +4,7 @@ use super::super::motions::Motions;
 use super::super::physical::{Bound, Inertia};
 use super::super::reading::Reading;
 use super::super::result::Identification;
-use super::super::run::{Parts, nominal};
+use super::super::run::{RobotAndLogs, nominal};
 use super::super::unknowns::{Extra, ExtraChoice, Law};
 use super::bodies::Bodies;
 use super::check::{odd, stops};
@@ -14,7 +14,7 @@ use super::laws::{Estimator, Laws, Steps};
 use super::look::Look;
 use super::picture;
 use super::solve::Solver;
-use super::summary::{DriveSummary, Found};
+use super::summary::{DriveSummary, SummaryInput};
 use crate::experiments::plotted::Row;
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -26,7 +26,7 @@ const ROWS: usize = 10;
 /// The robot, its drives and logs.
 pub struct ElasticParts<'a> {
     /// Bodies and the observed joints; its surveys are those of `looks`.
-    pub parts: Parts<'a>,
+    pub parts: RobotAndLogs<'a>,
     /// Drives.
     pub drives: &'a [Driven<'a>],
     /// What each log shows.
@@ -129,7 +129,7 @@ pub fn identify_elastic(
         extras: &extras,
     };
     let (mut identification, links) = bodies.identify(parts, judge, options, &|p| progress(0.3 + 0.7 * p))?;
-    let drives = Found {
+    let drives = SummaryInput {
         subject,
         drives: all.drives,
         looks: all.looks,

@@ -119,7 +119,7 @@ impl DriveParameter {
 }
 
 /// What summaries are made of.
-pub struct Found<'a> {
+pub struct SummaryInput<'a> {
     pub subject: &'a JointLayout,
     pub drives: &'a [Driven<'a>],
     pub looks: &'a [Look],
@@ -129,7 +129,7 @@ pub struct Found<'a> {
     pub laws: Laws,
 }
 
-impl Found<'_> {
+impl SummaryInput<'_> {
     /// All drives; `parameters` are those of the joints' regression.
     pub fn summary(&self, options: &Elastic, parameters: &[Parameter]) -> DriveSummary {
         DriveSummary {

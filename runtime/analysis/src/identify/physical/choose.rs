@@ -11,7 +11,7 @@ pub const WEIGHTS: [f64; 14] =
 
 /// One weight that was tried.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Trial {
+pub struct TriedWeight {
     /// Weight of CAD.
     pub weight: f64,
     /// Mean squared error on data that did not teach, each channel in units of its noise.
@@ -28,7 +28,7 @@ pub struct Choice {
     /// The weight.
     pub weight: f64,
     /// All that were tried; none if the weight was given.
-    pub trials: Vec<Trial>,
+    pub trials: Vec<TriedWeight>,
 }
 
 /// Tries all weights by folds and takes the middle (geometric mean) of the best one and of the strongest that is no worse
@@ -75,11 +75,11 @@ pub fn choose(
         return Err(error);
     }
     let errors_of: Vec<Vec<f64>> = solved.iter().map(|&k| std::mem::take(&mut errors_of[k])).collect();
-    let trials: Vec<Trial> = solved
+    let trials: Vec<TriedWeight> = solved
         .iter()
         .zip(&errors_of)
         .zip(compared(&errors_of))
-        .map(|((&k, errors), excess)| Trial {
+        .map(|((&k, errors), excess)| TriedWeight {
             weight: WEIGHTS[k],
             error: mean(errors),
             excess,

@@ -22,5 +22,5 @@ use bipedc_lapack as _;
 pub use bodies::{Body, Inertia, Links};
 pub use bounds::{Bound, Bounds};
 pub use check::{Consistency, check};
-pub use choose::{Choice, Trial, WEIGHTS, choose};
+pub use choose::{Choice, TriedWeight, WEIGHTS, choose};
 pub use program::{Certificate, Physical, Problem};

@@ -1,7 +1,7 @@
 //! The semidefinite program and its certificate.
 use super::bodies::{COORDINATES, Links, PLACES};
 use super::bounds::Bounds;
-use crate::identify::{Design, Part, Triangle};
+use crate::identify::{Design, Summand, Triangle};
 use bipedc_effects::diagnostic::Diagnostic;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -68,11 +68,11 @@ impl<'a> Problem<'a> {
     pub fn new(design: &Design<'_>, links: &'a Links, bounds: &'a Bounds) -> Self {
         let (coordinates, extras) = (links.coordinates(), design.extras.len());
         let value = |parameters: &[f64]| -> DVector<f64> {
-            let sum = |sum: &[(Part, f64)]| -> f64 {
+            let sum = |sum: &[(Summand, f64)]| -> f64 {
                 sum.iter()
                     .map(|(part, factor)| match part {
-                        Part::Inertial(k) => factor * parameters[*k],
-                        Part::Extra(_) => 0.0,
+                        Summand::Inertial(k) => factor * parameters[*k],
+                        Summand::Extra(_) => 0.0,
                     })
                     .sum()
             };
@@ -88,7 +88,7 @@ impl<'a> Problem<'a> {
         }
         for (row, sum) in design.sums().enumerate() {
             for (part, factor) in sum {
-                if let Part::Extra(e) = part {
+                if let Summand::Extra(e) = part {
                     slopes[(row, coordinates + e)] += factor;
                 }
             }

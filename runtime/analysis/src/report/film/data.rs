@@ -21,7 +21,7 @@ pub struct Film {
     /// Contact points, in the order of [`Frame::forces`].
     pub points: Vec<FilmPoint>,
     /// What is drawn.
-    pub parts: Vec<Part>,
+    pub parts: Vec<FilmPart>,
     /// Poses over time, thinned.
     pub frames: Vec<Frame>,
     /// Times of `loads`, s.
@@ -66,7 +66,7 @@ pub struct FilmPoint {
 
 /// Something that moves with a body.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct FilmPart {
     /// Index of the body; `None`: the world.
     pub body: Option<usize>,
     /// Its leg.

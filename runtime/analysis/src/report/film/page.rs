@@ -2,7 +2,7 @@
 use super::data::Film;
 use super::payload;
 use super::strobe::{self, View};
-use crate::report::page::{Parts, document};
+use crate::report::page::{PageParts, document};
 use maud::{Markup, html};
 
 const STYLE: &str = include_str!("../assets/film.css");
@@ -19,7 +19,7 @@ pub fn render(film: &Film) -> String {
         (basis(film))
     };
     let scripts = [VIEWS, PLAYER].concat();
-    let parts = Parts { content, numbers: payload::json(film), style: STYLE, scripts: &scripts };
+    let parts = PageParts { content, numbers: payload::json(film), style: STYLE, scripts: &scripts };
     document(&film.title, &film.robot, parts)
 }
 

@@ -1,5 +1,5 @@
 //! The robot at equal distances of time in one picture.
-use super::data::{Film, Form, Frame, Part};
+use super::data::{Film, FilmPart, Form, Frame};
 use super::payload::side_name;
 use crate::report::number::significant;
 use crate::report::svg::{outline, px};
@@ -145,14 +145,14 @@ fn layout(film: &Film, frames: &[&Frame], view: View) -> Option<Layout> {
 
 /// Parts from far to near, then forces and the centre of mass.
 fn pose(film: &Film, frame: &Frame, layout: &Layout, index: usize) -> Markup {
-    let depth = |part: &&Part| {
+    let depth = |part: &&FilmPart| {
         let corners = part.form.corners();
         let sum: f64 = corners.iter().map(|c| layout.view.depth(frame.at(part.body, *c))).sum();
         sum / corners.len().max(1) as f64
     };
-    let mut parts: Vec<&Part> = film.parts.iter().collect();
+    let mut parts: Vec<&FilmPart> = film.parts.iter().collect();
     parts.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
-    let place = |part: &Part, corner: [f64; 3]| layout.at(index, frame.at(part.body, corner));
+    let place = |part: &FilmPart, corner: [f64; 3]| layout.at(index, frame.at(part.body, corner));
     let center = layout.at(index, frame.center_of_mass);
     html! {
         @for part in parts {
@@ -242,7 +242,7 @@ mod tests {
             weight: 10.0,
             feet: vec![FilmFoot { name: "sole".to_owned(), side: Side::Middle }],
             points: vec![FilmPoint { foot: 0, body: Some(0), place: [0.0, 0.0, -0.1] }],
-            parts: vec![Part { body: Some(0), side: Side::Middle, form }],
+            parts: vec![FilmPart { body: Some(0), side: Side::Middle, form }],
             frames: (0..=16).map(frame).collect(),
             ..Film::default()
         }

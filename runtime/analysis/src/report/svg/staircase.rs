@@ -2,7 +2,7 @@
 use super::chart::{Axis, Chart};
 use super::px;
 use super::rows::keys;
-use crate::diagnose::{Diagnosis, Fall};
+use crate::diagnose::{Diagnosis, ErrorFall};
 use crate::report::data::{HistoryStep, Report};
 use crate::report::number::with_unit;
 use maud::{Markup, html};
@@ -19,21 +19,21 @@ pub(in crate::report) fn steps(report: &Report) -> Vec<HistoryStep> {
         label: step.effect.to_string(),
         date: String::new(),
         training: None,
-        held_out: Some(Fall { unit: unit.clone(), before: step.before, after: step.after, noise }),
+        held_out: Some(ErrorFall { unit: unit.clone(), before: step.before, after: step.after, noise }),
     };
     diagnosis.steps.iter().map(step).collect()
 }
 
 /// The kind of channel that the diagnosis is about.
-pub(in crate::report) fn headline(diagnosis: &Diagnosis) -> Option<&Fall> {
+pub(in crate::report) fn headline(diagnosis: &Diagnosis) -> Option<&ErrorFall> {
     let kinds = ["post_impact_velocity", "cop", "effort"];
-    let same = |fall: &&Fall| fall.before == diagnosis.rms_before && fall.after == diagnosis.rms_after;
+    let same = |fall: &&ErrorFall| fall.before == diagnosis.rms_before && fall.after == diagnosis.rms_after;
     let found = kinds.iter().filter_map(|kind| diagnosis.rms.get(*kind)).find(same);
     found.or_else(|| diagnosis.rms.get("effort"))
 }
 
 /// Levels of one data set: before the first step, then after each; NaN where a step does not say.
-fn levels(steps: &[HistoryStep], of: impl Fn(&HistoryStep) -> Option<&Fall>) -> Vec<f64> {
+fn levels(steps: &[HistoryStep], of: impl Fn(&HistoryStep) -> Option<&ErrorFall>) -> Vec<f64> {
     let first = steps.first().and_then(&of).map_or(f64::NAN, |fall| fall.before);
     std::iter::once(first).chain(steps.iter().map(|s| of(s).map_or(f64::NAN, |fall| fall.after))).collect()
 }

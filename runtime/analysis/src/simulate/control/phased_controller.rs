@@ -4,7 +4,7 @@ use super::virtual_constraints::{Outputs, VirtualConstraints};
 use crate::robot::BaseKind;
 use crate::simulate::phases::{Mirror, PhaseSpec};
 use crate::simulate::plant::Plant;
-use crate::simulate::stepper::{Motion, Stepper};
+use crate::simulate::stepper::{MotionState, Stepper};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::Model;
@@ -83,7 +83,7 @@ impl<'a> PhasedController<'a> {
     pub(crate) fn command(
         &mut self,
         stepper: &Stepper<'_>,
-        motion: &Motion,
+        motion: &MotionState,
         time: f64,
         commands: &mut [JointCommand<f64>],
     ) -> Result<(), Diagnostic> {
@@ -112,7 +112,7 @@ impl<'a> PhasedController<'a> {
     }
 
     /// The phase at this state.
-    fn follow(&mut self, stepper: &Stepper<'_>, motion: &Motion) {
+    fn follow(&mut self, stepper: &Stepper<'_>, motion: &MotionState) {
         stepper.mechanics().positions(&motion.q, &mut self.places);
         let across = if self.planar { 1 } else { 2 };
         for (point, along) in self.along.iter_mut().enumerate() {

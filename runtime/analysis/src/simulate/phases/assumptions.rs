@@ -50,7 +50,7 @@ const CLOSE: f64 = 1e-9;
 const STILL: f64 = 1e-9;
 
 /// What is known about a violation before it has a phase and a time.
-struct Found {
+struct Breach {
     quantity: String,
     value: f64,
     limit: f64,
@@ -58,7 +58,7 @@ struct Found {
     meaning: &'static str,
 }
 
-impl Found {
+impl Breach {
     fn at(self, spec: &PhaseSpec, time: f64) -> Violation {
         let Self { quantity, value, limit, unit, meaning } = self;
         Violation { phase: spec.name.clone(), time, quantity, value, limit, unit, meaning }
@@ -109,7 +109,7 @@ impl PhasedRobot<'_> {
     }
 
     /// Forces or impulses of the rows against the laws of contact.
-    fn pull_or_slip(&self, rows: &[Row], forces: &[f64], impact: bool) -> Option<Found> {
+    fn pull_or_slip(&self, rows: &[Row], forces: &[f64], impact: bool) -> Option<Breach> {
         let (unit, kind) = if impact { ("N s", "impulse") } else { ("N", "force") };
         let rounding = ROUNDING[usize::from(impact)];
         for (index, foot) in self.feet.iter().enumerate() {
@@ -119,7 +119,7 @@ impl PhasedRobot<'_> {
             let load = Load::of(index, rows, forces);
             let found = |quantity: &str, value, limit, meaning| {
                 let quantity = format!("{quantity} {kind} on {}", foot.name);
-                Some(Found { quantity, value, limit, unit, meaning })
+                Some(Breach { quantity, value, limit, unit, meaning })
             };
             if self.assumptions.pushing && load.force[2] < -rounding {
                 return found("normal", load.force[2], 0.0, "the ground would have to pull the foot");
@@ -134,7 +134,7 @@ impl PhasedRobot<'_> {
     }
 
     /// Centres of pressure of flat feet.
-    fn tips(&self, spec: &PhaseSpec, q: &[f64], forces: &[f64], work: &mut Work) -> Option<Found> {
+    fn tips(&self, spec: &PhaseSpec, q: &[f64], forces: &[f64], work: &mut Work) -> Option<Breach> {
         for (index, foot) in self.feet.iter().enumerate() {
             let load = Load::of(index, &spec.rows, forces);
             if !load.flat {
@@ -146,14 +146,14 @@ impl PhasedRobot<'_> {
             // Without load there is no centre: what counts is the moment that misses.
             if value < -CLOSE && value * load.force[2] < -ROUNDING[0] * CLOSE {
                 let quantity = format!("distance of the centre of pressure from the edge of {}", foot.name);
-                return Some(Found { quantity, value, limit: 0.0, unit: "m", meaning: "the foot tips" });
+                return Some(Breach { quantity, value, limit: 0.0, unit: "m", meaning: "the foot tips" });
             }
         }
         None
     }
 
     /// Feet that stand on an edge (in space) may not tip over its ends.
-    fn tips_along_an_edge(&self, spec: &PhaseSpec, q: &[f64], v: &[f64], work: &mut Work) -> Option<Found> {
+    fn tips_along_an_edge(&self, spec: &PhaseSpec, q: &[f64], v: &[f64], work: &mut Work) -> Option<Breach> {
         if !spec.rows.iter().any(|row| row.kind == RowKind::MomentAcross) {
             return None;
         }
@@ -172,21 +172,21 @@ impl PhasedRobot<'_> {
                 let quantity =
                     format!("distance of the centre of pressure from the end of the edge of {}", foot.name);
                 let value = width * least / load;
-                return Some(Found { quantity, value, limit: 0.0, unit: "m", meaning: "the foot tips" });
+                return Some(Breach { quantity, value, limit: 0.0, unit: "m", meaning: "the foot tips" });
             }
         }
         None
     }
 
     /// Heights of the points in the air.
-    fn scuffs(&self, spec: &PhaseSpec, q: &[f64], work: &mut Work) -> Option<Found> {
+    fn scuffs(&self, spec: &PhaseSpec, q: &[f64], work: &mut Work) -> Option<Breach> {
         if !self.assumptions.scuffing.is_finite() {
             return None;
         }
         self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
         let air = work.points.iter().enumerate().filter(|(point, _)| !spec.standing.contains(point));
         let (point, &value) = air.min_by(|a, b| a.1.total_cmp(b.1))?;
-        (value < -self.assumptions.scuffing).then(|| Found {
+        (value < -self.assumptions.scuffing).then(|| Breach {
             quantity: format!("height of {}", self.point_name(point)),
             value,
             limit: -self.assumptions.scuffing,
@@ -196,7 +196,7 @@ impl PhasedRobot<'_> {
     }
 
     /// Joints between their stops.
-    fn stops(&self, q: &[f64]) -> Option<Found> {
+    fn stops(&self, q: &[f64]) -> Option<Breach> {
         let first = q.len() - self.model.joints();
         for (joint, limits) in self.stops.iter().enumerate() {
             let (Some([low, high]), value) = (limits, q[first + joint]) else { continue };
@@ -209,17 +209,17 @@ impl PhasedRobot<'_> {
             };
             let name = self.model.joint_name(joint).unwrap_or("a joint");
             let quantity = format!("position of {name}");
-            return Some(Found { quantity, value, limit, unit: "rad", meaning: "the joint meets its stop" });
+            return Some(Breach { quantity, value, limit, unit: "rad", meaning: "the joint meets its stop" });
         }
         None
     }
 
     /// What lands is on the ground: a foot that lands flat is level.
-    fn lands_askew(&self, spec: &PhaseSpec, q: &[f64]) -> Option<Found> {
+    fn lands_askew(&self, spec: &PhaseSpec, q: &[f64]) -> Option<Breach> {
         let landing = &spec.impact.as_ref()?.standing;
         let heights = self.heights(q);
         let point = landing.iter().copied().max_by(|&a, &b| heights[a].abs().total_cmp(&heights[b].abs()))?;
-        (heights[point].abs() > self.assumptions.level).then(|| Found {
+        (heights[point].abs() > self.assumptions.level).then(|| Breach {
             quantity: format!("height of {} at the landing", self.point_name(point)),
             value: heights[point],
             limit: self.assumptions.level,
@@ -229,7 +229,7 @@ impl PhasedRobot<'_> {
     }
 
     /// A foot that lands flat takes the impulse inside its sole.
-    fn rocks(&self, spec: &PhaseSpec, q: &[f64], rows: &[Row], impulses: &[f64]) -> Option<Found> {
+    fn rocks(&self, spec: &PhaseSpec, q: &[f64], rows: &[Row], impulses: &[f64]) -> Option<Breach> {
         let after: &[usize] = spec.impact.as_ref().map_or(&[], |landing| &landing.standing);
         let work = &mut self.work.borrow_mut();
         for (index, foot) in self.feet.iter().enumerate() {
@@ -244,14 +244,14 @@ impl PhasedRobot<'_> {
                 let quantity =
                     format!("distance of the impulse's centre of pressure from the edge of {}", foot.name);
                 let meaning = "the foot rocks on the ground: a second impact";
-                return Some(Found { quantity, value, limit: 0.0, unit: "m", meaning });
+                return Some(Breach { quantity, value, limit: 0.0, unit: "m", meaning });
             }
         }
         None
     }
 
     /// What the impact does not hold leaves the ground: points that stood before, and others that are on the ground.
-    fn strikes_again(&self, spec: &PhaseSpec, q: &[f64], after: &[f64]) -> Option<Found> {
+    fn strikes_again(&self, spec: &PhaseSpec, q: &[f64], after: &[f64]) -> Option<Breach> {
         let kept: &[usize] = spec.impact.as_ref().map_or(&[], |landing| &landing.standing);
         let work = &mut self.work.borrow_mut();
         self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
@@ -264,7 +264,7 @@ impl PhasedRobot<'_> {
             let speed: f64 =
                 directions[point * nv..(point + 1) * nv].iter().zip(after).map(|(w, v)| w * v).sum();
             if (stood || near) && speed < -STILL {
-                return Some(Found {
+                return Some(Breach {
                     quantity: format!("vertical velocity of {} after the impact", self.point_name(point)),
                     value: speed,
                     limit: 0.0,

@@ -1,5 +1,5 @@
 //! Integration of one phase after the other, to the instants at which they end.
-use super::watch::{ARMED, Derivative, Found, INSTANT, Watch};
+use super::watch::{ARMED, Derivative, INSTANT, PhaseEnd, Watch};
 use bipedc_effects::diagnostic::Diagnostic;
 use ivp::methods::{DOP853, Tolerance};
 use serde::Serialize;
@@ -216,10 +216,10 @@ pub fn walk_watched(
                 .help("check the initial state, and that the phases' order fits to the motion"));
         }
         walk.end = match found {
-            Found::Nothing => break,
-            Found::Stopped => End::Stopped,
-            Found::Violated(violation) => End::Violated(violation),
-            Found::Guard => match changed(system, &mut walk, watcher) {
+            PhaseEnd::Nothing => break,
+            PhaseEnd::Stopped => End::Stopped,
+            PhaseEnd::Violated(violation) => End::Violated(violation),
+            PhaseEnd::Guard => match changed(system, &mut walk, watcher) {
                 Ok(true) => continue,
                 Ok(false) => End::Changes,
                 Err(violation) => End::Violated(violation),
@@ -252,7 +252,7 @@ fn phase(
     until: f64,
     precision: &Precision,
     watcher: &mut dyn Watcher,
-) -> Result<Found, Diagnostic> {
+) -> Result<PhaseEnd, Diagnostic> {
     let Walk { last, effort, .. } = walk;
     let number = last.phase;
     let derivative = Derivative { system, phase: number };
@@ -265,7 +265,7 @@ fn phase(
         time: last.time,
         x: last.x.clone(),
         work: vec![0.0; last.x.len()],
-        found: Ok(Found::Nothing),
+        found: Ok(PhaseEnd::Nothing),
         watcher,
     };
     let method =

@@ -15,7 +15,7 @@ pub(super) const INSTANT: f64 = 1e-13;
 pub(super) const VERDICT: f64 = 1e-9;
 
 /// How the integration of one phase ended.
-pub(super) enum Found {
+pub(super) enum PhaseEnd {
     Nothing,
     Guard,
     Violated(Violation),
@@ -45,7 +45,7 @@ pub(super) struct Watch<'s> {
     pub time: f64,
     pub x: Vec<f64>,
     pub work: Vec<f64>,
-    pub found: Result<Found, Diagnostic>,
+    pub found: Result<PhaseEnd, Diagnostic>,
     pub watcher: &'s mut dyn Watcher,
 }
 
@@ -72,7 +72,7 @@ impl SolOut for Watch<'_> {
             let guard = self.system.guard(self.phase, later, &self.work);
             if self.armed && guard <= 0.0 {
                 let instant = self.instant(dense, earlier, later);
-                self.found = Ok(Found::Guard);
+                self.found = Ok(PhaseEnd::Guard);
                 return self.arrive(dense, from, instant);
             }
             self.armed |= guard > ARMED;
@@ -151,7 +151,7 @@ impl Watch<'_> {
                 dense.interpolate(first, &mut self.x);
             }
             time = first;
-            self.found = Ok(Found::Violated(violation));
+            self.found = Ok(PhaseEnd::Violated(violation));
         }
         self.time = time;
         while self.watcher.next_sample() <= time {
@@ -162,10 +162,14 @@ impl Watch<'_> {
                 return ControlFlag::Interrupt;
             }
         }
-        if !self.watcher.step(time, self.phase, &self.x) && matches!(self.found, Ok(Found::Nothing)) {
-            self.found = Ok(Found::Stopped);
+        if !self.watcher.step(time, self.phase, &self.x) && matches!(self.found, Ok(PhaseEnd::Nothing)) {
+            self.found = Ok(PhaseEnd::Stopped);
         }
-        if matches!(self.found, Ok(Found::Nothing)) { ControlFlag::Continue } else { ControlFlag::Interrupt }
+        if matches!(self.found, Ok(PhaseEnd::Nothing)) {
+            ControlFlag::Continue
+        } else {
+            ControlFlag::Interrupt
+        }
     }
 
     /// The first instant at which an assumption does not hold, within a step at whose end one does not.

@@ -1,5 +1,5 @@
 //! The work of everything in a step, for whoever asks for it.
-use super::{Motion, Source, Stepper};
+use super::{MotionState, RowSource, Stepper};
 use crate::simulate::account::{Account, Done};
 
 /// Work so far, with the room to sum it.
@@ -55,16 +55,16 @@ impl Stepper<'_> {
         }
         accounting.heights.resize(rows, 0.0);
         accounting.driven.clear();
-        accounting.driven.extend(self.sources.iter().map(|source| matches!(source, Source::Servo(_))));
+        accounting.driven.extend(self.sources.iter().map(|source| matches!(source, RowSource::Servo(_))));
         for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
-            if let Source::Point(point) = *source {
+            if let RowSource::Point(point) = *source {
                 accounting.heights[block.first] = self.gaps[point];
             }
         }
     }
 
     /// Adds the step to the accounting; `drive` is the change of the velocities.
-    pub(super) fn book(&mut self, motion: &Motion, force: &[f64], time: f64) {
+    pub(super) fn book(&mut self, motion: &MotionState, force: &[f64], time: f64) {
         let Some(accounting) = &mut self.energy_accounting else { return };
         accounting.account.add(&Done {
             time,
@@ -91,8 +91,8 @@ impl Stepper<'_> {
         let mut sum = 0.0;
         for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
             let slides = match source {
-                Source::Point(_) | Source::Normal(_) => block.first + 1,
-                Source::Sole(_) => block.first,
+                RowSource::Point(_) | RowSource::Normal(_) => block.first + 1,
+                RowSource::Sole(_) => block.first,
                 _ => continue,
             };
             for row in block.first..block.first + block.size() {

@@ -1,5 +1,5 @@
 //! What a stepper has besides the model: motors of their own, coupled joints, servos, soles that turn.
-use super::{Motion, ROWS_OF_AXIS, Stepper};
+use super::{MotionState, ROWS_OF_AXIS, Stepper};
 use crate::simulate::dense;
 use crate::simulate::drives::Coupled;
 use crate::simulate::ground::within;
@@ -15,7 +15,7 @@ impl Stepper<'_> {
     ///
     /// # Errors
     /// Impossible numbers, joints that there are not, or two motors at one.
-    pub fn with_motors(mut self, laws: Vec<MotorLaw>, motion: &Motion) -> Result<Self, Diagnostic> {
+    pub fn with_motors(mut self, laws: Vec<MotorLaw>, motion: &MotionState) -> Result<Self, Diagnostic> {
         laws.iter().try_for_each(MotorLaw::check)?;
         let joints = self.joints.len();
         let taken = |k: usize| laws[..k].iter().any(|other| other.joint == laws[k].joint);

@@ -1,5 +1,5 @@
 //! Rows of the contact problem: which there are, along which directions, under which laws.
-use super::{ROWS_OF_AXIS, Source, Stepper};
+use super::{ROWS_OF_AXIS, RowSource, Stepper};
 use crate::simulate::problem::Law;
 
 /// How many times farther than at the present speed a joint may come in a step.
@@ -25,13 +25,13 @@ impl Stepper<'_> {
                 point = points.end;
                 let closed = points.filter(|point| self.gaps[*point] <= 0.0);
                 let before = self.sources.len();
-                self.sources.extend(closed.map(Source::Normal));
-                self.sources.push(Source::Sole(sole));
+                self.sources.extend(closed.map(RowSource::Normal));
+                self.sources.push(RowSource::Sole(sole));
                 rows += self.sources.len() - before + 2;
                 continue;
             }
             if self.gaps[point] <= 0.0 {
-                self.sources.push(Source::Point(point));
+                self.sources.push(RowSource::Point(point));
                 rows += size;
             }
             point += 1;
@@ -39,21 +39,21 @@ impl Stepper<'_> {
         rows
     }
 
-    pub(super) fn law(&self, source: Source, time: f64) -> Law {
+    pub(super) fn law(&self, source: RowSource, time: f64) -> Law {
         match source {
-            Source::Point(_) => Law::Contact {
+            RowSource::Point(_) => Law::Contact {
                 friction: self.ground.friction,
                 tangents: self.mechanics.tangents(),
                 cone: self.ground.cone,
             },
-            Source::Dry(axis) => {
+            RowSource::Dry(axis) => {
                 let joints = self.joints.len();
                 let [positive, negative] =
                     if axis < joints { self.joints[axis].dry } else { self.motors.laws[axis - joints].dry };
                 Law::Limited { low: -time * positive, high: time * negative }
             }
-            Source::Normal(_) | Source::Lower(_) | Source::Upper(_) => Law::Unilateral,
-            Source::Sole(sole) => {
+            RowSource::Normal(_) | RowSource::Lower(_) | RowSource::Upper(_) => Law::Unilateral,
+            RowSource::Sole(sole) => {
                 let points = self.soles.points[sole].clone();
                 Law::Sole {
                     friction: self.ground.friction,
@@ -62,7 +62,7 @@ impl Stepper<'_> {
                     cone: self.ground.cone,
                 }
             }
-            Source::Servo(index) => {
+            RowSource::Servo(index) => {
                 let [low, high] = self.servos[index].limits;
                 Law::Limited { low: time * low, high: time * high }
             }
@@ -70,10 +70,10 @@ impl Stepper<'_> {
     }
 
     /// Writes the directions of a source into the columns from `row` on.
-    pub(super) fn direct(&mut self, source: Source, row: usize) {
+    pub(super) fn direct(&mut self, source: RowSource, row: usize) {
         let (nv, rows, tangents) = (self.mechanics.nv(), self.problem.rows(), self.mechanics.tangents());
         let (axis, sign) = match source {
-            Source::Point(point) => {
+            RowSource::Point(point) => {
                 for i in 0..nv {
                     let target = &mut self.directions[i * rows + row..i * rows + row + 1 + tangents];
                     target[0] = self.normal[point * nv + i];
@@ -83,13 +83,13 @@ impl Stepper<'_> {
                 }
                 return;
             }
-            Source::Normal(point) => {
+            RowSource::Normal(point) => {
                 for i in 0..nv {
                     self.directions[i * rows + row] = self.normal[point * nv + i];
                 }
                 return;
             }
-            Source::Sole(sole) => {
+            RowSource::Sole(sole) => {
                 for (point, parts) in self.soles.parts(sole) {
                     for (k, part) in parts.iter().enumerate() {
                         for i in 0..nv {
@@ -100,10 +100,10 @@ impl Stepper<'_> {
                 }
                 return;
             }
-            Source::Dry(axis) => (axis, 1.0),
-            Source::Servo(index) => (self.servos[index].axis, 1.0),
-            Source::Lower(axis) | Source::Upper(axis) => {
-                let sign = if matches!(source, Source::Upper(_)) { -1.0 } else { 1.0 };
+            RowSource::Dry(axis) => (axis, 1.0),
+            RowSource::Servo(index) => (self.servos[index].axis, 1.0),
+            RowSource::Lower(axis) | RowSource::Upper(axis) => {
+                let sign = if matches!(source, RowSource::Upper(_)) { -1.0 } else { 1.0 };
                 // Play lies between a motor and its joint.
                 if let Some(k) = axis.checked_sub(self.joints.len()) {
                     let joint = self.coordinate(self.motors.laws[k].joint);
@@ -119,7 +119,7 @@ impl Stepper<'_> {
     /// Spreads the friction of flat soles over their corners, for those who ask for the forces on points.
     pub(super) fn share(&mut self) {
         for &source in &self.sources {
-            let Source::Sole(sole) = source else { continue };
+            let RowSource::Sole(sole) = source else { continue };
             let slot = self.slot(source);
             let friction = [self.memory[slot], self.memory[slot + 1]];
             let points = self.soles.points[sole].clone();
@@ -132,23 +132,23 @@ impl Stepper<'_> {
     }
 
     /// A row of a servo or of the play of a motor.
-    pub(super) fn is_drive(&self, source: Source) -> bool {
+    pub(super) fn is_drive(&self, source: RowSource) -> bool {
         match source {
-            Source::Servo(_) => true,
-            Source::Lower(axis) | Source::Upper(axis) => axis >= self.joints.len(),
-            Source::Point(_) | Source::Normal(_) | Source::Sole(_) | Source::Dry(_) => false,
+            RowSource::Servo(_) => true,
+            RowSource::Lower(axis) | RowSource::Upper(axis) => axis >= self.joints.len(),
+            RowSource::Point(_) | RowSource::Normal(_) | RowSource::Sole(_) | RowSource::Dry(_) => false,
         }
     }
 
     /// Where a source's impulses are remembered.
-    pub(super) fn slot(&self, source: Source) -> usize {
+    pub(super) fn slot(&self, source: RowSource) -> usize {
         match source {
-            Source::Point(point) | Source::Normal(point) => point * (1 + self.mechanics.tangents()),
-            Source::Sole(sole) => self.slot_of_axis(self.inertia.len()) + 3 * sole,
-            Source::Dry(axis) => self.slot_of_axis(axis),
-            Source::Lower(axis) => self.slot_of_axis(axis) + 1,
-            Source::Upper(axis) => self.slot_of_axis(axis) + 2,
-            Source::Servo(index) => self.slot_of_axis(self.servos[index].axis) + 3,
+            RowSource::Point(point) | RowSource::Normal(point) => point * (1 + self.mechanics.tangents()),
+            RowSource::Sole(sole) => self.slot_of_axis(self.inertia.len()) + 3 * sole,
+            RowSource::Dry(axis) => self.slot_of_axis(axis),
+            RowSource::Lower(axis) => self.slot_of_axis(axis) + 1,
+            RowSource::Upper(axis) => self.slot_of_axis(axis) + 2,
+            RowSource::Servo(index) => self.slot_of_axis(self.servos[index].axis) + 3,
         }
     }
 
