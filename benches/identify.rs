@@ -29,11 +29,11 @@ fn main() {
     let robot = robot.with_base("fixed", None).expect("a held torso").without_effects();
     let tree = robot.tree().expect("a tree");
     let joints: Vec<Joint> = tree.joints.iter().map(|joint| Joint::revolute(joint.name.clone())).collect();
-    let subject = JointLayout { joints, base: BaseKind::Fixed };
+    let layout = JointLayout { joints, base: BaseKind::Fixed };
     let rows: Vec<usize> = (0..tree.nv).collect();
     let (base, regressor) = base_regressor(&robot.description, &tree, &rows).expect("a regressor");
     let extras = ExtraChoice::default().list(&rows);
-    let design = Design::new(&subject, &base, &regressor, extras, &rows);
+    let design = Design::new(&layout, &base, &regressor, extras, &rows);
     let block = block(rows.len());
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(2);
     let settings = Settings { threads, ..Settings::default() };

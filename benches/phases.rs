@@ -19,10 +19,10 @@ fn main() {
     let phases = walker(&robot).unwrap().phases;
     let outputs = scenario.outputs.as_ref().unwrap();
     let names: Vec<&str> = phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-    let controller = VirtualConstraints::new(&FiveLink, plant.subject.base, outputs, &names).unwrap();
+    let controller = VirtualConstraints::new(&FiveLink, plant.layout.base, outputs, &names).unwrap();
     let assumptions = Assumptions { friction: 0.6, ..Assumptions::default() };
-    let robot = PhasedRobot::new(&FiveLink, plant.subject.base, &plant.feet, phases, assumptions, controller)
-        .unwrap();
+    let robot =
+        PhasedRobot::new(&FiveLink, plant.layout.base, &plant.feet, phases, assumptions, controller).unwrap();
     // A landing of the gait: after five steps from the scenario's beginning.
     let (mut x, _) = robot.standing(&plant, &scenario).unwrap();
     let precision =

@@ -87,7 +87,7 @@ struct Truth {
 
 impl Truth {
     fn new(stood: &Stood, seed: u64, faster: f64) -> Result<Self, Failure> {
-        let joints: Vec<&str> = stood.subject.joints.iter().map(|j| j.name.as_str()).collect();
+        let joints: Vec<&str> = stood.layout.joints.iter().map(|j| j.name.as_str()).collect();
         let motion = Motion::new(&joints, seed, faster);
         let model: &dyn bipedc_runtime::Model<f64> = &stood.model;
         let function = model.function("inverse_dynamics").ok_or("no inverse dynamics")?;
@@ -245,9 +245,9 @@ fn identified(
     experiment: &dyn Experiment,
     nominal: &[f64],
 ) -> Result<(Vec<f64>, Vec<f64>), Failure> {
-    let surveys = [Survey::of_table(experiment, stood.subject.joints.len(), 8.0)];
+    let surveys = [Survey::of_table(experiment, stood.layout.joints.len(), 8.0)];
     let parts = RobotAndLogs {
-        subject: &stood.subject,
+        layout: &stood.layout,
         link_inertias: &stood.rooted.link_inertias,
         base,
         regressor: &Nothing,
@@ -289,11 +289,11 @@ impl BatchRegressor for Nothing {
 
 /// A log of positions, vertical force and centre of pressure of the standing foot.
 fn log(stood: &Stood, truth: &Truth, pressure: &dyn Fn(&[f64; 6]) -> [f64; 2], sigma: [f64; 3]) -> String {
-    let joints = stood.subject.joints.len();
+    let joints = stood.layout.joints.len();
     let nq = truth.q.len() / truth.time.len();
     let mut noise = Noise(5);
     let mut text = String::from("time");
-    for joint in &stood.subject.joints {
+    for joint in &stood.layout.joints {
         let _ = write!(text, ",{}/position", joint.name);
     }
     text.push_str(",right_foot/force/z,right_foot/cop/x,right_foot/cop/y\n");

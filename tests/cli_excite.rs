@@ -128,7 +128,7 @@ fn soles_apart(rows: &[[Vec<f64>; 3]]) -> f64 {
     let request = |subject| FunctionRequest { family: "position".to_owned(), subject: Some(subject) };
     let names = ["left", "right"].map(|side| corners.map(|corner| name(side, corner)));
     let requests: Vec<FunctionRequest> =
-        names.iter().flatten().map(|subject| request(subject.clone())).collect();
+        names.iter().flatten().map(|layout| request(layout.clone())).collect();
     let model = ProgramModel::new(hanging().compile_only(&requests).unwrap());
     let sole = |names: &[String; 4], state: &[Vec<f64>; 3]| -> Vec<Vec<f64>> {
         let place = |name: &String| {

@@ -62,7 +62,7 @@ impl Noise {
 pub struct Stood {
     pub rooted: StandingRobot,
     pub model: ProgramModel,
-    pub subject: JointLayout,
+    pub layout: JointLayout,
     pub feet: Vec<Foot>,
 }
 
@@ -86,15 +86,15 @@ impl Stood {
         let model = ProgramModel::new(rigid.compile_only(&requests).map_err(one)?);
         let joints =
             rooted.tree.joints.iter().map(|j| Joint { name: j.name.clone(), prismatic: j.prismatic });
-        let subject = JointLayout { joints: joints.collect(), base: BaseKind::Floating };
-        Ok(Self { feet: feet(&rigid.description), rooted, model, subject })
+        let layout = JointLayout { joints: joints.collect(), base: BaseKind::Floating };
+        Ok(Self { feet: feet(&rigid.description), rooted, model, layout })
     }
 
     /// As experiments want it.
     pub fn robot(&self) -> Parts<'_> {
         Parts {
             model: &self.model,
-            subject: &self.subject,
+            layout: &self.layout,
             link_inertias: &self.rooted.link_inertias,
             feet: &self.feet,
             effects: &[],

@@ -50,7 +50,7 @@ impl Trial {
         let path = tulip_file(&format!("scenarios/{scenario}.toml"));
         let mut scenario = Scenario::open(&path, &plant).map_err(|list| list.to_string())?;
         edit(&mut scenario);
-        let mechanics = Mechanics::new(model, plant.subject.base).map_err(said)?;
+        let mechanics = Mechanics::new(model, plant.layout.base).map_err(said)?;
         let simulation =
             Simulation::new(mechanics, &plant, &scenario).and_then(Simulation::with_energy).map_err(said)?;
         let names = simulation.columns();

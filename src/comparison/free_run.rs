@@ -29,8 +29,8 @@ pub(super) fn refuse(robot: &Robot, content: Content, log: &Log) -> Result<(), D
             "give a log with the base held; if it was, drop the base/... columns or add --base fixed",
         );
     }
-    let subject = joint_layout(&robot.tree()?)?;
-    let lacking: Vec<String> = (subject.joints.iter())
+    let layout = joint_layout(&robot.tree()?)?;
+    let lacking: Vec<String> = (layout.joints.iter())
         .flat_map(|joint| ["position", "effort"].map(|what| format!("{}/{what}", joint.name)))
         .filter(|column| !log.has(column))
         .map(|column| format!("`{column}`"))
@@ -56,15 +56,15 @@ pub(super) fn predict(
         BaseKind::Fixed => robot.clone(),
         _ => robot.clone().with_base("fixed", None)?,
     };
-    let subject: JointLayout = joint_layout(&robot.tree()?)?;
+    let layout: JointLayout = joint_layout(&robot.tree()?)?;
     let request = FunctionRequest::of_robot("forward_dynamics");
     let compiled = progress.stage("deriving", || robot.compile_only(&[request]))?;
     let model = ProgramModel::new(compiled);
-    let read = || Recording::read(log, &subject, options);
+    let read = || Recording::read(log, &layout, options);
     let recording = progress.stage("reading", read)?;
     let effects = &robot.description.effects;
     let found = progress
-        .counted("predicting", |progress| free_run(&model, &subject, &recording, effects, seconds, progress));
+        .counted("predicting", |progress| free_run(&model, &layout, &recording, effects, seconds, progress));
     Ok(found.map_err(|error| error.in_file(log.path()))?)
 }
 

@@ -148,12 +148,12 @@ fn compare_efforts(
     reading: &measure::Options,
     progress: &dyn Progress,
 ) -> Result<Comparison, Diagnostics> {
-    let subject = joint_layout(&robot.tree()?)?;
+    let layout = joint_layout(&robot.tree()?)?;
     let request = FunctionRequest::of_robot("inverse_dynamics");
     let compiled = progress.stage("deriving", || robot.compile_only(&[request]))?;
     let mut torques = ProgramTorques::new(&compiled)?;
     let mut comparison =
-        progress.stage("reading and comparing", || compare_file(&mut torques, &subject, log, reading))?;
+        progress.stage("reading and comparing", || compare_file(&mut torques, &layout, log, reading))?;
     let outside = |effect: &Effect| matches!(effect.kind.law, Law::Delay | Law::TrueTorque(_));
     if !robot.description.effects.iter().any(outside) {
         return Ok(comparison);

@@ -1,9 +1,9 @@
 //! Experiments that tell parameters and effects well: joint trajectories, static postures.
+mod excited;
 mod motion;
 mod plot;
 mod postures;
 mod separate;
-mod subject;
 
 pub use motion::{DesignedMotion, FixedJoint, Joint, design_motion};
 pub use postures::{PostureOptions, PostureSet, design_postures};
@@ -77,7 +77,7 @@ fn written(
 /// The trajectory as a log: time and what every joint does.
 fn csv(machine: &Machine<'_>, basis: &Basis, coefficients: &[f64], count: usize) -> String {
     let motion = machine.motion(basis, coefficients, count);
-    let joints = &machine.subject.joints;
+    let joints = &machine.layout.joints;
     let mut text = String::from("time");
     for joint in joints {
         let name = &joint.name;

@@ -1,5 +1,5 @@
 //! Joint trajectories from which parameters can be identified well (thesis 5.16).
-use super::subject::Excited;
+use super::excited::Excited;
 use super::{Options, written};
 use crate::progress::Run;
 use crate::table::table;
@@ -189,7 +189,7 @@ pub fn family_words(trajectory: &str, order: usize) -> String {
 impl FixedJoint {
     /// Those that do not move.
     pub fn all(machine: &Machine<'_>) -> Vec<Self> {
-        let described = &machine.subject.joints;
+        let described = &machine.layout.joints;
         let held = (0..described.len()).filter(|joint| !machine.moving.contains(joint));
         held.map(|k| Self { name: described[k].name.clone(), position: machine.posture[k] }).collect()
     }
@@ -205,7 +205,7 @@ impl Joint {
     /// Those that move.
     pub fn all(machine: &Machine<'_>, peaks: &[Peaks]) -> Vec<Self> {
         let finite = |limit: f64| Some(limit).filter(|limit| limit.is_finite());
-        let described = &machine.subject.joints;
+        let described = &machine.layout.joints;
         let joint = |((&joint, limits), peaks): ((&usize, &Limits), &Peaks)| Self {
             name: described[joint].name.clone(),
             position: peaks.position,

@@ -1,6 +1,6 @@
 //! The motion that best tells two effects apart.
+use super::excited::Excited;
 use super::motion::{FixedJoint, Joint, family, family_words, last_words};
-use super::subject::Excited;
 use super::{Options, written};
 use crate::kinds::demand_kind;
 use crate::progress::Run;
@@ -45,7 +45,7 @@ pub struct SeparateOptions {
 /// The robot as the diagnosis sees it.
 struct Rigid {
     model: ProgramModel,
-    subject: JointLayout,
+    layout: JointLayout,
     link_inertias: LinkInertias,
 }
 
@@ -60,7 +60,7 @@ impl Rigid {
         let request = |family: &str| FunctionRequest::of_robot(family);
         let requests = ["inverse_dynamics", "inverse_dynamics_regressor"].map(request);
         Ok(Self {
-            subject: joint_layout(&tree)?,
+            layout: joint_layout(&tree)?,
             link_inertias: link_inertias(&rigid.description, &tree),
             model: ProgramModel::new(rigid.compile_only(&requests)?),
         })
@@ -81,7 +81,7 @@ pub fn separate_effects(
     let (request, rows, progress) = (&options.request, options.rows(), run.progress);
     let derive = || Excited::new(robot, &options.joints, options.acceleration, options.gap);
     let mut excited = progress.stage("deriving", derive)?;
-    let candidates = asked.candidates(&excited.subject)?;
+    let candidates = asked.candidates(&excited.layout)?;
     let turning = candidates.iter().any(Candidate::turns_the_world);
     let rigid = progress.stage("deriving", || Rigid::new(robot, turning))?;
     asked.check_links(&rigid.link_inertias)?;
@@ -89,7 +89,7 @@ pub fn separate_effects(
     let machine = excited.machine();
     let pair = Pair {
         model: &rigid.model,
-        subject: &rigid.subject,
+        layout: &rigid.layout,
         link_inertias: &rigid.link_inertias,
         present: &robot.description.effects,
         measured: &measured,
@@ -114,7 +114,7 @@ pub fn separate_effects(
 
 impl SeparateOptions {
     /// The two effects at their places.
-    fn candidates(&self, subject: &JointLayout) -> Result<[Candidate; 2], Diagnostic> {
+    fn candidates(&self, layout: &JointLayout) -> Result<[Candidate; 2], Diagnostic> {
         for (option, count) in [("--joint", self.joints.len()), ("--link", self.links.len())] {
             if count > 2 {
                 return Err(Diagnostic::error(format!("{option} names {count} places for two effects"))
@@ -122,7 +122,7 @@ impl SeparateOptions {
             }
         }
         for name in self.joints.iter().chain(&self.other_joint) {
-            joint(subject, name)?;
+            joint(layout, name)?;
         }
         let [first, second] = [0, 1].map(|k| {
             let kind = demand_kind(&self.effects[k])?;

@@ -66,7 +66,7 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let mut read = |log: &Log| {
         let stance = Some(standing.stance.as_str());
         let found = PostureExperiment::read(measured.robot(), log, stance)?;
-        let odd = check_postures(&found, &measured.subject);
+        let odd = check_postures(&found, &measured.layout);
         job.pass(odd.into_iter().map(|d| d.in_file(log.path())).collect())?;
         Ok::<_, Diagnostics>(found)
     };
@@ -136,7 +136,7 @@ impl Tables<'_> {
             self.judging.iter().map(|t| PostureTable::new(t, self.weighed.mass)).collect();
         let feeds: Vec<&dyn Experiment> = tables.iter().map(|t| t as &dyn Experiment).collect();
         let judging: Vec<&dyn Experiment> = judges.iter().map(|t| t as &dyn Experiment).collect();
-        let joints = self.measured.subject.joints.len();
+        let joints = self.measured.layout.joints.len();
         let survey = |(table, from): (&PostureTable, &PostureExperiment<'_>)| Survey {
             assumptions: from.assumptions.clone(),
             ..Survey::of_table(table, joints, 0.0)
@@ -146,7 +146,7 @@ impl Tables<'_> {
         let link_inertias = self.prior(job.options.symmetric)?;
         let files: Vec<PathBuf> = job.logs.iter().map(|log| log.path().to_path_buf()).collect();
         let parts = RobotAndLogs {
-            subject: &self.measured.subject,
+            layout: &self.measured.layout,
             link_inertias: &link_inertias,
             base: &self.base,
             regressor: &NoRegressor,
@@ -199,7 +199,7 @@ impl Tables<'_> {
         let identification = &answer.identification;
         let models = self.models((tables, judges), (&nominal, &physical), identification);
         let joints = self.training.iter().flat_map(|t| t.positions()).collect::<Vec<_>>();
-        let mean = (0..self.measured.subject.joints.len())
+        let mean = (0..self.measured.layout.joints.len())
             .map(|j| joints.iter().map(|q| q[j]).sum::<f64>() / joints.len().max(1) as f64)
             .collect::<Vec<f64>>();
         let root = &self.standing.torso;

@@ -12,7 +12,7 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let options = job.options.of_drives()?;
     let drives = Drives::new(robot)?;
     let (logs, judge) = job.read();
-    let see = |reading: &Reading<'_>| look(reading, &drives.subject, &drives.driven);
+    let see = |reading: &Reading<'_>| look(reading, &drives.layout, &drives.driven);
     let looks =
         progress.stage("reading", || logs.iter().map(see).collect::<Result<Vec<_>, Diagnostics>>())?;
     let judging = judge

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 /// A robot ready for identification.
 pub struct Identifiable {
-    pub subject: JointLayout,
+    pub layout: JointLayout,
     link_inertias: LinkInertias,
     base: BaseSet,
     regressor: ProgramRegressor,
@@ -31,10 +31,10 @@ impl Identifiable {
         logs: &[identify::Reading<'_>],
         progress: &dyn Progress,
     ) -> Result<Self, Diagnostics> {
-        let subject = joint_layout(&robot.clone().without_effects().tree()?)?;
-        let look = || logs.iter().map(|log| survey(log, &subject)).collect::<Result<Vec<_>, Diagnostics>>();
+        let layout = joint_layout(&robot.clone().without_effects().tree()?)?;
+        let look = || logs.iter().map(|log| survey(log, &layout)).collect::<Result<Vec<_>, Diagnostics>>();
         let surveys = progress.stage("reading", look)?;
-        let rows = observed(&subject, &surveys)?;
+        let rows = observed(&layout, &surveys)?;
         Self::new(robot, files(logs), (surveys, rows), progress)
     }
 
@@ -45,9 +45,9 @@ impl Identifiable {
         loaded: &[Loaded<'_>],
         progress: &dyn Progress,
     ) -> Result<Self, Diagnostics> {
-        let subject = joint_layout(&robot.clone().without_effects().tree()?)?;
+        let layout = joint_layout(&robot.clone().without_effects().tree()?)?;
         let measured = |row: &str| loaded.iter().all(|l| l.experiment.rows().iter().any(|r| r.name == row));
-        let names: &[&str] = match subject.base.nv() {
+        let names: &[&str] = match layout.base.nv() {
             6 => &["force/x", "force/y", "force/z", "moment/x", "moment/y", "moment/z"],
             _ => &["force/x", "force/z", "moment/y"],
         };
@@ -58,7 +58,7 @@ impl Identifiable {
                 .help("log forces and torques at the feet, not only normal forces")
                 .into());
         }
-        let surveys = loaded.iter().map(|l| table_survey(l, &subject)).collect();
+        let surveys = loaded.iter().map(|l| table_survey(l, &layout)).collect();
         Self::new(robot, files(logs), (surveys, rows), progress)
     }
 
@@ -73,13 +73,13 @@ impl Identifiable {
         let derive = || base_regressor(&rigid.description, &tree, &rows);
         let (base, regressor) = progress.stage("deriving", derive)?;
         let link_inertias = link_inertias(&rigid.description, &tree);
-        Ok(Self { subject: joint_layout(&tree)?, link_inertias, base, regressor, rows, surveys, files })
+        Ok(Self { layout: joint_layout(&tree)?, link_inertias, base, regressor, rows, surveys, files })
     }
 
     /// What the library wants to know.
     pub fn parts(&self) -> RobotAndLogs<'_> {
         RobotAndLogs {
-            subject: &self.subject,
+            layout: &self.layout,
             link_inertias: &self.link_inertias,
             base: &self.base,
             regressor: &self.regressor,
@@ -96,11 +96,11 @@ fn files(logs: &[identify::Reading<'_>]) -> Vec<PathBuf> {
 }
 
 /// What a log with forces at the feet shows.
-pub fn table_survey(loaded: &Loaded<'_>, subject: &JointLayout) -> Survey {
+pub fn table_survey(loaded: &Loaded<'_>, layout: &JointLayout) -> Survey {
     Survey {
         assumptions: loaded.assumptions.clone(),
         warnings: loaded.warnings.clone(),
-        ..Survey::of_table(&*loaded.experiment, subject.joints.len(), loaded.cutoff_hz)
+        ..Survey::of_table(&*loaded.experiment, layout.joints.len(), loaded.cutoff_hz)
     }
 }
 
@@ -145,9 +145,9 @@ pub fn content(measured: &Measured, logs: &[&Log]) -> Result<Content, Diagnostic
 }
 
 /// Rows of `v` that at least one log measured.
-fn observed(subject: &JointLayout, surveys: &[Survey]) -> Result<Vec<usize>, Diagnostic> {
-    let nb = subject.base.nv();
-    let joints = (0..subject.joints.len()).filter(|&j| surveys.iter().any(|s| s.effort[j]));
+fn observed(layout: &JointLayout, surveys: &[Survey]) -> Result<Vec<usize>, Diagnostic> {
+    let nb = layout.base.nv();
+    let joints = (0..layout.joints.len()).filter(|&j| surveys.iter().any(|s| s.effort[j]));
     let rows: Vec<usize> = joints.map(|j| nb + j).collect();
     if rows.is_empty() {
         return Err(Diagnostic::error("no log measures a torque").help("log `<joint>/effort` in N m"));
@@ -174,7 +174,7 @@ pub fn inspected(
 
 /// Drives of a description with series elastic ones among them.
 pub struct Drives<'d> {
-    pub subject: JointLayout,
+    pub layout: JointLayout,
     /// In the order of the joints.
     pub driven: Vec<Driven<'d>>,
 }
@@ -182,20 +182,20 @@ pub struct Drives<'d> {
 impl<'d> Drives<'d> {
     /// Those of `biped.toml`.
     pub fn new(robot: &'d Robot) -> Result<Self, Diagnostics> {
-        let subject = joint_layout(&robot.clone().without_effects().tree()?)?;
+        let layout = joint_layout(&robot.clone().without_effects().tree()?)?;
         if !robot.description.drives.iter().any(|driven| driven.drive.is_elastic()) {
             return Err(Diagnostic::error("the description has no series elastic drive")
                 .help("add [drives.JOINT] tables with kind = \"series_elastic\" to biped.toml (robots/README.md), or use --method torque")
                 .into());
         }
         let mut all = Vec::new();
-        for (joint, named) in subject.joints.iter().enumerate() {
+        for (joint, named) in layout.joints.iter().enumerate() {
             let Some(drive) = robot.description.drive(&named.name) else { continue };
             let driven = Driven { joint, drive };
-            driven.check(&subject)?;
+            driven.check(&layout)?;
             all.push(driven);
         }
-        Ok(Self { subject, driven: all })
+        Ok(Self { layout, driven: all })
     }
 
     /// Base parameters of the joints whose rows every log shows.
@@ -206,9 +206,9 @@ impl<'d> Drives<'d> {
         (surveys, looks): (&[Survey], &[&Look]),
         progress: &dyn Progress,
     ) -> Result<Identifiable, Diagnostics> {
-        let nb = self.subject.base.nv();
+        let nb = self.layout.base.nv();
         let shown = |j: &usize| looks.iter().all(|look| look.survey.effort[*j]);
-        let joints: Vec<usize> = (0..self.subject.joints.len()).filter(shown).collect();
+        let joints: Vec<usize> = (0..self.layout.joints.len()).filter(shown).collect();
         if !self.driven.iter().any(|d| d.drive.is_elastic() && joints.contains(&d.joint)) {
             return Err(Diagnostic::error("no series elastic drive is logged whole in every log")
                 .help("log position, motor_position and motor_current of the same joints in all of them")

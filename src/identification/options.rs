@@ -134,19 +134,19 @@ impl Options {
     }
 
     /// With what the joints of this robot add.
-    pub(super) fn of_joints(&self, subject: &JointLayout) -> Result<identify::Options, Diagnostic> {
-        Ok(identify::Options { extras: self.extras(subject)?, ..self.estimation()? })
+    pub(super) fn of_joints(&self, layout: &JointLayout) -> Result<identify::Options, Diagnostic> {
+        Ok(identify::Options { extras: self.extras(layout)?, ..self.estimation()? })
     }
 
-    fn extras(&self, subject: &JointLayout) -> Result<ExtraChoice, Diagnostic> {
+    fn extras(&self, layout: &JointLayout) -> Result<ExtraChoice, Diagnostic> {
         let mut choice = ExtraChoice { laws: self.friction.clone(), ..ExtraChoice::none() };
         choice.rotors = match &self.rotors {
             Rotors::None => Vec::new(),
-            Rotors::All => (0..subject.joints.len()).collect(),
-            Rotors::Of(names) => names.iter().map(|name| joint(subject, name)).collect::<Result<_, _>>()?,
+            Rotors::All => (0..layout.joints.len()).collect(),
+            Rotors::Of(names) => names.iter().map(|name| joint(layout, name)).collect::<Result<_, _>>()?,
         };
         for [one, other] in &self.coupled {
-            let pair = (joint(subject, one)?, joint(subject, other)?);
+            let pair = (joint(layout, one)?, joint(layout, other)?);
             if pair.0 == pair.1 {
                 return Err(
                     Diagnostic::error(format!("--coupled names `{one}` twice")).help("give two joints")

@@ -23,12 +23,12 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
 fn of_torques(job: &mut Job<'_>, measured: &Measured) -> Result<IdentificationResult, Diagnostics> {
     let (logs, judge) = job.read();
     let found = Identifiable::of_torques(job.robot, &logs, job.progress)?;
-    let options = job.options.of_joints(&found.subject)?;
+    let options = job.options.of_joints(&found.layout)?;
     let check = || inspected(measured, job.logs, &job.options.reading);
     let odd = job.progress.stage("checking", check)?;
     job.pass(odd)?;
     let surveys =
-        judge.iter().map(|reading| survey(reading, &found.subject)).collect::<Result<Vec<_>, _>>()?;
+        judge.iter().map(|reading| survey(reading, &found.layout)).collect::<Result<Vec<_>, _>>()?;
     let judge = judge.first().zip(surveys.first()).map(|(reading, survey)| Judge {
         feed: Feed::Logs(&judge),
         survey,
@@ -46,10 +46,10 @@ fn of_contacts(job: &Job<'_>, measured: &Measured) -> Result<IdentificationResul
     let tables = job.progress.stage("reading", || loaded(measured, job.logs, reading))?;
     let judges = job.progress.stage("reading", || loaded(measured, job.judge.as_slice(), &whole))?;
     let found = Identifiable::of_contacts(job.robot, &job.read().0, &tables, job.progress)?;
-    let options = job.options.of_joints(&found.subject)?;
+    let options = job.options.of_joints(&found.layout)?;
     let experiments: Vec<&dyn Experiment> = tables.iter().map(|table| &*table.experiment).collect();
     let judging: Vec<&dyn Experiment> = judges.iter().map(|table| &*table.experiment).collect();
-    let surveys: Vec<Survey> = judges.iter().map(|table| table_survey(table, &found.subject)).collect();
+    let surveys: Vec<Survey> = judges.iter().map(|table| table_survey(table, &found.layout)).collect();
     let judge = job.judge.zip(surveys.first()).map(|(log, survey)| Judge {
         feed: Feed::Tables(&judging),
         survey,

@@ -69,10 +69,10 @@ fn standing(job: &Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let (tables, judges) = (read(job.logs, &reading)?, read(job.judge.as_slice(), &whole)?);
     let rows = common_rows(&tables);
     let base = progress.stage("deriving", || standing.base(Model::ZeroMomentPoint, &rows, false))?;
-    let surveys: Vec<Survey> = tables.iter().map(|table| table_survey(table, &measured.subject)).collect();
+    let surveys: Vec<Survey> = tables.iter().map(|table| table_survey(table, &measured.layout)).collect();
     let files: Vec<PathBuf> = job.logs.iter().map(|log| log.path().to_path_buf()).collect();
     let parts = RobotAndLogs {
-        subject: &measured.subject,
+        layout: &measured.layout,
         link_inertias: &standing.link_inertias,
         base: &base,
         regressor: &NoRegressor,
@@ -106,7 +106,7 @@ fn estimate(
 ) -> Result<(Identified, Vec<Row>), Diagnostics> {
     let experiments: Vec<&dyn Experiment> = tables.iter().map(|table| &*table.experiment).collect();
     let judging: Vec<&dyn Experiment> = judges.iter().map(|table| &*table.experiment).collect();
-    let surveys: Vec<Survey> = judges.iter().map(|table| table_survey(table, parts.subject)).collect();
+    let surveys: Vec<Survey> = judges.iter().map(|table| table_survey(table, parts.layout)).collect();
     let judge = job.judge.zip(surveys.first()).map(|(log, survey)| Judge {
         feed: Feed::Tables(&judging),
         survey,
@@ -132,7 +132,7 @@ fn ground(
 ) -> Ground {
     let nominal = link_inertias.parameters();
     let physical = parameters(link_inertias, &answer.links);
-    let joints = mean_joints(experiment, measured.subject.joints.len());
+    let joints = mean_joints(experiment, measured.layout.joints.len());
     let described: f64 = nominal.mass();
     // The only base parameter in kg that the vertical force tells is the whole mass.
     let total = answer.identification.parameters.iter().find(|p| p.unit == "kg");

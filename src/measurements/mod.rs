@@ -31,7 +31,7 @@ const CONTACT_CUTOFF_HZ: f64 = 5.0;
 /// A robot ready to be held against measurements: the rigid model on a base that can be turned.
 pub struct Measured {
     /// Joints and base.
-    pub subject: JointLayout,
+    pub layout: JointLayout,
     link_inertias: LinkInertias,
     feet: Vec<Foot>,
     model: ProgramModel,
@@ -73,13 +73,13 @@ impl Measured {
             rigid = rigid.with_base("floating", None)?;
         }
         let tree = rigid.tree()?;
-        let subject = joint_layout(&tree)?;
+        let layout = joint_layout(&tree)?;
         let link_inertias = link_inertias(&rigid.description, &tree);
         let compiled = rigid.compile_only(&requests(&rigid))?;
         let torques = ProgramTorques::new(&compiled)?;
         let feet = feet(&rigid.description);
         Ok(Self {
-            subject,
+            layout,
             link_inertias,
             feet,
             model: ProgramModel::new(compiled),
@@ -93,7 +93,7 @@ impl Measured {
     pub fn robot(&self) -> Robot<'_> {
         Robot {
             model: &self.model,
-            subject: &self.subject,
+            layout: &self.layout,
             link_inertias: &self.link_inertias,
             feet: &self.feet,
             effects: &self.present,
@@ -102,7 +102,7 @@ impl Measured {
 
     /// What a file holds for this robot.
     pub fn content(&self, log: &Log) -> Content {
-        log.content(&self.subject)
+        log.content(&self.layout)
     }
 
     /// A log with forces at the feet as an experiment, whatever else it holds.
@@ -125,7 +125,7 @@ impl Measured {
         let model: &dyn Model<f64> = &self.model;
         let mut q = vec![0.0; model.nq()];
         let first = q.len().saturating_sub(joints.len());
-        if self.subject.base == robot::BaseKind::Floating {
+        if self.layout.base == robot::BaseKind::Floating {
             q[6] = 1.0;
         }
         q[first..].copy_from_slice(joints);
@@ -165,11 +165,11 @@ impl Measured {
         most: usize,
     ) -> Result<MotionExperiment<'_>, Diagnostics> {
         let recording = if most == usize::MAX {
-            Recording::read(log, &self.subject, options)?
+            Recording::read(log, &self.layout, options)?
         } else {
-            Recording::read_thinned(log, &self.subject, options, most)?
+            Recording::read_thinned(log, &self.layout, options, most)?
         };
-        MotionExperiment::new(&self.model, &self.subject, &self.link_inertias, recording, &self.present)
+        MotionExperiment::new(&self.model, &self.layout, &self.link_inertias, recording, &self.present)
             .map_err(|e| e.in_file(log.path()).into())
     }
 
@@ -183,8 +183,8 @@ impl Measured {
             (None, Content::Contacts) => Ok(CONTACT_CUTOFF_HZ),
             (None, Content::Postures | Content::Impacts) => Ok(0.0),
             (None, Content::Efforts) => {
-                let (torques, subject) = (&mut self.torques, &self.subject);
-                let comparison = compare_file(torques, subject, log, options)?;
+                let (torques, layout) = (&mut self.torques, &self.layout);
+                let comparison = compare_file(torques, layout, log, options)?;
                 Ok(comparison.quietest_cutoff())
             }
         }

@@ -152,7 +152,7 @@ fn shape(robot: &Robot, measured: &Measured, experiment: &dyn Experiment) -> Res
             means.insert(joint, values.iter().sum::<f64>() / values.len().max(1) as f64);
         }
     }
-    let joints = measured.subject.joints.iter();
+    let joints = measured.layout.joints.iter();
     let posture: Vec<f64> = joints.map(|joint| means.get(&joint.name).copied().unwrap_or(0.0)).collect();
     Ok(drawing(&robot.description, &robot.tree()?, &posture))
 }

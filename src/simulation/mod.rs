@@ -56,7 +56,7 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         actuated: actuated(description, tree),
         drives: tree.joints.iter().map(|joint| description.drive(&joint.name).copied()).collect(),
         gravity: description.gravity,
-        subject: JointLayout { joints, base },
+        layout: JointLayout { joints, base },
     })
 }
 
@@ -177,7 +177,7 @@ fn walker_with(robot: &Robot, mut requests: Vec<FunctionRequest>) -> Result<Walk
     if description.phases.is_empty() {
         return Err(Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml"));
     }
-    let base = plant(description, &tree)?.subject.base;
+    let base = plant(description, &tree)?.layout.base;
     requests.extend(phase_wishes(description));
     let compiled = robot.compile_only(&distinct(requests))?;
     let phases = phase_specs(description, &tree, &compiled);

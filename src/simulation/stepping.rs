@@ -28,7 +28,7 @@ impl Scene {
         let filmed = options.energy || options.film;
         let (model, phases) = run.progress.stage("deriving", || self.model(filmed))?;
         let in_file = |error: Diagnostic| error.or_in_file(&self.file);
-        let mechanics = Mechanics::new(&model, plant.subject.base)?;
+        let mechanics = Mechanics::new(&model, plant.layout.base)?;
         let recorder = || Recorder::new(robot, mechanics, scenario.duration, rows(scenario));
         let mut recorder = options.film.then(recorder).transpose()?;
         let mut simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;

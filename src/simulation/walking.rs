@@ -34,7 +34,7 @@ impl Scene {
         let derive = || true_walker(robot, &scenario.effects, options.film);
         let walker = run.progress.stage("deriving", derive)?;
         let recorder = || {
-            let mechanics = Mechanics::new(&walker.model, plant.subject.base)?;
+            let mechanics = Mechanics::new(&walker.model, plant.layout.base)?;
             let rows = (scenario.duration / scenario.step).ceil() as usize;
             Recorder::new(robot, mechanics, scenario.duration, rows)
         };

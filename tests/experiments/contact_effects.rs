@@ -273,7 +273,7 @@ fn masses() {
 fn joints_and_world() {
     let subjects = Subjects::named("tulip");
     let knee = "right_knee_pitch";
-    let index = subjects.subject.joints.iter().position(|j| j.name == knee).unwrap();
+    let index = subjects.layout.joints.iter().position(|j| j.name == knee).unwrap();
     let offset = Effect::new(&kinds::ENCODER_OFFSET, Location::joint(knee), &[("offset", 0.05)]);
     let made = Made { offset: (index, 0.05), ..Made::plain(Feet::Sole) };
     check(&subjects, &made, std::slice::from_ref(&offset));

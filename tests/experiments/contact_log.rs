@@ -70,11 +70,11 @@ fn efforts_are_inverse_dynamics_without_the_feet() {
     let log = Log::open(example("swaying").join("validation.csv.gz")).unwrap();
     let options = Options { cutoff_hz: Some(10.0), ..Options::default() };
     let robot = subjects.robot(&Tulip, &[]);
-    let motion = Recording::read(&log, &subjects.subject, &options).unwrap();
+    let motion = Recording::read(&log, &subjects.layout, &options).unwrap();
     let feet = ContactRecording::read(&robot, &log, &options, Some(1)).unwrap();
     let ground = feet.generalised_forces(&robot, &motion.time, &motion.trajectory.q).unwrap();
     let function = Model::<f64>::function(&Tulip, "inverse_dynamics").unwrap();
-    for (j, joint) in subjects.subject.joints.iter().enumerate() {
+    for (j, joint) in subjects.layout.joints.iter().enumerate() {
         let logged = motion.effort[j].as_ref().unwrap();
         let (mut with, mut without) = (0.0, 0.0);
         for (i, logged) in logged.iter().enumerate() {

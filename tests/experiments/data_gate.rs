@@ -21,7 +21,7 @@ fn subjects() -> &'static Subjects {
 fn read(name: &str, file: &str) -> Recording {
     let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
     let log = Log::open(example(name).join(file)).unwrap();
-    let mut recording = Recording::read(&log, &subjects().subject, &options).unwrap();
+    let mut recording = Recording::read(&log, &subjects().layout, &options).unwrap();
     recording.thin(4000);
     recording
 }
@@ -33,7 +33,7 @@ fn coulomb() -> Recording {
 
 fn experiment(recording: Recording) -> MotionExperiment<'static> {
     let subjects = subjects();
-    MotionExperiment::new(&Tulip, &subjects.subject, &subjects.link_inertias, recording, &[]).unwrap()
+    MotionExperiment::new(&Tulip, &subjects.layout, &subjects.link_inertias, recording, &[]).unwrap()
 }
 
 fn judge(recording: Recording) -> Vec<Diagnostic> {
@@ -59,7 +59,7 @@ fn assert_warning(found: &[Diagnostic], words: &[&str]) {
 
 /// Changes position, velocity and acceleration of joints, `[q, v, a]` by joint.
 fn moved(recording: &mut Recording, change: impl Fn(&mut [f64])) {
-    let joints = subjects().subject.joints.len();
+    let joints = subjects().layout.joints.len();
     let (samples, count) = (recording.samples(), joints);
     for values in [&mut recording.trajectory.q, &mut recording.trajectory.v, &mut recording.trajectory.a] {
         let width = values.len() / samples;
@@ -173,7 +173,7 @@ fn joints_that_hardly_move_are_named() {
 fn short_logs_are_doubted() {
     let options = Options { cutoff_hz: Some(16.0), to_s: Some(2.0), ..Options::default() };
     let file = Log::open(example("coulomb").join("train.csv.gz")).unwrap();
-    let log = Recording::read(&file, &subjects().subject, &options).unwrap();
+    let log = Recording::read(&file, &subjects().layout, &options).unwrap();
     assert_warning(&judge(log), &["only 1.", "s of motion"]);
 }
 
@@ -247,7 +247,7 @@ fn effects_of_the_library_are_no_mix_ups() {
             continue;
         }
         let [train, other] = ["train.csv", "validation.csv"].map(|file| {
-            let read = |log| Recording::read(&log, &subjects().subject, &options);
+            let read = |log| Recording::read(&log, &subjects().layout, &options);
             Log::open(case.join(file)).and_then(read).ok().map(|mut recording| {
                 recording.thin(10_000);
                 experiment(recording)

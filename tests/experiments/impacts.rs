@@ -161,7 +161,7 @@ fn no_impact_leaves_the_whole_jump() {
 fn a_flat_foot_in_space_obeys_the_laws_of_contact() {
     use bipedc_runtime::nalgebra::{Matrix3, UnitQuaternion, Vector3};
     let subjects = Subjects::named("tulip");
-    let joints: Vec<String> = subjects.subject.joints.iter().map(|j| j.name.clone()).collect();
+    let joints: Vec<String> = subjects.layout.joints.iter().map(|j| j.name.clone()).collect();
     let mut names: Vec<String> =
         ["position/x", "position/y", "position/z"].map(|n| format!("base/{n}")).to_vec();
     names.extend(["x", "y", "z", "w"].map(|a| format!("base/orientation/{a}")));

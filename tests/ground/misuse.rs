@@ -36,9 +36,7 @@ fn said(stance: &str, change: Change<'_>) -> String {
         reader.and_then(|r| PostureExperiment::from_reader(subjects.robot(&Tulip, &[]), r, Some(stance)));
     match read {
         Err(found) => found.0.iter().map(ToString::to_string).collect(),
-        Ok(postures) => {
-            check_postures(&postures, &subjects.subject).iter().map(ToString::to_string).collect()
-        }
+        Ok(postures) => check_postures(&postures, &subjects.layout).iter().map(ToString::to_string).collect(),
     }
 }
 

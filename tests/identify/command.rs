@@ -1,6 +1,6 @@
 //! The command: refusals that name what is wrong, files that appear whole, keys that are documented.
 use crate::identify::cli::{bipedc, scratch, text};
-use crate::identify::subject::{Noise, Simulated, friction};
+use crate::identify::simulated::{Noise, Simulated, friction};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -18,12 +18,12 @@ fn written(
     change: impl Fn(usize, usize, &mut f64, &mut f64),
 ) -> PathBuf {
     let robot = Simulated::new("tulip_v1_leg", "fixed");
-    let joints = robot.subject.joints.len();
+    let joints = robot.layout.joints.len();
     let mut r = robot.motion(0.01 * samples as f64, seed, 1.0);
     let mut noise = Noise(3);
     robot.measure(&mut r, &friction(joints), &mut |_| 0.02 * noise.normal());
     let mut out = String::from("time");
-    for joint in &robot.subject.joints {
+    for joint in &robot.layout.joints {
         let _ = write!(out, ",{0}/position,{0}/effort", joint.name);
     }
     for i in 0..samples {
@@ -187,7 +187,7 @@ fn logs_that_cannot_teach_are_refused_by_name() {
         }
     });
     let run = identify(&nan, &["--json"]);
-    let first = Simulated::new("tulip_v1_leg", "fixed").subject.joints[0].name.clone();
+    let first = Simulated::new("tulip_v1_leg", "fixed").layout.joints[0].name.clone();
     assert!(run.code == Some(1) && run.err.contains(&first), "{}\n{}", run.out, run.err);
 }
 
@@ -196,7 +196,7 @@ fn swapped_joints_are_named() {
     let folder = scratch("identify_swapped");
     let good = log(&folder, "good.csv", nothing);
     let names: Vec<String> =
-        Simulated::new("tulip_v1_leg", "fixed").subject.joints.iter().map(|j| j.name.clone()).collect();
+        Simulated::new("tulip_v1_leg", "fixed").layout.joints.iter().map(|j| j.name.clone()).collect();
     let (a, b) = (&names[1], &names[2]);
     let content = std::fs::read_to_string(&good).unwrap();
     let (head, rows) = content.split_once('\n').unwrap();
@@ -213,7 +213,7 @@ fn swapped_joints_are_named() {
 fn a_joint_that_stands_still_has_no_numbers() {
     let folder = scratch("identify_still");
     let names: Vec<String> =
-        Simulated::new("tulip_v1_leg", "fixed").subject.joints.iter().map(|j| j.name.clone()).collect();
+        Simulated::new("tulip_v1_leg", "fixed").layout.joints.iter().map(|j| j.name.clone()).collect();
     let last = names.len() - 1;
     let log = log(&folder, "one.csv", |_, j, q, _| {
         if j == last {

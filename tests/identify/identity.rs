@@ -1,5 +1,5 @@
 //! Data without noise give back the parameters they were made of.
-use crate::identify::subject::{Simulated, friction};
+use crate::identify::simulated::{Simulated, friction};
 use crate::identify::support::{Order, read_json};
 use bipedc_analysis::identify::{Estimate, Extra, Law, Method, Summand};
 use bipedc_analysis::measure::Recording;
@@ -16,12 +16,12 @@ fn worst(found: &DVector<f64>, truth: &DVector<f64>) -> f64 {
 
 fn recovered(name: &str, base: &str) {
     let robot = Simulated::new(name, base);
-    let joints = if robot.subject.base == BaseKind::Fixed { robot.subject.joints.len() } else { 0 };
+    let joints = if robot.layout.base == BaseKind::Fixed { robot.layout.joints.len() } else { 0 };
     // The rows of a free base are equations without a measurement: their right-hand side is zero. States here are
     // arbitrary, so those of free robots are checked by the joints alone.
     let extras = friction(joints);
     let mut rows = robot.rows.clone();
-    rows.retain(|row| *row >= robot.subject.base.nv());
+    rows.retain(|row| *row >= robot.layout.base.nv());
     let robot = Simulated { rows, ..robot };
     let design = robot.design(extras.iter().map(|(extra, _)| *extra).collect());
     let mut motion = robot.motion(40.0, 7, 1.0);
@@ -33,7 +33,7 @@ fn recovered(name: &str, base: &str) {
     let fit = estimate.fit(&design, &sums);
     let seen = DVector::from_iterator(estimate.seen.len(), estimate.seen.iter().map(|&k| fit.theta[k]));
     let own = DVector::from_iterator(estimate.seen.len(), estimate.seen.iter().map(|&k| truth[k]));
-    if robot.subject.base == BaseKind::Fixed {
+    if robot.layout.base == BaseKind::Fixed {
         assert_eq!(estimate.seen.len(), design.unknowns.len(), "{name}: unseen parameters");
     }
     let error = worst(&seen, &own);
@@ -65,8 +65,8 @@ fn pinocchio_s_torques_give_back_the_description() {
     for (name, base) in [("tulip", "floating"), ("biped_3d", "floating"), ("seven_link", "floating")] {
         let robot = Simulated::new(name, base);
         let json = read_json(&format!("oracle/{name}.json.gz"));
-        let order = Order::new(&Names(&robot.subject), &json["joints"]);
-        let trajectory = Trajectory::new(&robot.subject);
+        let order = Order::new(&Names(&robot.layout), &json["joints"]);
+        let trajectory = Trajectory::new(&robot.layout);
         let mut motion = Recording { step: 0.01, trajectory, ..Recording::default() };
         let mut forces = Vec::new();
         for case in json["cases"].as_array().unwrap() {
@@ -78,11 +78,11 @@ fn pinocchio_s_torques_give_back_the_description() {
         }
         let count = motion.time.len();
         motion.segments = std::iter::once(0..count).collect();
-        let nb = robot.subject.base.nv();
-        motion.effort = (0..robot.subject.joints.len())
+        let nb = robot.layout.base.nv();
+        motion.effort = (0..robot.layout.joints.len())
             .map(|j| Some(forces.iter().map(|tau| tau[nb + j]).collect()))
             .collect();
-        let rows: Vec<usize> = (nb..nb + robot.subject.joints.len()).collect();
+        let rows: Vec<usize> = (nb..nb + robot.layout.joints.len()).collect();
         let robot = Simulated { rows, ..robot };
         let design = robot.design(Vec::new());
         let sums = robot.sums(&design, &motion);
@@ -104,7 +104,7 @@ fn pinocchio_s_torques_give_back_the_description() {
 #[test]
 fn rotors_that_act_as_inertias_are_grouped() {
     let robot = Simulated::new("tulip_v1_leg", "fixed");
-    let joints = robot.subject.joints.len();
+    let joints = robot.layout.joints.len();
     let rotor = |joint| Extra { law: Law::ROTOR, joint, other: joint };
     let extras: Vec<(Extra, f64)> = (0..joints).map(|j| (rotor(j), 0.01 * (j + 1) as f64)).collect();
     let design = robot.design(extras.iter().map(|(e, _)| *e).collect());

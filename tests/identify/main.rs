@@ -4,5 +4,5 @@ mod command;
 mod identity;
 mod physical;
 mod real;
+mod simulated;
 mod statistics;
-mod subject;

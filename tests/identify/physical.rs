@@ -1,5 +1,5 @@
 //! Parameters that bodies can have.
-use crate::identify::subject::{CELLS, Noise, Simulated, friction};
+use crate::identify::simulated::{CELLS, Noise, Simulated, friction};
 use bipedc_analysis::identify::physical::{Bound, Bounds, Links, Physical, Problem, choose};
 use bipedc_analysis::identify::{Design, Estimate, Extra, HeldOutError, Method, Summand, by_channel, errors};
 use bipedc_analysis::robot::LinkInertias;
@@ -49,7 +49,7 @@ fn total(errors: &[HeldOutError]) -> f64 {
 #[test]
 fn noisy_data_give_bodies_that_can_be_and_predict_as_well() {
     let robot = Simulated::new("tulip", "fixed");
-    let extras = friction(robot.subject.joints.len());
+    let extras = friction(robot.layout.joints.len());
     let list: Vec<Extra> = extras.iter().map(|(e, _)| *e).collect();
     let design = robot.design(list);
     let cad = drawn(&robot.link_inertias);
@@ -84,7 +84,7 @@ fn noisy_data_give_bodies_that_can_be_and_predict_as_well() {
 /// A small arm with noise, so much that conditions bind.
 fn arm() -> (Simulated, Vec<(Extra, f64)>) {
     let robot = Simulated::new("tulip_v1_leg", "fixed");
-    let extras = friction(robot.subject.joints.len());
+    let extras = friction(robot.layout.joints.len());
     (robot, extras)
 }
 

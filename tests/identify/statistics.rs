@@ -1,5 +1,5 @@
 //! Error bars that hold, estimators that forgive, and what data cannot tell.
-use crate::identify::subject::{CELLS, Noise, Simulated, friction};
+use crate::identify::simulated::{CELLS, Noise, Simulated, friction};
 use bipedc_analysis::identify::{Estimate, Extra, Method, Settings, Sums, Weighting, essential, fold};
 
 /// Noise that lasts: an autoregressive process with this memory per sample.
@@ -10,7 +10,7 @@ const MEMORY: f64 = 0.95;
 #[test]
 fn intervals_cover_when_noise_lasts() {
     let robot = Simulated::new("tulip_v1_leg", "fixed");
-    let extras = friction(robot.subject.joints.len());
+    let extras = friction(robot.layout.joints.len());
     let design = robot.design(extras.iter().map(|(e, _)| *e).collect());
     let truth = robot.truth(&design, &extras);
     let mut clean = robot.motion(40.0, 11, 1.0);
@@ -50,7 +50,7 @@ fn every_joint_counts_by_its_own_noise() {
     let truth = robot.truth(&design, &[]);
     let mut r = robot.motion(30.0, 5, 1.0);
     let mut noise = Noise(42);
-    let last = robot.subject.joints.len() - 1;
+    let last = robot.layout.joints.len() - 1;
     robot.measure(&mut r, &[], &mut |joint| if joint == last { 5.0 } else { 0.02 } * noise.normal());
     let sums = robot.sums(&design, &r);
     let error = |method| {
@@ -109,7 +109,7 @@ fn huber_forgives_what_least_squares_does_not() {
 #[test]
 fn what_stands_still_is_not_seen() {
     let robot = Simulated::new("tulip_v1_leg", "fixed");
-    let joints = robot.subject.joints.len();
+    let joints = robot.layout.joints.len();
     let extras = friction(joints);
     let design = robot.design(extras.iter().map(|(e, _)| *e).collect());
     let mut r = robot.motion(20.0, 9, 1.0);
@@ -127,7 +127,7 @@ fn what_stands_still_is_not_seen() {
         .map(|k| design.unknowns[k].name.as_str())
         .collect();
     println!("{unseen:?}");
-    let joint = &robot.subject.joints[last].name;
+    let joint = &robot.layout.joints[last].name;
     assert!(unseen.contains(&format!("{joint}.viscous_friction").as_str()));
     assert!(unseen.contains(&format!("{joint}.coulomb_friction").as_str()));
     let theta = estimate.solve(&estimate.total, &estimate.seen);
@@ -138,7 +138,7 @@ fn what_stands_still_is_not_seen() {
 #[test]
 fn essential_parameters_leave_out_what_is_not_there() {
     let robot = Simulated::new("tulip_v1_leg", "fixed");
-    let extras = friction(robot.subject.joints.len());
+    let extras = friction(robot.layout.joints.len());
     let list: Vec<Extra> = extras.iter().map(|(e, _)| *e).collect();
     let design = robot.design(list.clone());
     let mut r = robot.motion(40.0, 13, 1.0);
@@ -156,7 +156,7 @@ fn essential_parameters_leave_out_what_is_not_there() {
     let folds: Vec<usize> = (0..CELLS).map(|cell| cell * 4 / CELLS).collect();
     let found = essential(&estimate, &design, &sums, &folds);
     let kept = |extra: &Extra| {
-        let name = extra.name(&robot.subject);
+        let name = extra.name(&robot.layout);
         found.unknowns.iter().any(|&k| design.unknowns[k].name == name)
     };
     println!("{} of {}", found.unknowns.len(), design.unknowns.len());

@@ -160,9 +160,9 @@ pub fn random_trees(families: &[&str]) -> Vec<Subject> {
 /// Calls `check` with random states of every subject.
 pub fn in_random_states(subjects: &[Subject], mut check: impl FnMut(&Subject, &Values<f64>)) {
     let mut random = Random(SEED);
-    for subject in subjects {
+    for layout in subjects {
         for _ in 0..STATES {
-            check(subject, &subject.state(&mut random));
+            check(layout, &layout.state(&mut random));
         }
     }
 }

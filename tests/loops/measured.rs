@@ -223,13 +223,12 @@ fn compiled_and_applied_effects_agree() {
     let model = ProgramModel::new(rigid.compile_only(&requests).unwrap());
     let subjects = Subjects::of(&rigid);
     let options = Options { cutoff_hz: Some(16.0), ..Options::default() };
-    let recording = Recording::read(&Log::open(JUDGE).unwrap(), &subjects.subject, &options).unwrap();
+    let recording = Recording::read(&Log::open(JUDGE).unwrap(), &subjects.layout, &options).unwrap();
     let (q, v, a) =
         (recording.trajectory.q.clone(), recording.trajectory.v.clone(), recording.trajectory.a.clone());
     let effects = &robot.description.effects;
     let experiment =
-        MotionExperiment::new(&model, &subjects.subject, &subjects.link_inertias, recording, effects)
-            .unwrap();
+        MotionExperiment::new(&model, &subjects.layout, &subjects.link_inertias, recording, effects).unwrap();
     let count = experiment.time().len();
     let with = compiled(&folder, true);
     let predicted: Vec<[f64; 18]> = (0..count)

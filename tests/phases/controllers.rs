@@ -21,7 +21,7 @@ fn largest_motion(controller: impl Fn(&ProgramModel, &Observation<'_, f64>, Comm
         format!("duration = 0.3\nstep = 1e-3\n[control]\njoint_stops = false\neffort_limits = false\n{bent}");
     let scenario = Scenario::parse(Path::new("s.toml"), &text, &plant).unwrap_or_else(|e| panic!("{e}"));
     let (model, _) = driven_model(&robot, &[], true).unwrap();
-    let mechanics = Mechanics::new(&model, plant.subject.base).unwrap();
+    let mechanics = Mechanics::new(&model, plant.layout.base).unwrap();
     let joints = Model::<f64>::joints(&model);
     let mut largest = 0.0_f64;
     let command = |observed: &Observation<'_, f64>, commands: Commands<'_>| {
@@ -73,7 +73,7 @@ fn walked(
     if scenario.events.is_some() {
         let walker = true_walker(&robot, &[], false)?;
         let names: Vec<&str> = walker.phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-        let mut inner = VirtualConstraints::new(&walker.model, plant.subject.base, outputs, &names)?;
+        let mut inner = VirtualConstraints::new(&walker.model, plant.layout.base, outputs, &names)?;
         let controller =
             |observed: &Observation<'_, f64>, commands: Commands<'_>| wrap(&mut inner, observed, commands);
         let walking =
@@ -83,11 +83,11 @@ fn walked(
     } else {
         let (model, phases) = driven_model(&robot, &[], false)?;
         let names: Vec<&str> = phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-        let mut inner = VirtualConstraints::new(&model, plant.subject.base, outputs, &names)?;
+        let mut inner = VirtualConstraints::new(&model, plant.layout.base, outputs, &names)?;
         let controller =
             |observed: &Observation<'_, f64>, commands: Commands<'_>| wrap(&mut inner, observed, commands);
         let phased = PhasedController::new(&model, &plant, &phases, controller, scenario.phase)?;
-        let mechanics = Mechanics::new(&model, plant.subject.base)?;
+        let mechanics = Mechanics::new(&model, plant.layout.base)?;
         let simulation = Simulation::new(mechanics, &plant, &scenario)?.phased(phased);
         simulation.watched(keep).run(&mut Run {
             row: &mut |_| Ok(()),

@@ -71,7 +71,7 @@ fn time_stepped(folder: &str, text: &str) -> Vec<Sample> {
     let scenario =
         Scenario::parse(Path::new("scenario.toml"), text, &plant).unwrap_or_else(|e| panic!("{e}"));
     let (model, phases) = driven_model(&robot, &scenario.effects, false).unwrap();
-    let mechanics = Mechanics::new(&model, plant.subject.base).unwrap();
+    let mechanics = Mechanics::new(&model, plant.layout.base).unwrap();
     let outputs = scenario.outputs.as_ref().unwrap();
     let controller = PhasedController::of_outputs(&model, &plant, &phases, outputs, scenario.phase).unwrap();
     let mut samples = Vec::new();

@@ -28,8 +28,8 @@ fn largest_miss(folder: &str, phase: &str, formulas: &[&str]) -> f64 {
     let walker = true_walker(&robot, &[], true).unwrap();
     let (model, outputs) = (&walker.model, scenario.outputs.as_ref().unwrap());
     let names: Vec<&str> = walker.phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-    let mut controller = VirtualConstraints::new(model, plant.subject.base, outputs, &names).unwrap();
-    let mechanics = Mechanics::new(model, plant.subject.base).unwrap();
+    let mut controller = VirtualConstraints::new(model, plant.layout.base, outputs, &names).unwrap();
+    let mechanics = Mechanics::new(model, plant.layout.base).unwrap();
     let number = plant.phases.iter().position(|name| name == phase).unwrap();
     let dynamics = Model::<f64>::function(model, names[number]).unwrap();
     let mut commands = vec![JointCommand::Off; Model::<f64>::joints(model)];

@@ -21,7 +21,7 @@ fn filmed(name: &str, scenario: &str) -> Film {
     std::fs::write(&path, scenario).unwrap();
     let scenario = Scenario::open(&path, &plant).unwrap();
     let model = filmed_model(&robot, &[]).unwrap();
-    let mechanics = Mechanics::new(&model, plant.subject.base).unwrap();
+    let mechanics = Mechanics::new(&model, plant.layout.base).unwrap();
     let mut recorder = Recorder::new(&robot, mechanics, scenario.duration, 600).unwrap();
     let simulation = Simulation::new(mechanics, &plant, &scenario).unwrap();
     let simulation = simulation.watched(|sample| recorder.take(sample));

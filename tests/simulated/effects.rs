@@ -95,7 +95,7 @@ fn late_torques_act_late() {
     let plant = plant(&five.description, &five.tree().unwrap()).unwrap();
     let scenario = scenario(&plant, &inside).unwrap();
     let model = true_model(&five, &[]).unwrap();
-    let refused = Simulation::new(Mechanics::new(&model, plant.subject.base).unwrap(), &plant, &scenario);
+    let refused = Simulation::new(Mechanics::new(&model, plant.layout.base).unwrap(), &plant, &scenario);
     assert!(refused.err().is_some_and(|e| e.to_string().contains("not late")));
 }
 
@@ -293,7 +293,7 @@ fn assumptions_are_refused_with_their_reason() {
     let alone = "duration = 1.0\n[[effect]]\nkind = \"coupling\"\njoint = \"left_ankle_roll\"\nother_joint = \"left_ankle_pitch\"\ninertia = 0.1\ndamping = 0.0\ncoulomb = 0.0\nstiffness = 0.0\n";
     let scenario = scenario(&plant, alone).unwrap();
     let model = true_model(&tulip, &[]).unwrap();
-    let refused = Simulation::new(Mechanics::new(&model, plant.subject.base).unwrap(), &plant, &scenario);
+    let refused = Simulation::new(Mechanics::new(&model, plant.layout.base).unwrap(), &plant, &scenario);
     let refused = refused.err().map(|error| error.to_string()).unwrap_or_default();
     assert!(refused.contains("makes energy"), "{refused}");
 }

@@ -51,7 +51,7 @@ fn ran(robot: &Robot, text: &str) -> Result<Log, String> {
     let plant = plant(&robot.description, &robot.tree().unwrap()).unwrap();
     let scenario = scenario(&plant, text)?;
     let model = true_model(robot, &scenario.effects).unwrap();
-    let mechanics = Mechanics::new(&model, plant.subject.base).unwrap();
+    let mechanics = Mechanics::new(&model, plant.layout.base).unwrap();
     let simulation = Simulation::new(mechanics, &plant, &scenario).map_err(|error| error.to_string())?;
     let mut log = Log { names: simulation.columns(), rows: Vec::new() };
     let mut row = |values: &[f64]| {

@@ -30,7 +30,7 @@ const TOML: &str = include_str!("fuzz_robot.toml");
 struct Subjected {
     model: ProgramModel,
     torques: ProgramTorques,
-    subject: JointLayout,
+    layout: JointLayout,
     link_inertias: LinkInertias,
     feet: Vec<Foot>,
 }
@@ -67,7 +67,7 @@ fn robot() -> Result<Subjected, Diagnostics> {
     Ok(Subjected {
         torques: ProgramTorques::new(&compiled).map_err(one)?,
         model: ProgramModel::new(compiled),
-        subject: JointLayout { joints, base: BaseKind::Floating },
+        layout: JointLayout { joints, base: BaseKind::Floating },
         link_inertias: link_inertias(&robot.description, &tree),
         feet: feet(&robot.description),
     })
@@ -104,11 +104,11 @@ fn robot_or_why() -> Subjected {
 /// What the file holds, as `bipedc diagnose` sees it.
 fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diagnostics> {
     let log = Log::with_mapping(file, mapping.clone())?;
-    let content = log.content(&own.subject);
+    let content = log.content(&own.layout);
     // Short logs of a fuzzer must reach the filter, too.
     let mut options = measure::Options { trim_s: 0.0, ..measure::Options::default() };
     if content == Content::Efforts {
-        let compared = compare::compare_file(&mut own.torques, &own.subject, &log, &options)?;
+        let compared = compare::compare_file(&mut own.torques, &own.layout, &log, &options)?;
         drop(compared.to_string());
         options.cutoff_hz = Some(compared.quietest_cutoff());
     } else {
@@ -116,7 +116,7 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
     }
     let robot = bipedc_analysis::robot::Robot {
         model: &own.model,
-        subject: &own.subject,
+        layout: &own.layout,
         link_inertias: &own.link_inertias,
         feet: &own.feet,
         effects: &[],
@@ -126,9 +126,9 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
         Content::Impacts => Box::new(ImpactExperiment::read(robot, &log, None)?),
         Content::Contacts => Box::new(ContactExperiment::read(robot, &log, &options)?),
         Content::Efforts => {
-            let mut recording = Recording::read(&log, &own.subject, &options)?;
+            let mut recording = Recording::read(&log, &own.layout, &options)?;
             recording.thin(MOST_SAMPLES);
-            let motion = MotionExperiment::new(&own.model, &own.subject, &own.link_inertias, recording, &[]);
+            let motion = MotionExperiment::new(&own.model, &own.layout, &own.link_inertias, recording, &[]);
             Box::new(motion.map_err(|error| Diagnostics(vec![error]))?)
         }
     };

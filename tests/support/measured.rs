@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// All but the model.
 pub struct Subjects {
-    pub subject: JointLayout,
+    pub layout: JointLayout,
     pub link_inertias: LinkInertias,
     pub feet: Vec<Foot>,
 }
@@ -26,7 +26,7 @@ impl Subjects {
             _ => BaseKind::Fixed,
         };
         Self {
-            subject: JointLayout { joints: tree.joints.iter().map(joint).collect(), base },
+            layout: JointLayout { joints: tree.joints.iter().map(joint).collect(), base },
             link_inertias: link_inertias(&described.description, &tree),
             feet: feet(&described.description),
         }
@@ -37,7 +37,7 @@ impl Subjects {
     }
 
     pub fn robot<'a>(&'a self, model: AnyModel<'a>, effects: &'a [Effect]) -> Robot<'a> {
-        Robot { model, subject: &self.subject, link_inertias: &self.link_inertias, feet: &self.feet, effects }
+        Robot { model, layout: &self.layout, link_inertias: &self.link_inertias, feet: &self.feet, effects }
     }
 }
 

@@ -39,7 +39,7 @@ impl Candidate {
 /// Everything that stays the same from block to block.
 struct Run<'a> {
     file: PathBuf,
-    subject: &'a JointLayout,
+    layout: &'a JointLayout,
     plan: Plan,
     /// Which joints are compared.
     compared: Vec<bool>,
@@ -57,37 +57,36 @@ struct Run<'a> {
 /// As [`compare`].
 pub fn compare_file(
     model: &mut dyn InverseDynamics,
-    subject: &JointLayout,
+    layout: &JointLayout,
     log: &Log,
     options: &Options,
 ) -> Result<Comparison, Diagnostics> {
-    compare(model, subject, log.rows(), options)
+    compare(model, layout, log.rows(), options)
 }
 
 /// Compares logged efforts with those that the model predicts from the logged motion.
 ///
-/// The log is read once. `subject` names the model's joints in the order of `v`.
+/// The log is read once. `layout` names the model's joints in the order of `v`.
 ///
 /// # Errors
 /// Options without meaning; the table is no log; no joint of the robot has position and effort; any error in a
 /// row; a log that is too short; a model that does not fit its joints or gives numbers that are not finite.
 pub fn compare(
     model: &mut dyn InverseDynamics,
-    subject: &JointLayout,
+    layout: &JointLayout,
     mut reader: Reader,
     options: &Options,
 ) -> Result<Comparison, Diagnostics> {
-    check(model, subject, options)?;
+    check(model, layout, options)?;
     let file = reader.file().to_path_buf();
-    let mut plan = Plan::new(subject, &mut reader, options)?;
-    let compared = compared_joints(model, subject, &mut plan).map_err(|e| one(e.in_file(&file)))?;
+    let mut plan = Plan::new(layout, &mut reader, options)?;
+    let compared = compared_joints(model, layout, &mut plan).map_err(|e| one(e.in_file(&file)))?;
     let sampling = Sampling::probe(reader)?;
     let step = sampling.step();
-    let candidates =
-        candidates(&mut plan, subject, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
+    let candidates = candidates(&mut plan, layout, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
     let overlap = candidates.iter().map(|c| c.filter.overlap()).max().unwrap_or(0);
     let mut blocks = cut(sampling, overlap, 1, options);
-    let mut run = Run { file, subject, plan, compared, step, candidates, noise: Vec::new(), span: None };
+    let mut run = Run { file, layout, plan, compared, step, candidates, noise: Vec::new(), span: None };
     while let Some(block) = blocks.next_block()? {
         run.add(model, &block)?;
     }
@@ -98,9 +97,9 @@ fn one(error: Diagnostic) -> Diagnostics {
     Diagnostics(vec![error])
 }
 
-fn check(model: &dyn InverseDynamics, subject: &JointLayout, options: &Options) -> Result<(), Diagnostics> {
-    let joints = subject.joints.len();
-    let (nq, nv) = (subject.base.nq() + joints, subject.base.nv() + joints);
+fn check(model: &dyn InverseDynamics, layout: &JointLayout, options: &Options) -> Result<(), Diagnostics> {
+    let joints = layout.joints.len();
+    let (nq, nv) = (layout.base.nq() + joints, layout.base.nv() + joints);
     let mut errors = Vec::new();
     if (model.nq(), model.nv()) != (nq, nv) {
         let found = format!("the model has nq {} and nv {}", model.nq(), model.nv());
@@ -125,19 +124,19 @@ fn check(model: &dyn InverseDynamics, subject: &JointLayout, options: &Options) 
 /// Joints with an effort whose prediction depends on no joint without a position.
 fn compared_joints(
     model: &mut dyn InverseDynamics,
-    subject: &JointLayout,
+    layout: &JointLayout,
     plan: &mut Plan,
 ) -> Result<Vec<bool>, Diagnostic> {
     let mut compared: Vec<bool> = plan.joints.iter().map(|c| c.effort.is_some()).collect();
-    for (moved, joint) in subject.joints.iter().enumerate() {
+    for (moved, joint) in layout.joints.iter().enumerate() {
         if plan.joints[moved].position.is_some() {
             continue;
         }
-        let rows = depends_on(model, subject, moved).map_err(|e| Diagnostic::error(e.to_string()))?;
+        let rows = depends_on(model, layout, moved).map_err(|e| Diagnostic::error(e.to_string()))?;
         for (other, _) in rows.iter().enumerate().filter(|(_, depends)| **depends) {
             if std::mem::replace(&mut compared[other], false) {
                 let reason = format!("its effort depends on `{}`, which has no position column", joint.name);
-                plan.missing.push(Missing { name: subject.joints[other].name.clone(), reason });
+                plan.missing.push(Missing { name: layout.joints[other].name.clone(), reason });
             }
         }
     }
@@ -151,7 +150,7 @@ fn compared_joints(
 
 fn candidates(
     plan: &mut Plan,
-    subject: &JointLayout,
+    layout: &JointLayout,
     options: &Options,
     rate: f64,
 ) -> Result<Vec<Candidate>, Diagnostic> {
@@ -165,7 +164,7 @@ fn candidates(
                 candidates.push(Candidate {
                     cutoff_hz,
                     filter,
-                    sums: vec![Sums::default(); subject.joints.len()],
+                    sums: vec![Sums::default(); layout.joints.len()],
                 });
             }
             Err(error) => {
@@ -208,7 +207,7 @@ impl Run<'_> {
         self.span = Some((self.span.map_or(first, |s| s.0), last));
         for index in 0..self.candidates.len() {
             let filter = &self.candidates[index].filter;
-            let states = even.states(&self.plan, self.subject, filter, block.time, range.clone());
+            let states = even.states(&self.plan, self.layout, filter, block.time, range.clone());
             let states = states.map_err(|e| unusable(e, &self.file))?;
             self.judge(model, index, block, range.start, &states)?;
         }
@@ -233,11 +232,11 @@ impl Run<'_> {
         for (joint, columns) in self.plan.joints.iter().enumerate().filter(|(j, _)| self.compared[*j]) {
             let Some(effort) = columns.effort else { continue };
             let logged = &block.columns[effort][first..];
-            let row = self.subject.base.nv() + joint;
+            let row = self.layout.base.nv() + joint;
             for (i, tau) in tau.chunks_exact(nv).enumerate() {
                 // Its square must be a number too.
                 if tau[row].abs().partial_cmp(&LARGEST_EFFORT) != Some(std::cmp::Ordering::Less) {
-                    let name = &self.subject.joints[joint].name;
+                    let name = &self.layout.joints[joint].name;
                     let time = block.time[first + i];
                     let message = format!("the model's effort of `{name}` at {time} s is {:e}", tau[row]);
                     let help = "check the masses of the description and the positions at that time";
@@ -254,7 +253,7 @@ impl Run<'_> {
         let Some((from_s, to_s)) = self.span else { return Err(one(self.nothing(blocks, options))) };
         let best = self.candidates.iter().min_by(|a, b| a.total().rms().total_cmp(&b.total().rms()));
         let Some(best) = best else { return Err(one(self.nothing(blocks, options))) };
-        let channels = self.subject.joints.iter().zip(&best.sums).zip(&self.noise);
+        let channels = self.layout.joints.iter().zip(&best.sums).zip(&self.noise);
         let channels: Vec<Channel> = channels
             .filter(|((_, sums), _)| sums.samples > 0)
             .map(|((joint, sums), noise)| channel(&joint.name, joint.unit(), sums, *noise))

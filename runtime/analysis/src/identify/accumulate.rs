@@ -132,7 +132,7 @@ pub fn accumulate(
             recording.clear();
             Ok(())
         };
-        Recording::each(reading.log, design.subject, &reading.options, true, &mut visit)?;
+        Recording::each(reading.log, design.layout, &reading.options, true, &mut visit)?;
     }
     let mut parts = parts.into_iter();
     let mut all = parts.next().unwrap_or_else(|| Sums::new(design, motions.cells()));

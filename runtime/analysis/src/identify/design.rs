@@ -39,7 +39,7 @@ pub struct Channel {
 /// What is estimated from which rows.
 pub struct Design<'a> {
     /// Joints and base.
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     /// What joints add.
     pub extras: Vec<Extra>,
     /// Their torques, in the same order.
@@ -63,7 +63,7 @@ impl<'a> Design<'a> {
     /// The regression of `rows` (indices into `v`) on base parameters and extras; extras that act exactly as base
     /// parameters do are grouped with them.
     pub fn new(
-        subject: &'a JointLayout,
+        layout: &'a JointLayout,
         base: &BaseSet,
         regressor: &'a dyn BatchRegressor,
         extras: Vec<Extra>,
@@ -77,10 +77,10 @@ impl<'a> Design<'a> {
                 Some(*sum - row.len())
             })
             .collect();
-        let unknowns = plain(base, &extras, subject);
+        let unknowns = plain(base, &extras, layout);
         let regressor = Some(regressor);
         let torques = extras.iter().map(|extra| extra.torque()).collect();
-        let mut design = Self { subject, extras, torques, unknowns, channels: Vec::new(), regressor, starts };
+        let mut design = Self { layout, extras, torques, unknowns, channels: Vec::new(), regressor, starts };
         design.channels = rows.iter().map(|&row| design.channel(row)).collect();
         design.group(rows);
         design
@@ -88,8 +88,8 @@ impl<'a> Design<'a> {
 
     /// The regression of the force and moment rows of an experiment in memory, such as a log of a free robot with forces
     /// at its feet; [`Channel::row`] is the row of the experiment then.
-    pub fn of_table(subject: &'a JointLayout, base: &BaseSet, experiment: &dyn Experiment) -> Self {
-        let unknowns = plain(base, &[], subject);
+    pub fn of_table(layout: &'a JointLayout, base: &BaseSet, experiment: &dyn Experiment) -> Self {
+        let unknowns = plain(base, &[], layout);
         let channel = |(row, of): (usize, &Row)| {
             if !matches!(of.channel, Kind::BaseForce | Kind::BaseMoment) {
                 return None;
@@ -102,7 +102,7 @@ impl<'a> Design<'a> {
         };
         let channels = experiment.rows().iter().enumerate().filter_map(channel).collect();
         Self {
-            subject,
+            layout,
             extras: Vec::new(),
             torques: Vec::new(),
             unknowns,
@@ -118,12 +118,12 @@ impl<'a> Design<'a> {
 
     /// Lengths of a configuration and of a velocity.
     fn widths(&self) -> (usize, usize) {
-        let (base, joints) = (self.subject.base, self.subject.joints.len());
+        let (base, joints) = (self.layout.base, self.layout.joints.len());
         (base.nq() + joints, base.nv() + joints)
     }
 
     fn channel(&self, row: usize) -> Channel {
-        let nb = self.subject.base.nv();
+        let nb = self.layout.base.nv();
         let joint = row.checked_sub(nb);
         let pattern = &self.pattern()[row];
         let acts = |unknown: &Unknown| match unknown.source {
@@ -134,8 +134,8 @@ impl<'a> Design<'a> {
         };
         let places: Vec<usize> = (0..self.unknowns.len()).filter(|&k| acts(&self.unknowns[k])).collect();
         let (name, unit) = match joint {
-            Some(j) => (self.subject.joints[j].name.clone(), self.subject.joints[j].unit()),
-            None => base_row(self.subject, row),
+            Some(j) => (self.layout.joints[j].name.clone(), self.layout.joints[j].unit()),
+            None => base_row(self.layout, row),
         };
         Channel {
             name,
@@ -186,7 +186,7 @@ impl<'a> Design<'a> {
         let (nq, nv) = self.widths();
         let mut random = Random(0x1dea);
         let mut q: Vec<f64> = (0..count * nq).map(|_| 1.5 * random.next()).collect();
-        if self.subject.base == crate::robot::BaseKind::Floating {
+        if self.layout.base == crate::robot::BaseKind::Floating {
             for q in q.chunks_exact_mut(nq) {
                 let length = q[3..7].iter().map(|x| x * x).sum::<f64>().sqrt();
                 q[3..7].iter_mut().for_each(|x| *x /= length);
@@ -221,7 +221,7 @@ impl<'a> Design<'a> {
     /// The columns of a channel for an evaluated batch, without the right-hand side.
     pub fn rows(&self, channel: usize, batch: &Batch<'_>, work: &Work, out: &mut Vec<f64>) {
         let channel = &self.channels[channel];
-        let (nb, nv, count) = (self.subject.base.nv(), self.widths().1, batch.count);
+        let (nb, nv, count) = (self.layout.base.nv(), self.widths().1, batch.count);
         out.clear();
         for source in &channel.sources {
             match *source {
@@ -257,10 +257,10 @@ fn signed(x: f64) -> String {
     format!("{}{size}", if x < 0.0 { "-" } else { "+" })
 }
 
-fn base_row(subject: &JointLayout, row: usize) -> (String, &'static str) {
+fn base_row(layout: &JointLayout, row: usize) -> (String, &'static str) {
     const FLOATING: [&str; 6] = ["linear/x", "linear/y", "linear/z", "angular/x", "angular/y", "angular/z"];
     const PLANAR: [&str; 3] = ["x", "z", "pitch"];
-    let planar = subject.base == crate::robot::BaseKind::Planar;
+    let planar = layout.base == crate::robot::BaseKind::Planar;
     let (name, linear) = if planar { (PLANAR[row], row < 2) } else { (FLOATING[row], row < 3) };
     (format!("base/{name}"), if linear { "N" } else { "N m" })
 }

@@ -87,7 +87,7 @@ pub(super) fn of_log(
         recording.clear();
         Ok(())
     };
-    Recording::each(reading.log, design.subject, &reading.options, true, &mut visit)?;
+    Recording::each(reading.log, design.layout, &reading.options, true, &mut visit)?;
     Ok(pictures.rows(design))
 }
 

@@ -28,7 +28,7 @@ const BEND: f64 = 1.345;
 /// The robot, and what its logs show.
 pub struct RobotAndLogs<'a> {
     /// Joints and base.
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     /// Links.
     pub link_inertias: &'a LinkInertias,
     /// Base parameters of the observed rows.
@@ -222,18 +222,18 @@ fn checked_fit(estimate: &Estimate, design: &Design<'_>, sums: &Sums) -> Result<
 
 fn design<'a>(parts: &RobotAndLogs<'a>, feed: &Feed<'_>, options: &Options) -> Design<'a> {
     if let Feed::Tables([first, ..]) = feed {
-        return Design::of_table(parts.subject, parts.base, *first);
+        return Design::of_table(parts.layout, parts.base, *first);
     }
-    let nb = parts.subject.base.nv();
+    let nb = parts.layout.base.nv();
     let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(nb)).collect();
     let mut extras = options.extras.list(&joints);
     extras.retain(|extra| joints.contains(&extra.joint) && joints.contains(&extra.other));
-    Design::new(parts.subject, parts.base, parts.regressor, extras, parts.rows)
+    Design::new(parts.layout, parts.base, parts.regressor, extras, parts.rows)
 }
 
 fn fastest(parts: &RobotAndLogs<'_>) -> Vec<f64> {
     let speed = |joint| parts.surveys.iter().map(|s| s.speed[joint]).fold(0.0, f64::max);
-    (0..parts.subject.joints.len()).map(speed).collect()
+    (0..parts.layout.joints.len()).map(speed).collect()
 }
 
 /// The unknowns for these inertial parameters; extras as described, else zero.

@@ -174,8 +174,8 @@ impl SummaryInput<'_> {
             .collect();
         let first = problem.links.coordinates();
         let extra = |(k, extra): (usize, &super::Extra)| ExtraSummary {
-            name: extra.name(self.design.subject),
-            unit: extra.unit(self.design.subject),
+            name: extra.name(self.design.layout),
+            unit: extra.unit(self.design.layout),
             value: Value {
                 value: found.extras[k],
                 standard_error: covariance[(first + k, first + k)].max(0.0).sqrt(),

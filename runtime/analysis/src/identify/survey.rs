@@ -37,9 +37,9 @@ pub struct Survey {
 ///
 /// # Errors
 /// Those of the reader; a log without motion or efforts.
-pub fn survey(reading: &Reading<'_>, subject: &JointLayout) -> Result<Survey, Diagnostics> {
-    let joints = subject.joints.len();
-    let bv = subject.base.nv();
+pub fn survey(reading: &Reading<'_>, layout: &JointLayout) -> Result<Survey, Diagnostics> {
+    let joints = layout.joints.len();
+    let bv = layout.base.nv();
     let mut found = Survey { speed: vec![0.0; joints], ..Survey::default() };
     found.motion.positions = vec![Vec::new(); joints];
     let mut visit = |recording: &mut Recording| {
@@ -58,12 +58,12 @@ pub fn survey(reading: &Reading<'_>, subject: &JointLayout) -> Result<Survey, Di
         recording.clear();
         Ok(())
     };
-    let recording = Recording::each(reading.log, subject, &reading.options, true, &mut visit)?;
+    let recording = Recording::each(reading.log, layout, &reading.options, true, &mut visit)?;
     found.effort = recording.effort.iter().map(Option::is_some).collect();
     (found.step, found.cutoff_hz) = (recording.step, recording.cutoff_hz);
     (found.missing, found.assumptions) = (recording.missing, recording.assumptions);
     found.warnings = recording.warnings;
-    refuse(&found, reading, subject)?;
+    refuse(&found, reading, layout)?;
     Ok(found)
 }
 
@@ -87,7 +87,7 @@ impl Survey {
 }
 
 /// Logs from which nothing can be learnt.
-fn refuse(found: &Survey, reading: &Reading<'_>, subject: &JointLayout) -> Result<(), Diagnostics> {
+fn refuse(found: &Survey, reading: &Reading<'_>, layout: &JointLayout) -> Result<(), Diagnostics> {
     let refused = |message: String, help: &str| {
         // What is odd about the log usually says why.
         let error = Diagnostic::error(message).in_file(reading.log.path()).help(help);
@@ -98,7 +98,7 @@ fn refuse(found: &Survey, reading: &Reading<'_>, subject: &JointLayout) -> Resul
         return refused(message, "at least a few seconds of motion are needed");
     }
     if !found.effort.contains(&true) && !found.base {
-        let first = subject.joints.first().map_or("joint", |joint| joint.name.as_str());
+        let first = layout.joints.first().map_or("joint", |joint| joint.name.as_str());
         return refused(
             "the log has no efforts: without torques there is nothing to fit".to_owned(),
             &format!("give columns such as `{first}/effort`, or name others in a mapping file"),

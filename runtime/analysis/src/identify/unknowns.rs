@@ -98,8 +98,8 @@ pub struct Extra {
 
 impl Extra {
     /// `left_knee.coulomb_friction`, `joint_5+joint_6.coupled_inertia`.
-    pub fn name(&self, subject: &JointLayout) -> String {
-        let of = |joint: usize| &subject.joints[joint].name;
+    pub fn name(&self, layout: &JointLayout) -> String {
+        let of = |joint: usize| &layout.joints[joint].name;
         if self.joint == self.other {
             format!("{}.{}", of(self.joint), self.law.name())
         } else {
@@ -108,8 +108,8 @@ impl Extra {
     }
 
     /// Unit of its parameter.
-    pub fn unit(&self, subject: &JointLayout) -> &'static str {
-        self.law.unit(subject.joints[self.joint].prismatic)
+    pub fn unit(&self, layout: &JointLayout) -> &'static str {
+        self.law.unit(layout.joints[self.joint].prismatic)
     }
 
     /// What tells its torque; to be made once for many samples.
@@ -235,15 +235,15 @@ pub enum ColumnSource {
 }
 
 /// The unknowns of base parameters and extras, nothing grouped yet.
-pub fn plain(base: &BaseSet, extras: &[Extra], subject: &JointLayout) -> Vec<Unknown> {
+pub fn plain(base: &BaseSet, extras: &[Extra], layout: &JointLayout) -> Vec<Unknown> {
     let inertial =
         base.names.iter().zip(&base.units).zip(&base.sums).enumerate().map(|(k, ((name, unit), sum))| {
             let sum = sum.iter().map(|(p, factor)| (Summand::Inertial(*p), *factor)).collect();
             Unknown { name: name.clone(), unit, sum, source: ColumnSource::Base(k) }
         });
     let joints = extras.iter().enumerate().map(|(k, extra)| Unknown {
-        name: extra.name(subject),
-        unit: extra.unit(subject),
+        name: extra.name(layout),
+        unit: extra.unit(layout),
         sum: vec![(Summand::Extra(k), 1.0)],
         source: ColumnSource::Extra(k),
     });
@@ -254,9 +254,9 @@ pub fn plain(base: &BaseSet, extras: &[Extra], subject: &JointLayout) -> Vec<Unk
 ///
 /// # Errors
 /// A name that no joint has.
-pub fn joint(subject: &JointLayout, name: &str) -> Result<usize, Diagnostic> {
-    subject.joints.iter().position(|joint| joint.name == name).ok_or_else(|| {
-        let known: Vec<&str> = subject.joints.iter().map(|joint| joint.name.as_str()).collect();
+pub fn joint(layout: &JointLayout, name: &str) -> Result<usize, Diagnostic> {
+    layout.joints.iter().position(|joint| joint.name == name).ok_or_else(|| {
+        let known: Vec<&str> = layout.joints.iter().map(|joint| joint.name.as_str()).collect();
         Diagnostic::error(format!("there is no joint `{name}`"))
             .help(format!("joints are: {}", known.join(", ")))
     })

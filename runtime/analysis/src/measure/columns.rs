@@ -51,7 +51,7 @@ const PLANAR: [&str; 3] = ["base/position/x", "base/position/z", "base/orientati
 
 impl Plan {
     /// Looks at the header and selects the columns in the reader.
-    pub fn new(subject: &JointLayout, reader: &mut Reader, options: &Options) -> Result<Self, Diagnostics> {
+    pub fn new(layout: &JointLayout, reader: &mut Reader, options: &Options) -> Result<Self, Diagnostics> {
         if reader.kind() != Kind::Time {
             let message = format!(
                 "a comparison needs a log (first column `time`), this table has `{}`",
@@ -61,8 +61,8 @@ impl Plan {
             return Err(Diagnostics(vec![Diagnostic::error(message).in_file(reader.file()).help(help)]));
         }
         let mut plan = Self::default();
-        plan.note_unknown_joints(subject, reader)?;
-        for joint in &subject.joints {
+        plan.note_unknown_joints(layout, reader)?;
+        for joint in &layout.joints {
             let mut columns = JointColumns {
                 position: plan.add(reader, format!("{}/position", joint.name)),
                 velocity: None,
@@ -74,8 +74,8 @@ impl Plan {
             }
             plan.joints.push(columns);
         }
-        plan.note_missing(subject, reader, options)?;
-        plan.add_base(subject, reader)?;
+        plan.note_missing(layout, reader, options)?;
+        plan.add_base(layout, reader)?;
         reader.select(&plan.selected);
         Ok(plan)
     }
@@ -89,8 +89,8 @@ impl Plan {
     }
 
     /// Columns of joints that the robot does not have; an error if it has none of them.
-    fn note_unknown_joints(&mut self, subject: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
-        let known = || subject.joints.iter().map(|j| j.name.as_str());
+    fn note_unknown_joints(&mut self, layout: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
+        let known = || layout.joints.iter().map(|j| j.name.as_str());
         let mut unknown: Vec<&str> = Vec::new();
         let mut found = 0;
         for column in reader.columns() {
@@ -127,20 +127,20 @@ impl Plan {
 
     fn note_missing(
         &mut self,
-        subject: &JointLayout,
+        layout: &JointLayout,
         reader: &Reader,
         options: &Options,
     ) -> Result<(), Diagnostics> {
         let place = |d: Diagnostic| d.in_file(reader.file()).at(1, 0);
         let without = |has: fn(&JointColumns) -> bool| {
-            let joints = subject.joints.iter().zip(&self.joints).filter(move |(_, c)| !has(c));
+            let joints = layout.joints.iter().zip(&self.joints).filter(move |(_, c)| !has(c));
             joints.map(|(j, _)| j.name.clone()).collect::<Vec<_>>()
         };
         let no_position = without(|c| c.position.is_some());
         let no_effort = without(|c| c.effort.is_some());
         let no_velocity = without(|c| c.velocity.is_some() || c.position.is_none());
         for (what, missing) in [("position", &no_position), ("effort", &no_effort)] {
-            if missing.len() == subject.joints.len() {
+            if missing.len() == layout.joints.len() {
                 let message =
                     format!("no joint of the robot has a column `<joint>/{what}`: nothing can be compared");
                 let help = format!(
@@ -180,8 +180,8 @@ impl Plan {
         Ok(())
     }
 
-    fn add_base(&mut self, subject: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
-        let wanted: &[&str] = match subject.base {
+    fn add_base(&mut self, layout: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
+        let wanted: &[&str] = match layout.base {
             BaseKind::Fixed => &[],
             BaseKind::Floating => &FLOATING,
             BaseKind::Planar => &PLANAR,

@@ -28,9 +28,9 @@ impl Content {
 
 impl Log {
     /// What the file holds for this robot.
-    pub fn content(&self, subject: &JointLayout) -> Content {
+    pub fn content(&self, layout: &JointLayout) -> Content {
         let has = |part: &str| self.columns().any(|column| column.contains(part));
-        let moves = subject.base != BaseKind::Fixed && has("base/position");
+        let moves = layout.base != BaseKind::Fixed && has("base/position");
         match self.kind() {
             Kind::Posture => Content::Postures,
             Kind::Impact => Content::Impacts,

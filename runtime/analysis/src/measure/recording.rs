@@ -49,8 +49,8 @@ impl Recording {
     ///
     /// # Errors
     /// Those of the reader; a log too short for the filter.
-    pub fn read(log: &Log, subject: &JointLayout, options: &Options) -> Result<Self, Diagnostics> {
-        let mut recording = Self::each(log, subject, options, false, &mut |_| Ok(()))?;
+    pub fn read(log: &Log, layout: &JointLayout, options: &Options) -> Result<Self, Diagnostics> {
+        let mut recording = Self::each(log, layout, options, false, &mut |_| Ok(()))?;
         if recording.time.len() < FEWEST {
             return Err(too_short(recording.time.len(), log.path()).into());
         }
@@ -66,7 +66,7 @@ impl Recording {
     /// As [`Self::read`].
     pub fn read_thinned(
         log: &Log,
-        subject: &JointLayout,
+        layout: &JointLayout,
         options: &Options,
         most: usize,
     ) -> Result<Self, Diagnostics> {
@@ -75,7 +75,7 @@ impl Recording {
             thinning.take(recording);
             Ok(())
         };
-        let mut recording = Self::each(log, subject, options, false, &mut visit)?;
+        let mut recording = Self::each(log, layout, options, false, &mut visit)?;
         if thinning.seen() < FEWEST {
             return Err(too_short(thinning.seen(), log.path()).into());
         }
@@ -97,18 +97,18 @@ impl Recording {
     /// positions, so that both sides of a regression are equally late and smooth.
     pub(crate) fn each(
         log: &Log,
-        subject: &JointLayout,
+        layout: &JointLayout,
         options: &Options,
         filter_efforts: bool,
         visit: &mut dyn FnMut(&mut Self) -> Result<(), Diagnostics>,
     ) -> Result<Self, Diagnostics> {
         let mut reader = log.rows();
-        let mut plan = Plan::new(subject, &mut reader, options)?;
+        let mut plan = Plan::new(layout, &mut reader, options)?;
         let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, options, 1)?;
         let mut recording = Self {
             step,
             cutoff_hz,
-            trajectory: Trajectory::new(subject),
+            trajectory: Trajectory::new(layout),
             effort: plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect(),
             transmission: plan
                 .joints
@@ -122,7 +122,7 @@ impl Recording {
         };
         let efforts = filter_efforts.then_some(&filter);
         while let Some(block) = blocks.next_block()? {
-            recording.add(&plan, subject, (&filter, efforts), &block).map_err(|e| unusable(e, log.path()))?;
+            recording.add(&plan, layout, (&filter, efforts), &block).map_err(|e| unusable(e, log.path()))?;
             visit(&mut recording)?;
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
@@ -142,13 +142,13 @@ impl Recording {
     fn add(
         &mut self,
         plan: &Plan,
-        subject: &JointLayout,
+        layout: &JointLayout,
         (filter, efforts): (&Butterworth, Option<&Butterworth>),
         block: &Block<'_>,
     ) -> Result<(), Unusable> {
         let range = block.core.clone();
         let even = Even::new(plan, block, self.step);
-        let states = even.states(plan, subject, filter, block.time, range.clone())?;
+        let states = even.states(plan, layout, filter, block.time, range.clone())?;
         let first = self.time.len();
         let continues = self.time.last().is_some_and(|last| block.time[range.start] - last < 1.5 * self.step);
         self.time.extend_from_slice(&block.time[range.clone()]);

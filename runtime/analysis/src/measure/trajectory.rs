@@ -62,7 +62,7 @@ impl Even {
     pub fn states(
         &self,
         plan: &Plan,
-        subject: &JointLayout,
+        layout: &JointLayout,
         filter: &Butterworth,
         time: &[f64],
         range: Range<usize>,
@@ -80,8 +80,8 @@ impl Even {
                 spline.at(time[sample] - self.grid.start)
             })
         };
-        let (bq, bv) = (subject.base.nq(), subject.base.nv());
-        let (nq, nv) = (bq + subject.joints.len(), bv + subject.joints.len());
+        let (bq, bv) = (layout.base.nq(), layout.base.nv());
+        let (nq, nv) = (bq + layout.joints.len(), bv + layout.joints.len());
         let count = range.len();
         let mut states =
             States { count, q: vec![0.0; count * nq], v: vec![0.0; count * nv], a: vec![0.0; count * nv] };
@@ -91,13 +91,13 @@ impl Even {
             let v = &mut states.v[i * nv..(i + 1) * nv];
             let a = &mut states.a[i * nv..(i + 1) * nv];
             match &plan.base {
-                None => base::rest(subject.base, q),
+                None => base::rest(layout.base, q),
                 Some(columns) => {
                     base_motion.clear();
                     for column in &columns.0 {
                         base_motion.push(motion(*column, sample)?);
                     }
-                    base::fill(subject.base, &base_motion, q, v, a)
+                    base::fill(layout.base, &base_motion, q, v, a)
                         .ok_or(Unusable::ZeroQuaternion(time[sample]))?;
                 }
             }

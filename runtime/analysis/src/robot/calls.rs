@@ -91,6 +91,6 @@ pub(crate) fn base_rows(base: BaseKind) -> &'static [(&'static str, bool)] {
 }
 
 /// Index of the joint of this name.
-pub(crate) fn joint(subject: &JointLayout, name: Option<&str>) -> Option<usize> {
-    subject.joints.iter().position(|joint| Some(joint.name.as_str()) == name)
+pub(crate) fn joint(layout: &JointLayout, name: Option<&str>) -> Option<usize> {
+    layout.joints.iter().position(|joint| Some(joint.name.as_str()) == name)
 }

@@ -26,7 +26,7 @@ pub struct Robot<'a> {
     /// Functions are looked up by name, so emitted code and programs in process serve alike.
     pub model: AnyModel<'a>,
     /// Joints in the order of `v`, and the base before them.
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     /// Links behind the inertial parameters.
     pub link_inertias: &'a LinkInertias,
     /// With their corners.
@@ -38,7 +38,7 @@ pub struct Robot<'a> {
 impl Robot<'_> {
     /// Whether it moves in the x-z plane only.
     pub(crate) fn planar(&self) -> bool {
-        self.subject.base == BaseKind::Planar
+        self.layout.base == BaseKind::Planar
     }
 
     /// Places of an effect on links: main links of the bodies that have mass and that `shows` accepts (by index).
@@ -69,14 +69,14 @@ impl Robot<'_> {
         values: &[f64],
         width: usize,
     ) -> Vec<(String, Vec<f64>)> {
-        let first = width - self.subject.joints.len();
-        let joints = self.subject.joints.iter().enumerate();
+        let first = width - self.layout.joints.len();
+        let joints = self.layout.joints.iter().enumerate();
         let column = |j: usize| coordinate(values, width, first + j).collect();
         joints.map(|(j, joint)| (format!("{}/{quantity}", joint.name), column(j))).collect()
     }
 
     /// All joints.
     pub(crate) fn joint_places(&self) -> impl Iterator<Item = Location> + '_ {
-        self.subject.joints.iter().map(|joint| Location::joint(&joint.name))
+        self.layout.joints.iter().map(|joint| Location::joint(&joint.name))
     }
 }

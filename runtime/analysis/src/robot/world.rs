@@ -23,13 +23,13 @@ fn turn(effect: &Effect) -> Matrix3<f64> {
 
 impl World {
     /// Effects of one kind add up (offsets) or follow one another (turns).
-    pub fn of(effects: &[Effect], subject: &JointLayout) -> Self {
+    pub fn of(effects: &[Effect], layout: &JointLayout) -> Self {
         let mut world = Self { offsets: Vec::new(), tilt: Matrix3::identity(), slope: Matrix3::identity() };
         for effect in effects {
             match effect.kind.law {
                 Law::EncoderOffset => {
-                    if let Some(index) = joint(subject, effect.location.joint.as_deref()) {
-                        world.offsets.resize(subject.joints.len(), 0.0);
+                    if let Some(index) = joint(layout, effect.location.joint.as_deref()) {
+                        world.offsets.resize(layout.joints.len(), 0.0);
                         world.offsets[index] += effect.value("offset");
                     }
                 }

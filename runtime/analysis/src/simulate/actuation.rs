@@ -256,7 +256,7 @@ impl Simulation<'_> {
         let mobility = self.stepper.mobility(self.drives.axis(j));
         // Held over a step, torques −k q − d q̇ on an inertia D are unstable where h d/D > 2, and where h d/D < ½ h² k/D.
         let (fade, turn) = (h * servo.damping * mobility, h * h * servo.stiffness * mobility);
-        let motion = &self.plant.subject.joints[j];
+        let motion = &self.plant.layout.joints[j];
         let unit = if motion.prismatic { ["N s/m", "N/m", "kg"] } else { ["N m s/rad", "N m/rad", "kg m²"] };
         // Joints that swing together are unstable earlier than each alone.
         let most = if swing == Swing::EveryStep { 0.8 } else { 2.0 };

@@ -38,7 +38,7 @@ impl Drives {
         step: f64,
     ) -> Result<Self, Diagnostic> {
         let at = |j: usize| DrivenJoint::new(actuators.get(j).copied().flatten());
-        let mut joints: Vec<DrivenJoint> = (0..plant.subject.joints.len()).map(at).collect();
+        let mut joints: Vec<DrivenJoint> = (0..plant.layout.joints.len()).map(at).collect();
         let mut pairs = Vec::new();
         for effect in effects {
             let Some(name) = &effect.location.joint else { continue };
@@ -54,7 +54,7 @@ impl Drives {
             joints[joint].add(effect, other, step)?;
         }
         let mut motors = 0;
-        for (driven, joint) in joints.iter_mut().zip(&plant.subject.joints) {
+        for (driven, joint) in joints.iter_mut().zip(&plant.layout.joints) {
             driven.reading = driven.readings.iter().rev().fold(Reading::TRUE, Reading::then);
             driven.past = VecDeque::from(vec![0.0; driven.delay.0 + 2]);
             if driven.yielding > 0.0 || driven.gap > 0.0 {

@@ -7,7 +7,7 @@ use bipedc_effects::effect::Effect;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plant {
     /// Joints in the order of `v`, and the base before them.
-    pub subject: JointLayout,
+    pub layout: JointLayout,
     /// In the order of the model's contact points.
     pub feet: Vec<Foot>,
     /// Names of the links.
@@ -31,12 +31,12 @@ pub struct Plant {
 impl Plant {
     /// Index of a joint.
     pub fn joint(&self, name: &str) -> Option<usize> {
-        self.subject.joints.iter().position(|joint| joint.name == name)
+        self.layout.joints.iter().position(|joint| joint.name == name)
     }
 
     /// Names of the joints.
     pub fn joint_names(&self) -> impl Iterator<Item = &str> + Clone {
-        self.subject.joints.iter().map(|joint| joint.name.as_str())
+        self.layout.joints.iter().map(|joint| joint.name.as_str())
     }
 
     /// `foot/corner` of a contact point of the model.

@@ -117,7 +117,7 @@ impl<'a> Simulation<'a> {
     ) -> Result<Self, Diagnostic> {
         let effects: Vec<&Effect> = plant.effects.iter().chain(&scenario.effects).collect();
         // A robot on a stand hangs in the air, whatever the height of its feet is.
-        let hangs = plant.subject.base == BaseKind::Fixed;
+        let hangs = plant.layout.base == BaseKind::Fixed;
         let mechanics = if hangs { mechanics.without_contact() } else { mechanics };
         let turned = Turned::new(plant, &effects);
         let motion = begin(&mechanics, plant, &scenario.initial, turned)?;
@@ -132,7 +132,7 @@ impl<'a> Simulation<'a> {
             stepper.with_coupled(drives.coupled().to_vec())?.with_motors(drives.motors(), &motion)?;
         let joints = mechanics.joints();
         if let Some(late) = (0..joints).find(|j| scenario.inside && drives.is_late(*j)) {
-            let name = &plant.subject.joints[late].name;
+            let name = &plant.layout.joints[late].name;
             return Err(Diagnostic::error(format!(
                 "`actuator_delay` at `{name}`: a controller inside the drive is not late"
             ))
@@ -145,7 +145,7 @@ impl<'a> Simulation<'a> {
             sensing: Sensing::new(plant, scenario, &drives, &effects, turned),
             inertial: scenario.imu.map(|imu| {
                 let all: Vec<Effect> = effects.iter().map(|effect| (*effect).clone()).collect();
-                Inertial::new(imu, plant.subject.base, plant.gravity_on_ground(&all))
+                Inertial::new(imu, plant.layout.base, plant.gravity_on_ground(&all))
             }),
             force: vec![0.0; stepper.size()],
             inside: Vec::with_capacity(joints),
@@ -210,7 +210,7 @@ impl<'a> Simulation<'a> {
     pub fn columns(&self) -> Vec<String> {
         let mut names = self.sensing.columns();
         if self.inertial.is_some() {
-            names.extend(imu::columns(self.plant.subject.base));
+            names.extend(imu::columns(self.plant.layout.base));
         }
         names
     }
@@ -365,7 +365,7 @@ fn begin(
     mechanics.distances(&q, &mut gaps);
     let lowest = |gaps: &[f64]| gaps.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
     if let (Some(clearance), Some((_, gap))) = (initial.clearance, lowest(&gaps)) {
-        let height = if plant.subject.base == BaseKind::Planar { 1 } else { 2 };
+        let height = if plant.layout.base == BaseKind::Planar { 1 } else { 2 };
         q[height] += clearance - gap;
     } else if let Some((point, gap)) = lowest(&gaps)
         && gap < -ROUNDING

@@ -98,9 +98,9 @@ impl<'a> Sensing<'a> {
         turned: Turned,
     ) -> Self {
         let effects = effects.iter().filter(|e| e.kind.law.acts() == Acts::Sensor).copied().collect();
-        let stands = plant.subject.base != BaseKind::Fixed;
+        let stands = plant.layout.base != BaseKind::Fixed;
         let sensors = scenario.sensors;
-        let channels = (0..plant.subject.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
+        let channels = (0..plant.layout.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
         Self { plant, sensors, effects, random: Random::new(scenario.seed), stands, channels, turned }
     }
 
@@ -134,7 +134,7 @@ impl<'a> Sensing<'a> {
                 );
             }
         }
-        let base: &[&str] = match self.plant.subject.base {
+        let base: &[&str] = match self.plant.layout.base {
             BaseKind::Fixed => &[],
             BaseKind::Planar => &[
                 "position/x",
@@ -174,7 +174,7 @@ impl<'a> Sensing<'a> {
     pub fn row(&mut self, sample: &Sample, drives: &Drives, row: &mut Vec<f64>) {
         row.clear();
         row.push(sample.time);
-        let joints = self.plant.subject.joints.len();
+        let joints = self.plant.layout.joints.len();
         let (first_q, first_v) = (sample.q.len() - joints, sample.v.len() - joints);
         let sensors = self.sensors;
         for j in 0..joints {
@@ -221,7 +221,7 @@ impl<'a> Sensing<'a> {
 
     /// Forces and centres of pressure.
     fn feet(&mut self, sample: &Sample, row: &mut Vec<f64>) {
-        let planar = self.plant.subject.base == BaseKind::Planar;
+        let planar = self.plant.layout.base == BaseKind::Planar;
         let mut point = 0;
         for foot in &self.plant.feet {
             let (mut sum, mut moment, mut load) = ([0.0; 3], [0.0; 2], 0.0);
@@ -274,7 +274,7 @@ impl<'a> Sensing<'a> {
     /// Pose and velocities of the base.
     fn base(&mut self, q: &[f64], v: &[f64], row: &mut Vec<f64>) {
         let s = self.sensors;
-        if self.plant.subject.base == BaseKind::Planar {
+        if self.plant.layout.base == BaseKind::Planar {
             let noise = [s.base_position, s.base_position, s.base_orientation];
             for (value, deviation) in q[..3].iter().zip(noise) {
                 row.push(value + self.noise(deviation));

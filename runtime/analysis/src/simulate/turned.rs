@@ -23,11 +23,11 @@ pub(super) struct Turned {
 impl Turned {
     pub fn new(plant: &Plant, effects: &[&Effect]) -> Self {
         let effects: Vec<Effect> = effects.iter().map(|effect| (*effect).clone()).collect();
-        let world = World::of(&effects, &plant.subject);
+        let world = World::of(&effects, &plant.layout);
         let turn = |matrix: Matrix3<f64>| {
             UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix))
         };
-        let base = plant.subject.base;
+        let base = plant.layout.base;
         if base == BaseKind::Fixed {
             let none = UnitQuaternion::identity();
             return Self { base, to_ground: none, to_log: none };

@@ -31,8 +31,8 @@ impl InverseDynamics for Weights {
 }
 
 fn run(base: BaseKind, text: &str, options: &Options) -> Comparison {
-    let subject = JointLayout { joints: vec![Joint::revolute("knee")], base };
-    compare(&mut Weights(base), &subject, reader(text).unwrap(), options).unwrap()
+    let layout = JointLayout { joints: vec![Joint::revolute("knee")], base };
+    compare(&mut Weights(base), &layout, reader(text).unwrap(), options).unwrap()
 }
 
 const STEP: f64 = 0.004;
@@ -97,9 +97,9 @@ fn a_planar_base() {
 
 #[test]
 fn an_incomplete_or_senseless_base_is_an_error() {
-    let subject = JointLayout { joints: vec![Joint::revolute("knee")], base: BaseKind::Floating };
+    let layout = JointLayout { joints: vec![Joint::revolute("knee")], base: BaseKind::Floating };
     let error = |text: &str| {
-        compare(&mut Weights(BaseKind::Floating), &subject, reader(text).unwrap(), &Options::default())
+        compare(&mut Weights(BaseKind::Floating), &layout, reader(text).unwrap(), &Options::default())
             .unwrap_err()
             .to_string()
     };
@@ -125,11 +125,11 @@ fn forces_in_the_log_are_mentioned() {
         &std::fs::read_to_string(support::repository("robots/tulip/robot.urdf")).unwrap(),
         BaseKind::Floating,
     );
-    let subject = support::subject(&robot);
+    let layout = support::layout(&robot);
     let mut robot = robot;
     let options = Options { cutoff_hz: Some(10.0), from_s: Some(1.0), to_s: Some(2.0), ..Options::default() };
     let log = bipedc_analysis::log::Log::open(log).unwrap();
-    let comparison = bipedc_analysis::compare::compare_file(&mut robot, &subject, &log, &options).unwrap();
+    let comparison = bipedc_analysis::compare::compare_file(&mut robot, &layout, &log, &options).unwrap();
     assert!(comparison.warnings[0].to_string().contains("contact forces (`right_foot/force/x`)"));
     assert_eq!(comparison.channels.len(), 12);
 }

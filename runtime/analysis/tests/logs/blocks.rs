@@ -164,11 +164,11 @@ fn thinned_logs_are_logs_thinned() {
     }
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thinned.csv");
     std::fs::write(&path, text).unwrap();
-    let subject = JointLayout { joints: vec![Joint::revolute("knee")], base: BaseKind::Fixed };
+    let layout = JointLayout { joints: vec![Joint::revolute("knee")], base: BaseKind::Fixed };
     let (log, options) = (Log::open(&path).unwrap(), Options::default());
-    let mut whole = Recording::read(&log, &subject, &options).unwrap();
+    let mut whole = Recording::read(&log, &layout, &options).unwrap();
     whole.thin(1000);
-    let thinned = Recording::read_thinned(&log, &subject, &options, 1000).unwrap();
+    let thinned = Recording::read_thinned(&log, &layout, &options, 1000).unwrap();
     assert_eq!(thinned.segments.len(), 3);
     // `Debug` writes floating-point numbers with all their digits.
     assert_eq!(format!("{whole:?}"), format!("{thinned:?}"));

@@ -29,7 +29,7 @@ impl InverseDynamics for Toy {
     }
 }
 
-fn subject() -> JointLayout {
+fn layout() -> JointLayout {
     JointLayout {
         joints: vec![Joint::revolute("left_hip"), Joint::revolute("left_knee")],
         base: BaseKind::Fixed,
@@ -47,7 +47,7 @@ fn log(header: &str, rows: usize) -> String {
 }
 
 fn run(text: impl Into<Vec<u8>>) -> Result<Comparison, Diagnostics> {
-    compare(&mut Toy, &subject(), reader(text)?, &Options::default())
+    compare(&mut Toy, &layout(), reader(text)?, &Options::default())
 }
 
 /// All parts of the message must be there.
@@ -313,7 +313,7 @@ fn gzip_whole_and_cut() {
 
 #[test]
 fn senseless_options() {
-    let run = |options: Options| compare(&mut Toy, &subject(), reader(log(HEADER, 500)).unwrap(), &options);
+    let run = |options: Options| compare(&mut Toy, &layout(), reader(log(HEADER, 500)).unwrap(), &options);
     let error = |options: Options| run(options).unwrap_err().to_string();
     let default = Options::default;
     assert!(

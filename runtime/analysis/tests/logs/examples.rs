@@ -1,5 +1,5 @@
 //! The example logs, against what is known to be true about them (`truth.json`).
-use crate::logs::support::{repository, rnea::Robot, subject, tulip};
+use crate::logs::support::{layout, repository, rnea::Robot, tulip};
 use bipedc_analysis::compare::{Comparison, compare_file};
 use bipedc_analysis::log::Log;
 use bipedc_analysis::measure::Options;
@@ -8,8 +8,8 @@ use serde_json::Value;
 
 fn compare_example(name: &str, robot: &mut Robot) -> Comparison {
     let log = Log::open(repository(&format!("tests/data/examples/{name}/validation.csv.gz"))).unwrap();
-    let subject = subject(robot);
-    compare_file(robot, &subject, &log, &Options::default()).unwrap()
+    let layout = layout(robot);
+    compare_file(robot, &layout, &log, &Options::default()).unwrap()
 }
 
 fn assert_nominal(name: &str) {
@@ -59,8 +59,8 @@ fn a_floating_model_of_a_hanging_robot_gives_the_same_joint_efforts() {
     let options = Options { cutoff_hz: Some(16.0), from_s: Some(2.0), to_s: Some(3.0), ..Options::default() };
     let [fixed, floating] = [BaseKind::Fixed, BaseKind::Floating].map(|base| {
         let mut robot = Robot::parse(&urdf, base);
-        let subject = subject(&robot);
-        compare_file(&mut robot, &subject, &log, &options).unwrap()
+        let layout = layout(&robot);
+        compare_file(&mut robot, &layout, &log, &options).unwrap()
     });
     assert!(floating.assumptions.iter().any(|a| a.contains("fixed, upright and at rest")));
     assert_eq!((fixed.from_s, fixed.to_s, fixed.samples), (2.0, 3.0, 251));

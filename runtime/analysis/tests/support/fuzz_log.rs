@@ -37,11 +37,11 @@ pub fn run(data: &[u8]) {
     let names: Vec<String> = reader.columns().map(|c| c.name.clone()).collect();
     drop(Table::read(reader, &names));
     let joints = ["a", "b"].map(Joint::revolute).to_vec();
-    let subject = JointLayout { joints, base: BaseKind::Floating };
+    let layout = JointLayout { joints, base: BaseKind::Floating };
     // Short logs of a fuzzer must reach the filter, too.
     let options = Options { trim_s: 0.0, ..Options::default() };
     if let Ok(reader) = open() {
-        match compare(&mut Toy(8), &subject, reader, &options) {
+        match compare(&mut Toy(8), &layout, reader, &options) {
             Ok(comparison) => drop(comparison.to_string()),
             Err(errors) => drop(errors.to_string()),
         }

@@ -14,7 +14,7 @@ fn plant(base: BaseKind) -> Plant {
         corners: vec![corner("heel", -0.1), corner("toe", 0.15)],
     };
     Plant {
-        subject: JointLayout { joints: vec![Joint::revolute("knee"), Joint::revolute("ankle")], base },
+        layout: JointLayout { joints: vec![Joint::revolute("knee"), Joint::revolute("ankle")], base },
         feet: vec![foot("right_foot"), foot("left_foot")],
         links: vec!["torso".to_owned(), "right_foot".to_owned()],
         position_limits: vec![Some([-1.0, 1.0]), None],

@@ -21,7 +21,7 @@ pub fn tulip() -> Robot {
 }
 
 /// Its joints.
-pub fn subject(robot: &Robot) -> JointLayout {
+pub fn layout(robot: &Robot) -> JointLayout {
     let joints = robot.joint_names().map(Joint::revolute).collect();
     JointLayout { joints, base: robot.base() }
 }

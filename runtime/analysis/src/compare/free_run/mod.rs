@@ -34,26 +34,26 @@ pub const MOST_WINDOWS: usize = 1000;
 /// effort; a model without `forward_dynamics` or with other joints.
 pub fn free_run(
     model: &dyn Model<f64>,
-    subject: &JointLayout,
+    layout: &JointLayout,
     recording: &Recording,
     effects: &[Effect],
     seconds: f64,
     progress: &dyn Fn(f64),
 ) -> Result<FreeRun, Diagnostic> {
-    let function = check(model, subject, recording)?;
-    let delays = delays(subject, effects);
+    let function = check(model, layout, recording)?;
+    let delays = delays(layout, effects);
     let all = windows(recording, seconds, delays.iter().fold(0.0, |most: f64, d| d.max(most)))?;
     // A stretch that is too short for a spline has no window either.
     let inputs: Vec<Option<Input>> =
         recording.segments.iter().map(|segment| Input::new(recording, segment.clone(), &delays)).collect();
-    let mut sums = vec![Sums::default(); subject.joints.len()];
+    let mut sums = vec![Sums::default(); layout.joints.len()];
     let (mut diverged, mut capped) = (0, 0);
     let taken = spread(&all);
     for (done, place) in taken.iter().enumerate() {
         let too_short = || Diagnostic::error("a stretch of the log has fewer than 8 samples");
         let input = inputs[place.segment].as_ref().ok_or_else(too_short)?;
         let range = place.range.clone();
-        let window = Window { model, function, subject, recording, input, range };
+        let window = Window { model, function, layout, recording, input, range };
         match window.run()? {
             Outcome::Arrived(predicted) => add(&mut sums, recording, &place.range, &predicted),
             Outcome::Diverged => diverged += 1,
@@ -66,12 +66,12 @@ pub fn free_run(
         let (some, all) = (taken.len(), all.len());
         assumptions.push(format!("{some} of the log's {all} windows were integrated, evenly spread"));
     }
-    Ok(FreeRun::new(subject, &sums, [taken.len(), diverged, capped], seconds, assumptions))
+    Ok(FreeRun::new(layout, &sums, [taken.len(), diverged, capped], seconds, assumptions))
 }
 
 /// The model's `forward_dynamics`, if everything fits.
-fn check(model: &dyn Model<f64>, subject: &JointLayout, recording: &Recording) -> Result<usize, Diagnostic> {
-    let joints = subject.joints.len();
+fn check(model: &dyn Model<f64>, layout: &JointLayout, recording: &Recording) -> Result<usize, Diagnostic> {
+    let joints = layout.joints.len();
     if (model.nq(), model.nv()) != (joints, joints) {
         return Err(Diagnostic::error("a free run needs a robot whose base is fixed")
             .help("the forces on a moving base are not part of the prediction"));
@@ -87,7 +87,7 @@ fn check(model: &dyn Model<f64>, subject: &JointLayout, recording: &Recording) -
         return Err(Diagnostic::error("the recording is of another robot, or not whole"));
     }
     if let Some(joint) = recording.effort.iter().position(Option::is_none) {
-        let name = &subject.joints[joint].name;
+        let name = &layout.joints[joint].name;
         return Err(Diagnostic::error(format!(
             "a free run needs the effort of `{name}`, which the log lacks"
         ))
@@ -100,13 +100,13 @@ fn check(model: &dyn Model<f64>, subject: &JointLayout, recording: &Recording) -
 }
 
 /// By joint: how much later than logged the effort acts, s.
-fn delays(subject: &JointLayout, effects: &[Effect]) -> Vec<f64> {
+fn delays(layout: &JointLayout, effects: &[Effect]) -> Vec<f64> {
     let of = |name: &String| {
         let own = effects.iter().filter(|effect| effect.location.joint.as_ref() == Some(name));
         let late = own.filter(|effect| effect.kind.law == Law::Delay);
         late.map(|effect| effect.value("delay")).sum()
     };
-    subject.joints.iter().map(|joint| of(&joint.name)).collect()
+    layout.joints.iter().map(|joint| of(&joint.name)).collect()
 }
 
 /// What of the description the prediction contains and what not.

@@ -44,14 +44,14 @@ pub struct FreeRun {
 impl FreeRun {
     /// `counts`: windows, diverged ones, capped ones.
     pub(super) fn new(
-        subject: &JointLayout,
+        layout: &JointLayout,
         sums: &[Sums],
         [windows, diverged, capped]: [usize; 3],
         window: f64,
         assumptions: Vec<String>,
     ) -> Self {
         let channels: Vec<_> =
-            subject.joints.iter().zip(sums).map(|(joint, sums)| sums.channel(joint)).collect();
+            layout.joints.iter().zip(sums).map(|(joint, sums)| sums.channel(joint)).collect();
         let unit = match channels.first() {
             Some(first) if channels.iter().all(|channel| channel.unit == first.unit) => first.unit,
             _ => "mixed",

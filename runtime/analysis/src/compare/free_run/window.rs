@@ -26,7 +26,7 @@ pub(super) struct Window<'a> {
     pub model: &'a dyn Model<f64>,
     /// `forward_dynamics`
     pub function: usize,
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     pub recording: &'a Recording,
     pub input: &'a Input,
     pub range: Range<usize>,
@@ -43,7 +43,7 @@ pub(super) enum Outcome {
 impl Window<'_> {
     /// Integrates to the last sample.
     pub fn run(&self) -> Result<Outcome, Diagnostic> {
-        let joints = self.subject.joints.len();
+        let joints = self.layout.joints.len();
         let time = &self.recording.time[self.range.clone()];
         let length = time[time.len() - 1] - time[0];
         let start = self.recording.trajectory.joints_at(self.range.start).concat();
@@ -78,7 +78,7 @@ impl Window<'_> {
 
     fn is_far(&self, sample: usize, predicted: &[f64]) -> bool {
         let [measured, _] = self.recording.trajectory.joints_at(sample);
-        self.subject.joints.iter().zip(measured).zip(predicted).any(|((joint, measured), predicted)| {
+        self.layout.joints.iter().zip(measured).zip(predicted).any(|((joint, measured), predicted)| {
             let farthest = if joint.prismatic { FARTHEST_WAY } else { FARTHEST_TURN };
             let error = (measured - predicted).abs();
             error.is_nan() || error > farthest
@@ -129,7 +129,7 @@ impl SolOut for Watch<'_> {
     ) -> ControlFlag {
         let Some(dense) = interpolant.filter(|_| *to > from) else { return ControlFlag::Continue };
         let window = self.window;
-        let joints = window.subject.joints.len();
+        let joints = window.layout.joints.len();
         while let Some(time) = window.recording.time[window.range.clone()].get(self.next) {
             // The last sample is the end of the last step but for rounding.
             if time - self.start > *to + 1e-9 * window.recording.step {

@@ -89,7 +89,7 @@ impl Columns {
             super::standing::foot(robot).filter(|_| !reader.columns().any(|c| c.name.starts_with("base/")));
         match self.standing {
             Some(foot) => self.plan.assumptions.push(super::standing::assumption(&robot.feet[foot].name)),
-            None => self.find_base(robot.subject.base, reader)?,
+            None => self.find_base(robot.layout.base, reader)?,
         }
         let planar = robot.planar();
         for foot in robot.feet {
@@ -120,7 +120,7 @@ impl Columns {
 
     fn find_joints(&mut self, robot: &Robot<'_>, reader: &Reader) -> Result<(), Diagnostic> {
         let mut still = Vec::new();
-        for joint in &robot.subject.joints {
+        for joint in &robot.layout.joints {
             let position = self.add(reader, &format!("{}/position", joint.name));
             if position.is_none() {
                 still.push(joint.name.as_str());
@@ -128,7 +128,7 @@ impl Columns {
             let effort = self.add(reader, &format!("{}/effort", joint.name));
             self.plan.joints.push(JointColumns { position, effort, ..JointColumns::default() });
         }
-        if still.len() == robot.subject.joints.len() {
+        if still.len() == robot.layout.joints.len() {
             return Err(Diagnostic::error("no column is the position of a joint of this robot")
                 .help("columns are named like `left_knee/position`; a mapping file gives other names"));
         }

@@ -51,7 +51,7 @@ pub(super) struct Change {
 impl Change {
     pub fn of(effects: &[Effect], robot: &Robot<'_>) -> Self {
         let mut change = Self {
-            world: World::of(effects, robot.subject),
+            world: World::of(effects, robot.layout),
             parameters: robot.link_inertias.change(effects),
             level: Level::default(),
             soil: None,

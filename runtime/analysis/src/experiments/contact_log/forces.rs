@@ -94,7 +94,7 @@ impl ContactRecording {
             step: step * stride as f64,
             cutoff_hz,
             filter_rows: true,
-            trajectory: Trajectory::new(robot.subject),
+            trajectory: Trajectory::new(robot.layout),
             ..Self::default()
         };
         recording.assumptions = std::mem::take(&mut columns.plan.assumptions);
@@ -172,7 +172,7 @@ impl ContactRecording {
         let even = Even::new(&passing.columns.plan, block, passing.step);
         let states = even.states(
             &passing.columns.plan,
-            passing.robot.subject,
+            passing.robot.layout,
             passing.filter,
             block.time,
             range.clone(),

@@ -25,7 +25,7 @@ impl ContactExperiment<'_> {
 
     /// Axes of the base in the log's world.
     pub(super) fn base_axes(&self, q: &[f64]) -> Matrix3<f64> {
-        match self.robot.subject.base {
+        match self.robot.layout.base {
             BaseKind::Floating => orientation(q).to_rotation_matrix().into_inner(),
             BaseKind::Planar => Rotation3::new(Vector3::y() * q[2]).into_inner(),
             BaseKind::Fixed => Matrix3::identity(),
@@ -34,7 +34,7 @@ impl ContactExperiment<'_> {
 
     /// Origin of the base, m.
     pub(super) fn base_origin(&self, q: &[f64]) -> Vector3<f64> {
-        match self.robot.subject.base {
+        match self.robot.layout.base {
             BaseKind::Floating => Vector3::new(q[0], q[1], q[2]),
             BaseKind::Planar => Vector3::new(q[0], 0.0, q[1]),
             BaseKind::Fixed => Vector3::zeros(),
@@ -43,7 +43,7 @@ impl ContactExperiment<'_> {
 
     /// Generalised forces of the base as force and moment; `axes` are those of the base.
     pub(super) fn base_wrench(&self, tau: &[f64], axes: &Matrix3<f64>) -> BaseWrench {
-        match self.robot.subject.base {
+        match self.robot.layout.base {
             BaseKind::Floating => BaseWrench {
                 force: axes * Vector3::new(tau[0], tau[1], tau[2]),
                 moment: Vector3::new(tau[3], tau[4], tau[5]),
@@ -70,7 +70,7 @@ impl ContactExperiment<'_> {
             }
         }
         let mut wrench = self.base_wrench(&tau, &axes);
-        if self.robot.subject.base == BaseKind::Planar {
+        if self.robot.layout.base == BaseKind::Planar {
             // Computed in the true world; rows are in the logged one.
             wrench.force = change.world.tilt.transpose() * wrench.force;
         }
@@ -87,7 +87,7 @@ impl ContactExperiment<'_> {
         if *tilt == Matrix3::identity() {
             return [q, v, a];
         }
-        match self.robot.subject.base {
+        match self.robot.layout.base {
             BaseKind::Floating => {
                 let tilt = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*tilt));
                 let turned = tilt * orientation(&q);

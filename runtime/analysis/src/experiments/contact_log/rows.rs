@@ -116,7 +116,7 @@ impl<'a> ContactExperiment<'a> {
             feet: robot.feet.iter().map(|foot| FootCalls::new(&calls, foot)).collect::<Result<_, _>>()?,
             inverse_dynamics: calls.find("inverse_dynamics")?,
             regressor: calls.find("inverse_dynamics_regressor")?,
-            gravity: gravity(&calls, robot.subject.base, mass)?,
+            gravity: gravity(&calls, robot.layout.base, mass)?,
             rows: kinds.iter().map(|kind| kind.row()).collect(),
             robot,
             calls,
@@ -314,7 +314,7 @@ impl<'a> ContactExperiment<'a> {
         let state = self.logged_state(i);
         let axes = self.base_axes(&state[0]);
         let needed = self.needed(&state, change);
-        let floating = base_rows(self.robot.subject.base).len() == 6;
+        let floating = base_rows(self.robot.layout.base).len() == 6;
         let gain = self.recording.noise_gain()[1].sqrt();
         for (k, sigma) in self.recording.position_noise.iter().enumerate().filter(|(_, s)| **s > 0.0) {
             let mut faster = state.clone();

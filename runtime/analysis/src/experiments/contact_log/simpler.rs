@@ -43,7 +43,7 @@ impl ContactExperiment<'_> {
         if change.level.no_impact {
             self.smooth_impacts(&mut states);
         }
-        let floating = self.robot.subject.base == BaseKind::Floating;
+        let floating = self.robot.layout.base == BaseKind::Floating;
         // In the plane there is but one.
         let planes = (change.level.decoupled_planes && floating).then(|| (self.planes(), self.means()));
         let decoupled = |state: &State| match &planes {
@@ -89,7 +89,7 @@ impl ContactExperiment<'_> {
     }
 
     fn means(&self) -> Means {
-        let first = self.calls.nq - self.robot.subject.joints.len();
+        let first = self.calls.nq - self.robot.layout.joints.len();
         let count = self.samples() as f64;
         let sum = |k: usize| coordinate(&self.recording.trajectory.q, self.calls.nq, k).sum::<f64>();
         // Headings are averaged as directions: they may pass half a turn.
@@ -103,8 +103,8 @@ impl ContactExperiment<'_> {
 
     /// Joints that move the centre of mass of the upright robot in one plane only.
     fn planes(&self) -> [Plane; 2] {
-        let joints = self.robot.subject.joints.len();
-        let rest = self.calls.rest(self.robot.subject.base);
+        let joints = self.robot.layout.joints.len();
+        let rest = self.calls.rest(self.robot.layout.base);
         let mut jacobian = vec![0.0; 3 * self.calls.nv];
         match self.calls.find("center_of_mass_jacobian") {
             Ok(function) => self.calls.at(function, &rest, &mut jacobian),

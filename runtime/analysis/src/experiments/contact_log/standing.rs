@@ -16,15 +16,15 @@ const FIXED: f64 = 1e-9;
 
 /// The foot that the robot's base is fixed to.
 pub(super) fn foot(robot: &Robot<'_>) -> Option<usize> {
-    if robot.subject.base != BaseKind::Floating {
+    if robot.layout.base != BaseKind::Floating {
         return None;
     }
     let calls = ModelCalls::new(robot.model);
-    let first = calls.nq - robot.subject.joints.len();
+    let first = calls.nq - robot.layout.joints.len();
     (0..robot.feet.len()).find(|&foot| {
         let Ok(own) = FootCalls::new(&calls, &robot.feet[foot]) else { return false };
         let at = |angle: f64| {
-            let mut q = calls.rest(robot.subject.base);
+            let mut q = calls.rest(robot.layout.base);
             // Different angles, so that no two joints undo each other.
             q[first..].iter_mut().enumerate().for_each(|(k, q)| *q = angle * (1.0 + (k as f64).sin()));
             own.sole(&calls, &robot.feet[foot], &q)

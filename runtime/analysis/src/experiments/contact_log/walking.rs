@@ -58,7 +58,7 @@ impl<'a> WalkingExperiment<'a> {
         // The effects on masses are in the joints' rows as in those of the base.
         let joints = MotionExperiment::on_ground(
             robot.model,
-            robot.subject,
+            robot.layout,
             robot.link_inertias,
             motion,
             robot.effects,
@@ -71,7 +71,7 @@ impl<'a> WalkingExperiment<'a> {
         rows.extend(joints.rows().iter().cloned());
         for row in &mut rows {
             let joint = row.joint.as_ref();
-            let index = joint.and_then(|name| robot.subject.joints.iter().position(|j| j.name == *name));
+            let index = joint.and_then(|name| robot.layout.joints.iter().position(|j| j.name == *name));
             if let Some(index) = index {
                 row.noise = noise[index].max(1e-9);
             }
@@ -160,7 +160,7 @@ impl ContactExperiment<'_> {
     fn without_vertical_moment(&self, motion: &mut Recording) -> Vec<Missing> {
         let mut missing = Vec::new();
         let nominal = self.change(&[]);
-        let first = self.robot.subject.base.nv();
+        let first = self.robot.layout.base.nv();
         for (f, record) in self.recording.feet.iter().enumerate() {
             let known = record.columns.has_torque(self.robot.planar()) || self.robot.planar();
             if !record.is_logged || known {
@@ -175,7 +175,7 @@ impl ContactExperiment<'_> {
                 let tau = mapped(&self.robot, &self.calls, &self.feet, &q, &self.recording.logged(), unit);
                 felt.iter_mut().zip(tau).for_each(|(felt, tau)| *felt = felt.max(tau.abs()));
             }
-            for (j, joint) in self.robot.subject.joints.iter().enumerate() {
+            for (j, joint) in self.robot.layout.joints.iter().enumerate() {
                 if felt[first + j] > FELT && motion.effort[j].take().is_some() {
                     let foot = &self.robot.feet[f].name;
                     let reason = format!(
@@ -190,9 +190,9 @@ impl ContactExperiment<'_> {
 
     /// Noise of the joints' rows: of efforts, of forces through the legs, of accelerations through the mass matrix.
     fn joint_noise(&self, change: &Change) -> Vec<f64> {
-        let (first, r) = (self.robot.subject.base.nv(), &self.recording);
+        let (first, r) = (self.robot.layout.base.nv(), &self.recording);
         let [still, moving] = r.noise_gain();
-        let mut sums = vec![0.0; self.robot.subject.joints.len()];
+        let mut sums = vec![0.0; self.robot.layout.joints.len()];
         let mut add = |tau: &[f64], sigma: f64| {
             sums.iter_mut().zip(&tau[first..]).for_each(|(sum, tau)| *sum += (tau * sigma).powi(2));
         };

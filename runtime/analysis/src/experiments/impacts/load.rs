@@ -51,7 +51,7 @@ impl<'a> ImpactExperiment<'a> {
 
 /// Names of the coordinates of `q` and of those of `v`, as tables have them (without `/before`, `/after`).
 fn coordinates(robot: &Robot<'_>) -> (Vec<String>, Vec<String>) {
-    let base: &[&str] = match robot.subject.base {
+    let base: &[&str] = match robot.layout.base {
         BaseKind::Fixed => &[],
         BaseKind::Planar => &["base/position/x", "base/position/z", "base/orientation/pitch"],
         BaseKind::Floating => &[
@@ -68,8 +68,8 @@ fn coordinates(robot: &Robot<'_>) -> (Vec<String>, Vec<String>) {
     let name = |(axis, linear): &(&str, bool)| {
         format!("base/{}_velocity/{axis}", if *linear { "linear" } else { "angular" })
     };
-    let mut v: Vec<String> = base_rows(robot.subject.base).iter().map(name).collect();
-    for joint in &robot.subject.joints {
+    let mut v: Vec<String> = base_rows(robot.layout.base).iter().map(name).collect();
+    for joint in &robot.layout.joints {
         q.push(format!("{}/position", joint.name));
         v.push(format!("{}/velocity", joint.name));
     }
@@ -81,7 +81,7 @@ fn build<'a>(
     table: &Table,
     foot: Option<&str>,
 ) -> Result<ImpactExperiment<'a>, Diagnostic> {
-    if robot.subject.base == BaseKind::Fixed {
+    if robot.layout.base == BaseKind::Fixed {
         return Err(Diagnostic::error("a robot whose base is fixed has no impacts with the ground")
             .help("describe it with a floating or planar base"));
     }
@@ -129,8 +129,8 @@ fn build<'a>(
 }
 
 fn row(robot: &Robot<'_>, index: usize, name: &str) -> Row {
-    let base = base_rows(robot.subject.base);
-    let joint = index.checked_sub(base.len()).map(|j| &robot.subject.joints[j]);
+    let base = base_rows(robot.layout.base);
+    let joint = index.checked_sub(base.len()).map(|j| &robot.layout.joints[j]);
     let linear = base.get(index).map_or(joint.is_some_and(|j| j.prismatic), |(_, linear)| *linear);
     Row {
         name: name.to_owned(),
@@ -149,7 +149,7 @@ fn states(
     v_names: &[String],
     assumptions: &mut Vec<String>,
 ) -> Result<(Vec<f64>, Vec<f64>), Diagnostic> {
-    let base_nq = robot.subject.base.nq();
+    let base_nq = robot.layout.base.nq();
     let mut columns = Vec::new();
     for (k, name) in q_names.iter().enumerate() {
         // Where the robot is does not matter, only how it is turned.
@@ -170,7 +170,7 @@ fn states(
     for i in 0..table.rows() {
         let mut row: Vec<f64> = columns.iter().map(|c| c.map_or(0.0, |c| c[i])).collect();
         let mut rate: Vec<f64> = velocities.iter().map(|c| c[i]).collect();
-        if robot.subject.base == BaseKind::Floating {
+        if robot.layout.base == BaseKind::Floating {
             normalise(&mut row[..base_nq]).ok_or_else(|| {
                 Diagnostic::error("base/orientation is no rotation: its quaternion is zero")
                     .at(table.lines[i], 0)
@@ -253,7 +253,7 @@ impl ImpactExperiment<'_> {
 
     /// From the table's coordinates to the model's.
     fn in_base(&self, i: usize, mut v: DVector<f64>) -> DVector<f64> {
-        if self.robot.subject.base == BaseKind::Floating {
+        if self.robot.layout.base == BaseKind::Floating {
             let q = &self.q[i * self.calls.nq..];
             let base = rotate_to_base([q[3], q[4], q[5], q[6]], [v[0], v[1], v[2]]);
             v.as_mut_slice()[..3].copy_from_slice(&base);

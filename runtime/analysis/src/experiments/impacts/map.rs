@@ -106,7 +106,7 @@ impl ImpactExperiment<'_> {
     /// Velocities of the model as the table names them: the base's linear velocity in world axes.
     pub(super) fn logged(&self, i: usize, v: &DVector<f64>) -> DVector<f64> {
         let mut out = v.clone();
-        if self.robot.subject.base == BaseKind::Floating {
+        if self.robot.layout.base == BaseKind::Floating {
             let q = &self.q[i * self.calls.nq..];
             // Turning with the conjugate is turning back.
             let world = rotate_to_base([-q[3], -q[4], -q[5], q[6]], [v[0], v[1], v[2]]);

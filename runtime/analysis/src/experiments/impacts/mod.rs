@@ -73,13 +73,13 @@ impl ImpactExperiment<'_> {
     fn changed(&self, effects: &[Effect]) -> Changed {
         let effects = &self.robot.with(effects);
         let mut changed = Changed {
-            world: World::of(effects, self.robot.subject),
+            world: World::of(effects, self.robot.layout),
             parameters: Some(self.robot.link_inertias.change(effects))
                 .filter(|c| c.iter().any(|x| *x != 0.0)),
             rotors: vec![0.0; self.calls.nv],
             contact: Contact::default(),
         };
-        let first = self.calls.nv - self.robot.subject.joints.len();
+        let first = self.calls.nv - self.robot.layout.joints.len();
         for effect in effects {
             match effect.kind.law {
                 Law::Restitution => changed.contact.restitution = effect.value("coefficient"),
@@ -91,7 +91,7 @@ impl ImpactExperiment<'_> {
                 }
                 Law::NoImpact => changed.contact.none = true,
                 law => {
-                    let index = joint(self.robot.subject, effect.location.joint.as_deref());
+                    let index = joint(self.robot.layout, effect.location.joint.as_deref());
                     if let (Simulation::Inertia(of), Some(index)) = (effect.kind.simulation, index) {
                         changed.rotors[first + index] += effect.value(of);
                     }

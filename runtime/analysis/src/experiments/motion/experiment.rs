@@ -17,7 +17,7 @@ use std::sync::OnceLock;
 /// A log of joint torques against a rigid-body model with the effects that its description already has.
 pub struct MotionExperiment<'a> {
     rigid: Rigid<'a>,
-    subject: &'a JointLayout,
+    layout: &'a JointLayout,
     link_inertias: &'a LinkInertias,
     recording: Recording,
     present: Vec<Effect>,
@@ -42,34 +42,34 @@ impl<'a> MotionExperiment<'a> {
     /// The model lacks `inverse_dynamics` or `inverse_dynamics_regressor`, or is another robot's.
     pub fn new(
         model: &'a (dyn Model<f64> + Sync),
-        subject: &'a JointLayout,
+        layout: &'a JointLayout,
         link_inertias: &'a LinkInertias,
         recording: Recording,
         present: &[Effect],
     ) -> Result<Self, Diagnostic> {
-        Self::on_ground(model, subject, link_inertias, recording, present, Vec::new())
+        Self::on_ground(model, layout, link_inertias, recording, present, Vec::new())
     }
 
     /// The same with generalised forces of the ground on the robot, `Jᵀ w`, `samples × nv` (or empty: none): they are
     /// taken away from what the motion needs.
     pub(crate) fn on_ground(
         model: &'a (dyn Model<f64> + Sync),
-        subject: &'a JointLayout,
+        layout: &'a JointLayout,
         link_inertias: &'a LinkInertias,
         recording: Recording,
         present: &[Effect],
         ground: Vec<f64>,
     ) -> Result<Self, Diagnostic> {
         let rigid = Rigid::new(model)?;
-        let joints = subject.joints.len();
+        let joints = layout.joints.len();
         let fits =
-            rigid.nv == subject.base.nv() + joints && rigid.parameters == 10 * link_inertias.bodies.len();
+            rigid.nv == layout.base.nv() + joints && rigid.parameters == 10 * link_inertias.bodies.len();
         if !fits {
             return Err(Diagnostic::error("the model and the description are of different robots"));
         }
         let mut this = Self {
             rigid,
-            subject,
+            layout,
             link_inertias,
             present: present.to_vec(),
             rows: Vec::new(),
@@ -103,7 +103,7 @@ impl<'a> MotionExperiment<'a> {
     }
 
     fn list_rows(&mut self) {
-        for (j, joint) in self.subject.joints.iter().enumerate() {
+        for (j, joint) in self.layout.joints.iter().enumerate() {
             if self.recording.effort[j].is_some() {
                 self.joint_of.push(j);
                 self.rows.push(Row {
@@ -115,7 +115,7 @@ impl<'a> MotionExperiment<'a> {
                 });
             }
         }
-        for (j, joint) in self.subject.joints.iter().enumerate() {
+        for (j, joint) in self.layout.joints.iter().enumerate() {
             if let Some(values) = &self.recording.transmission[j] {
                 self.joint_of.push(j);
                 let noise = crate::measure::noise::white_noise(values).max(1e-7);
@@ -136,7 +136,7 @@ impl<'a> MotionExperiment<'a> {
 
     /// Regressor rows of the joints with an effort, without the columns that are zero throughout.
     fn inertial_columns(&self) -> Vec<Option<Inertial>> {
-        let (nv, base) = (self.rigid.nv, self.subject.base.nv());
+        let (nv, base) = (self.rigid.nv, self.layout.base.nv());
         let samples = self.recording.samples();
         let efforts: Vec<usize> =
             (0..self.rows.len()).filter(|&r| self.rows[r].channel == Channel::Effort).collect();
@@ -186,7 +186,7 @@ impl<'a> MotionExperiment<'a> {
                 Law::GravityTilt => {
                     let q = turned.get_or_insert_with(|| motion.q.clone());
                     for q in q.chunks_exact_mut(motion.nq()) {
-                        tilt(self.subject.base, q, effect.value("roll"), effect.value("pitch"));
+                        tilt(self.layout.base, q, effect.value("roll"), effect.value("pitch"));
                     }
                 }
                 // No other turns what the joints carry.
@@ -207,7 +207,7 @@ impl<'a> MotionExperiment<'a> {
 
     fn index(&self, name: Option<&str>) -> Option<usize> {
         let name = name?;
-        self.subject.joints.iter().position(|joint| joint.name == name)
+        self.layout.joints.iter().position(|joint| joint.name == name)
     }
 
     /// Measured minus predicted under all effects, for these rows.
@@ -410,7 +410,7 @@ impl Experiment for MotionExperiment<'_> {
         for inertial in self.all_inertial().iter().flatten() {
             inertial.columns.iter().for_each(|column| moved[body_of(*column)] = true);
         }
-        let mut list = places::candidates(self.subject, &self.recording, self.link_inertias, &moved);
+        let mut list = places::candidates(self.layout, &self.recording, self.link_inertias, &moved);
         // What the description has was estimated before; a second one of the kind would only share its part.
         list.retain(|(kind, place)| !self.present.iter().any(|e| e.kind == *kind && e.location == *place));
         list
@@ -434,7 +434,7 @@ impl Experiment for MotionExperiment<'_> {
             ("acceleration".to_owned(), motion.accelerations(joint).collect()),
             ("time".to_owned(), self.recording.time.clone()),
         ];
-        for (other, name) in self.subject.joints.iter().map(|j| &j.name).enumerate() {
+        for (other, name) in self.layout.joints.iter().map(|j| &j.name).enumerate() {
             if other != joint {
                 list.push((format!("{name}/position"), motion.positions(other).collect()));
                 list.push((format!("{name}/velocity"), motion.velocities(other).collect()));
@@ -463,7 +463,7 @@ impl Experiment for MotionExperiment<'_> {
     fn check(&self) -> Vec<Diagnostic> {
         let torques = |states: &Trajectory| self.rigid.inverse_dynamics(&states.q, &states.v, &states.a);
         data_checks::check(&data_checks::Evidence {
-            joints: self.subject.joints.iter().map(|j| (j.name.as_str(), j.prismatic)).collect(),
+            joints: self.layout.joints.iter().map(|j| (j.name.as_str(), j.prismatic)).collect(),
             recording: &self.recording,
             torques: &torques,
         })
@@ -472,7 +472,7 @@ impl Experiment for MotionExperiment<'_> {
         let position = |joint| self.recording.trajectory.positions(joint).collect();
         JointPositions {
             time: self.recording.time.clone(),
-            positions: (0..self.subject.joints.len()).map(position).collect(),
+            positions: (0..self.layout.joints.len()).map(position).collect(),
         }
     }
     fn bodies(&self) -> &[String] {

@@ -6,7 +6,7 @@ use bipedc_effects::effect::{Acts, Evidence, Kind, Location, Place, sought};
 
 /// All candidates that the recording could show.
 pub(super) fn candidates(
-    subject: &JointLayout,
+    layout: &JointLayout,
     recording: &Recording,
     link_inertias: &LinkInertias,
     moved_links: &[bool],
@@ -15,14 +15,14 @@ pub(super) fn candidates(
     let at = |place: Place| sought(Evidence::Motion).filter(move |kind| kind.place == place);
     let between = |kind: &&'static Kind| kind.law.acts() == Acts::Transmission;
     let with_effort = |joint: usize| recording.effort[joint].is_some();
-    for (j, joint) in subject.joints.iter().enumerate().filter(|(j, _)| with_effort(*j)) {
+    for (j, joint) in layout.joints.iter().enumerate().filter(|(j, _)| with_effort(*j)) {
         let here = Location::joint(&joint.name);
         list.extend(at(Place::Joint).filter(|kind| !between(kind)).map(|kind| (kind, here.clone())));
-        for (_, other) in subject.joints.iter().enumerate().filter(|(k, _)| *k != j) {
+        for (_, other) in layout.joints.iter().enumerate().filter(|(k, _)| *k != j) {
             list.extend(at(Place::JointPair).map(|kind| (kind, Location::pair(&joint.name, &other.name))));
         }
     }
-    for (j, joint) in subject.joints.iter().enumerate() {
+    for (j, joint) in layout.joints.iter().enumerate() {
         if recording.transmission[j].is_some() {
             list.extend(at(Place::Joint).filter(between).map(|kind| (kind, Location::joint(&joint.name))));
         }

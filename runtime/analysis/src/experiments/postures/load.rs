@@ -70,7 +70,7 @@ fn build<'a>(
     let mut assumptions: Vec<String> = said.into_iter().collect();
     let (q, oriented) = configurations(&robot, &calls, table, &mut assumptions)?;
     let mut experiment = PostureExperiment {
-        gravity: gravity(&calls, robot.subject.base, mass)?,
+        gravity: gravity(&calls, robot.layout.base, mass)?,
         number: table.columns[0].clone(),
         corners: corners(&robot, table, &mut assumptions),
         robot,
@@ -100,7 +100,7 @@ fn configurations(
     table: &Table,
     assumptions: &mut Vec<String>,
 ) -> Result<(Vec<f64>, bool), Diagnostic> {
-    let base: &[(usize, &str)] = match robot.subject.base {
+    let base: &[(usize, &str)] = match robot.layout.base {
         BaseKind::Fixed => &[],
         BaseKind::Planar => &[(2, "base/orientation/pitch")],
         BaseKind::Floating => &[
@@ -116,11 +116,11 @@ fn configurations(
             "no base/orientation columns: the stance sole is taken as horizontal, the base follows from the joints".to_owned(),
         );
     }
-    let first = calls.nq - robot.subject.joints.len();
+    let first = calls.nq - robot.layout.joints.len();
     let mut q = Vec::new();
     let mut still = Vec::new();
     for i in 0..table.rows() {
-        let mut row = calls.rest(robot.subject.base);
+        let mut row = calls.rest(robot.layout.base);
         if oriented {
             base.iter()
                 .filter_map(|(k, name)| Some((k, table.column(name)?)))
@@ -130,7 +130,7 @@ fn configurations(
                     .at(table.lines[i], 0)
             })?;
         }
-        for (j, joint) in robot.subject.joints.iter().enumerate() {
+        for (j, joint) in robot.layout.joints.iter().enumerate() {
             match table.column(&format!("{}/position", joint.name)) {
                 Some(column) => row[first + j] = column[i],
                 None if i == 0 => still.push(joint.name.as_str()),
@@ -139,7 +139,7 @@ fn configurations(
         }
         q.extend(row);
     }
-    if still.len() == robot.subject.joints.len() {
+    if still.len() == robot.layout.joints.len() {
         return Err(Diagnostic::error("no column is the position of a joint of this robot").at(1, 0).help(
             format!("columns are named like `{}/position`; a mapping file gives other names", still[0]),
         ));
@@ -226,7 +226,7 @@ impl PostureExperiment<'_> {
     fn finish(&mut self) {
         self.residual = self.residual_under(&[]);
         let present = self.robot.effects;
-        let (world, sensors) = (World::of(present, self.robot.subject), Sensors::of(present));
+        let (world, sensors) = (World::of(present, self.robot.layout), Sensors::of(present));
         let change = self.robot.link_inertias.change(present);
         let predicted = self.predict(&world, &change, &sensors);
         let added = change.mass();

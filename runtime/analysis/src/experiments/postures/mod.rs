@@ -70,7 +70,7 @@ impl PostureExperiment<'_> {
     /// Residual of all rows under effects.
     fn residual_under(&self, effects: &[Effect]) -> Vec<Vec<f64>> {
         let effects = self.robot.with(effects);
-        let world = World::of(&effects, self.robot.subject);
+        let world = World::of(&effects, self.robot.layout);
         let sensors = Sensors::of(&effects);
         let change = self.robot.link_inertias.change(&effects);
         let predicted = self.predict(&world, &change, &sensors);

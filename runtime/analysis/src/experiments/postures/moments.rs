@@ -39,7 +39,7 @@ impl PostureExperiment<'_> {
     /// linear in mass and first moments of all bodies.
     pub fn moments(&self, mass: f64) -> Moments {
         let present = self.robot.effects;
-        let (world, sensors) = (World::of(present, self.robot.subject), Sensors::of(present));
+        let (world, sensors) = (World::of(present, self.robot.layout), Sensors::of(present));
         let change = self.robot.link_inertias.change(present);
         let corrections = self.corrections(&sensors, &self.predict(&world, &change, &sensors));
         let mut out =
@@ -83,7 +83,7 @@ impl PostureExperiment<'_> {
             return None;
         }
         let (world, sensors) =
-            (World::of(self.robot.effects, self.robot.subject), Sensors::of(self.robot.effects));
+            (World::of(self.robot.effects, self.robot.layout), Sensors::of(self.robot.effects));
         let mass = |i: usize| {
             let (along, _) = self.first_moments(i, &world, &sensors);
             self.corners.iter().map(|reading| reading.force[i]).sum::<f64>() / along
@@ -113,7 +113,7 @@ impl PostureExperiment<'_> {
     /// Postures in which the stance sole stands on its edge by what the base's orientation says: indices.
     pub fn toppled(&self) -> Vec<usize> {
         let (world, sensors) =
-            (World::of(self.robot.effects, self.robot.subject), Sensors::of(self.robot.effects));
+            (World::of(self.robot.effects, self.robot.layout), Sensors::of(self.robot.effects));
         let upright = |i: &usize| self.first_moments(*i, &world, &sensors).0 < UPRIGHT * self.gravity.norm();
         (0..self.number.len()).filter(upright).collect()
     }
@@ -130,7 +130,7 @@ impl PostureExperiment<'_> {
 
     /// Positions of all joints, `postures × joints`, rad or m.
     pub fn positions(&self) -> Vec<&[f64]> {
-        let (nq, joints) = (self.calls.nq, self.robot.subject.joints.len());
+        let (nq, joints) = (self.calls.nq, self.robot.layout.joints.len());
         self.q.chunks_exact(nq).map(|q| &q[nq - joints..]).collect()
     }
 

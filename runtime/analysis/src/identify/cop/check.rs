@@ -18,13 +18,13 @@ const USUAL: std::ops::Range<f64> = 0.02..0.6;
 const OUTSIDE: f64 = 0.01;
 
 /// Errors and warnings, naming columns, joints and postures.
-pub fn check_postures(postures: &PostureExperiment<'_>, subject: &JointLayout) -> Vec<Diagnostic> {
+pub fn check_postures(postures: &PostureExperiment<'_>, layout: &JointLayout) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     found.extend(coordinates(postures));
-    found.extend(degrees(postures, subject));
+    found.extend(degrees(postures, layout));
     found.extend(toppled(postures));
     if found.is_empty() {
-        found.extend(alike(postures, subject));
+        found.extend(alike(postures, layout));
         found.extend(feet(postures));
         found.extend(centers(postures));
     }
@@ -42,15 +42,15 @@ fn coordinates(postures: &PostureExperiment<'_>) -> Option<Diagnostic> {
     )))
 }
 
-fn degrees(postures: &PostureExperiment<'_>, subject: &JointLayout) -> Option<Diagnostic> {
+fn degrees(postures: &PostureExperiment<'_>, layout: &JointLayout) -> Option<Diagnostic> {
     let positions = postures.positions();
     let largest = |j: usize| positions.iter().map(|q| q[j].abs()).fold(0.0, f64::max);
-    let (joint, most) = (0..subject.joints.len())
-        .filter(|j| !subject.joints[*j].prismatic)
+    let (joint, most) = (0..layout.joints.len())
+        .filter(|j| !layout.joints[*j].prismatic)
         .map(|j| (j, largest(j)))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     (most > DEGREES).then(|| {
-        let name = &subject.joints[joint].name;
+        let name = &layout.joints[joint].name;
         Diagnostic::error(format!("`{name}/position` reaches {most:.1} rad: are these degrees?")).help(format!(
             "a mapping file converts: \"{name}/position\" = {{ column = \"{name}/position\", scale = 0.0174533 }}"
         ))
@@ -73,7 +73,7 @@ fn toppled(postures: &PostureExperiment<'_>) -> Option<Diagnostic> {
 }
 
 /// Joints that do not move, or none that does.
-fn alike(postures: &PostureExperiment<'_>, subject: &JointLayout) -> Option<Diagnostic> {
+fn alike(postures: &PostureExperiment<'_>, layout: &JointLayout) -> Option<Diagnostic> {
     let positions = postures.positions();
     let spread = |j: usize| {
         let range = positions
@@ -81,11 +81,11 @@ fn alike(postures: &PostureExperiment<'_>, subject: &JointLayout) -> Option<Diag
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(q[j]), high.max(q[j])));
         range.1 - range.0
     };
-    let still: Vec<usize> = (0..subject.joints.len()).filter(|j| spread(*j) < STILL).collect();
-    let names = still.iter().map(|j| subject.joints[*j].name.as_str());
+    let still: Vec<usize> = (0..layout.joints.len()).filter(|j| spread(*j) < STILL).collect();
+    let names = still.iter().map(|j| layout.joints[*j].name.as_str());
     let names = crate::log::names::list(names, 12);
     let help = "`bipedc excite ROBOT --postures 50 --placements 10` designs postures that differ";
-    if still.len() == subject.joints.len() {
+    if still.len() == layout.joints.len() {
         return Some(Diagnostic::error("all postures are alike: no joint moves between them").help(help));
     }
     (!still.is_empty()).then(|| {

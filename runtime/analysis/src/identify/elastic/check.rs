@@ -15,12 +15,12 @@ const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 const ONE_WAY: f64 = 0.05;
 
 /// What is odd about the signals of a log; errors stop the command unless they are overruled.
-pub fn odd(look: &Look, drives: &[Driven<'_>], subject: &JointLayout) -> Vec<Diagnostic> {
+pub fn odd(look: &Look, drives: &[Driven<'_>], layout: &JointLayout) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (Driven { joint, drive }, seen) in
         drives.iter().zip(&look.drives).filter(|(_, seen)| seen.samples > 0)
     {
-        let name = subject.joints[*joint].name.as_str();
+        let name = layout.joints[*joint].name.as_str();
         let motion = still(name, seen).or_else(|| ratio(name, drive, seen)).or_else(|| far(name, seen));
         match motion {
             Some(error) => found.push(error),

@@ -17,8 +17,8 @@ impl Driven<'_> {
     ///
     /// # Errors
     /// A missing torque constant, gears or radii that are zero or no number.
-    pub fn check(&self, subject: &JointLayout) -> Result<(), Diagnostic> {
-        let (joint, drive) = (&subject.joints[self.joint], self.drive);
+    pub fn check(&self, layout: &JointLayout) -> Result<(), Diagnostic> {
+        let (joint, drive) = (&layout.joints[self.joint], self.drive);
         let refuse = |what: String, help: &str| Err(Diagnostic::error(what).help(help.to_owned()));
         let table = format!("[drives.{}]", joint.name);
         if drive.is_elastic() && joint.prismatic {

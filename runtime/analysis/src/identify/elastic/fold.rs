@@ -85,7 +85,7 @@ pub fn fold(
 ) -> Result<Folded, Diagnostics> {
     let mut folded = Folded::new(folding, motions.cells());
     let making = Making {
-        subject: folding.design.subject,
+        layout: folding.design.layout,
         drives: folding.drives,
         slow: folding.slow,
         split: folding.instruments,

@@ -102,22 +102,18 @@ impl Line {
 ///
 /// # Errors
 /// Those of the reader; a log without a whole series elastic drive, or with hardly a sample.
-pub fn look(
-    reading: &Reading<'_>,
-    subject: &JointLayout,
-    drives: &[Driven<'_>],
-) -> Result<Look, Diagnostics> {
-    let joints = subject.joints.len();
+pub fn look(reading: &Reading<'_>, layout: &JointLayout, drives: &[Driven<'_>]) -> Result<Look, Diagnostics> {
+    let joints = layout.joints.len();
     let mut survey = Survey { speed: vec![0.0; joints], ..Survey::default() };
     survey.motion.positions = vec![Vec::new(); joints];
     let mut seen = vec![Seen::default(); drives.len()];
     let slow = vec![0.0; drives.len()];
-    let making = Making { subject, drives, slow: &slow, split: false };
+    let making = Making { layout, drives, slow: &slow, split: false };
     let mut visit = |chunk: &Chunk, _: Option<&Chunk>| {
-        note_motion(&mut survey, chunk, subject);
+        note_motion(&mut survey, chunk, layout);
         for ((seen, driven), motor) in seen.iter_mut().zip(drives).zip(&chunk.motors) {
             for (i, motion) in motor.motion.iter().enumerate() {
-                let q = chunk.q[i * (subject.base.nq() + joints) + subject.base.nq() + driven.joint];
+                let q = chunk.q[i * (layout.base.nq() + joints) + layout.base.nq() + driven.joint];
                 seen.samples += 1;
                 seen.speed = seen.speed.max(motion[1].abs());
                 seen.angle.take(q);
@@ -142,9 +138,9 @@ pub fn look(
     Ok(Look { survey, columns: head.plan.joints, drives: seen })
 }
 
-fn note_motion(survey: &mut Survey, chunk: &Chunk, subject: &JointLayout) {
-    let joints = subject.joints.len();
-    let (bq, bv) = (subject.base.nq(), subject.base.nv());
+fn note_motion(survey: &mut Survey, chunk: &Chunk, layout: &JointLayout) {
+    let joints = layout.joints.len();
+    let (bq, bv) = (layout.base.nq(), layout.base.nv());
     survey.samples += chunk.len();
     for (i, &time) in chunk.time.iter().enumerate() {
         let v = &chunk.v[i * (bv + joints) + bv..][..joints];

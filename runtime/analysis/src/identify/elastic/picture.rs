@@ -33,9 +33,9 @@ pub fn of_log(
         let k = elastic.iter().position(|t| Some(*t) == drive)?;
         Some(solved.motors[k].value[folding.laws.stiffness()])
     };
-    let joints = design.subject.joints.len();
-    let (bq, bv) = (design.subject.base.nq(), design.subject.base.nv());
-    let making = Making { subject: design.subject, drives: folding.drives, slow: folding.slow, split: false };
+    let joints = design.layout.joints.len();
+    let (bq, bv) = (design.layout.base.nq(), design.layout.base.nv());
+    let making = Making { layout: design.layout, drives: folding.drives, slow: folding.slow, split: false };
     let mut visit = |chunk: &Chunk, _: Option<&Chunk>| {
         let mut columns = Vec::new();
         let mut first = 0;

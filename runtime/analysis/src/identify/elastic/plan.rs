@@ -45,7 +45,7 @@ pub struct Plan {
 impl Plan {
     pub fn new(
         reader: &mut Reader,
-        subject: &JointLayout,
+        layout: &JointLayout,
         drives: &[Driven<'_>],
     ) -> Result<Self, Diagnostics> {
         let one =
@@ -54,7 +54,7 @@ impl Plan {
             let error = Diagnostic::error("drives are identified from logs over time, not from tables");
             return Err(one(error.help("give a log whose first column is `time`"), reader));
         }
-        if subject.base.nv() > 0 && reader.columns().any(|c| c.name.starts_with("base/")) {
+        if layout.base.nv() > 0 && reader.columns().any(|c| c.name.starts_with("base/")) {
             let error = Diagnostic::error(
                 "the log has base/... columns: series elastic drives are identified with the base held",
             );
@@ -65,7 +65,7 @@ impl Plan {
         }
         let mut plan =
             Self { joints: Vec::new(), selected: Vec::new(), assumptions: Vec::new(), warnings: Vec::new() };
-        for joint in &subject.joints {
+        for joint in &layout.joints {
             let columns = Columns {
                 position: plan.add(reader, format!("{}/position", joint.name)),
                 motor_position: plan.add(reader, format!("{}/motor_position", joint.name)),
@@ -73,7 +73,7 @@ impl Plan {
             };
             plan.joints.push(columns);
         }
-        plan.refuse(reader, subject, drives).map_err(|error| one(error, reader))?;
+        plan.refuse(reader, layout, drives).map_err(|error| one(error, reader))?;
         reader.select(&plan.selected);
         Ok(plan)
     }
@@ -90,12 +90,12 @@ impl Plan {
     fn refuse(
         &mut self,
         reader: &Reader,
-        subject: &JointLayout,
+        layout: &JointLayout,
         drives: &[Driven<'_>],
     ) -> Result<(), Diagnostic> {
         let mut lacking = Vec::new();
         for driven in drives {
-            let name = &subject.joints[driven.joint].name;
+            let name = &layout.joints[driven.joint].name;
             let absent = self.joints[driven.joint].absent(driven.drive);
             if !absent.is_empty() {
                 let columns: Vec<String> = absent.iter().map(|what| format!("`{name}/{what}`")).collect();
@@ -115,7 +115,7 @@ impl Plan {
             ));
         }
         for (driven, columns) in &lacking {
-            let name = &subject.joints[driven.joint].name;
+            let name = &layout.joints[driven.joint].name;
             self.warnings.push(
                 Diagnostic::warning(format!("`{name}` teaches nothing: the log has no {columns}"))
                     .in_file(reader.file())
@@ -123,7 +123,7 @@ impl Plan {
                     .help("log them, or name other columns with --mapping"),
             );
         }
-        let still: Vec<&str> = (subject.joints.iter().zip(&self.joints))
+        let still: Vec<&str> = (layout.joints.iter().zip(&self.joints))
             .enumerate()
             .filter(|(j, (_, c))| {
                 let geared = drives.iter().any(|d| d.joint == *j && d.drive.is_stiff());

@@ -85,8 +85,8 @@ impl<'a, 'd> JointRows<'a, 'd> {
                 ([driven.drive.gear_ratio * torque, 0.0], motor.turns[at])
             }
             Transmission::Passive { stiffness, damping } => {
-                let joints = self.design.subject.joints.len();
-                let base = self.design.subject.base;
+                let joints = self.design.layout.joints.len();
+                let base = self.design.layout.base;
                 let q = piece.q[i * (base.nq() + joints) + base.nq() + driven.joint];
                 let v = piece.v[i * (base.nv() + joints) + base.nv() + driven.joint];
                 ([-(stiffness * q + damping * v), 0.0], true)

@@ -83,12 +83,12 @@ pub fn identify_elastic(
     progress: &dyn Fn(f64),
 ) -> Result<ElasticAnswer, Diagnostics> {
     let one = |error: Diagnostic| Diagnostics(vec![error]);
-    let (parts, subject) = (&all.parts, all.parts.subject);
+    let (parts, layout) = (&all.parts, all.parts.layout);
     let warnings = checked(all, judge, options)?;
-    let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(subject.base.nv())).collect();
+    let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(layout.base.nv())).collect();
     let extras =
         ExtraChoice { exactly: Some(extras(all.drives, &joints, options.laws)), ..ExtraChoice::none() };
-    let design = Design::new(subject, parts.base, parts.regressor, extras.list(&joints), parts.rows);
+    let design = Design::new(layout, parts.base, parts.regressor, extras.list(&joints), parts.rows);
     let slow: Vec<f64> = (0..all.drives.len()).map(|t| options.slow * fastest(all.looks, t)).collect();
     let folding = Folding {
         design: &design,
@@ -112,7 +112,7 @@ pub fn identify_elastic(
         design: &design,
         folded: &folded,
         drives: all.drives,
-        subject,
+        layout,
         steps: options.steps,
         estimator: options.estimator,
         nominal: nominal.clone(),
@@ -130,7 +130,7 @@ pub fn identify_elastic(
     };
     let (mut identification, links) = bodies.identify(parts, judge, options, &|p| progress(0.3 + 0.7 * p))?;
     let drives = SummaryInput {
-        subject,
+        layout,
         drives: all.drives,
         looks: all.looks,
         folded: &folded,
@@ -141,7 +141,7 @@ pub fn identify_elastic(
     .summary(options, &identification.parameters);
     identification.warnings.extend(warnings);
     identification.warnings.extend(drives.joints.iter().flat_map(|joint| joint.warnings()));
-    identification.assumptions.extend(assumptions(all.drives, &joints, subject));
+    identification.assumptions.extend(assumptions(all.drives, &joints, layout));
     let pictures = match shown.or(all.logs.first()) {
         Some(reading) if options.pictures => picture::of_log(&folding, reading, &solved, &nominal)?,
         _ => Vec::new(),
@@ -156,7 +156,7 @@ fn checked(
     options: &Elastic,
 ) -> Result<Vec<String>, Diagnostics> {
     for driven in all.drives {
-        driven.check(all.parts.subject).map_err(|error| Diagnostics(vec![error]))?;
+        driven.check(all.parts.layout).map_err(|error| Diagnostics(vec![error]))?;
     }
     if options.steps == Steps::One && options.estimator != Estimator::Weighted {
         let error = Diagnostic::error(
@@ -168,7 +168,7 @@ fn checked(
     let logs = all.logs.iter().zip(all.looks).chain(judge);
     let mut found: Vec<Diagnostic> = logs
         .flat_map(|(reading, look)| {
-            let list = odd(look, all.drives, all.parts.subject).into_iter();
+            let list = odd(look, all.drives, all.parts.layout).into_iter();
             list.map(|diagnostic| diagnostic.in_file(reading.log.path())).collect::<Vec<_>>()
         })
         .collect();
@@ -207,7 +207,7 @@ fn enough(folded: &Folded, folding: &Folding<'_, '_>, slow: f64) -> Result<(), D
     for (k, &t) in folded.elastic.iter().enumerate() {
         let rows = folded.motor_rows(k);
         if rows < ROWS * folding.laws.count() {
-            let name = &folding.design.subject.joints[folding.drives[t].joint].name;
+            let name = &folding.design.layout.joints[folding.drives[t].joint].name;
             let message = format!(
                 "the motor of `{name}` has {rows} usable samples for {} parameters: elsewhere it is slower than {:.3} rad/s ({} % of its largest speed)",
                 folding.laws.count(),
@@ -221,8 +221,8 @@ fn enough(folded: &Folded, folding: &Folding<'_, '_>, slow: f64) -> Result<(), D
     Ok(())
 }
 
-fn assumptions(drives: &[Driven<'_>], joints: &[usize], subject: &JointLayout) -> Vec<String> {
-    let name = |driven: &Driven<'_>| subject.joints[driven.joint].name.clone();
+fn assumptions(drives: &[Driven<'_>], joints: &[usize], layout: &JointLayout) -> Vec<String> {
+    let name = |driven: &Driven<'_>| layout.joints[driven.joint].name.clone();
     let passive: Vec<String> =
         drives.iter().filter(|d| !d.drive.has_motor() && joints.contains(&d.joint)).map(name).collect();
     let mut all =

@@ -48,7 +48,7 @@ pub struct Motor {
 #[derive(Debug, Clone, Copy)]
 pub struct Making<'a> {
     /// Joints and base.
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     /// Drives.
     pub drives: &'a [Driven<'a>],
     /// Per drive: slower than this a motor does not count as turning, rad/s.
@@ -76,7 +76,7 @@ pub type Visit<'v> = &'v mut dyn FnMut(&Chunk, Option<&Chunk>);
 /// Those of the reader; a log without elastic drives, or one too short for the filter.
 pub fn each(reading: &Reading<'_>, making: &Making<'_>, visit: Visit<'_>) -> Result<Head, Diagnostics> {
     let mut reader = reading.log.rows();
-    let plan = Plan::new(&mut reader, making.subject, making.drives)?;
+    let plan = Plan::new(&mut reader, making.layout, making.drives)?;
     let parts = if making.split { 2 } else { 1 };
     let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, &reading.options, parts)?;
     let mut head = Head { plan, step, cutoff_hz };
@@ -192,8 +192,8 @@ impl Maker<'_> {
 
     fn chunk(&self, range: Range<usize>, part: usize) -> Option<Chunk> {
         let making = self.making;
-        let (bq, bv) = (making.subject.base.nq(), making.subject.base.nv());
-        let joints = making.subject.joints.len();
+        let (bq, bv) = (making.layout.base.nq(), making.layout.base.nv());
+        let joints = making.layout.joints.len();
         let count = range.len();
         let mut chunk = Chunk {
             time: self.block.time[range.clone()].to_vec(),
@@ -202,7 +202,7 @@ impl Maker<'_> {
             a: vec![0.0; count * (bv + joints)],
             motors: vec![Motor::default(); making.drives.len()],
         };
-        chunk.q.chunks_exact_mut((bq + joints).max(1)).for_each(|q| rest(making.subject.base, q));
+        chunk.q.chunks_exact_mut((bq + joints).max(1)).for_each(|q| rest(making.layout.base, q));
         for joint in 0..joints {
             let Some((column, factor)) = self.head.plan.angle(joint, making.drives) else { continue };
             let spline = self.spline(column, part)?;

@@ -19,7 +19,7 @@ pub struct Solver<'a, 'd> {
     pub design: &'a Design<'d>,
     pub folded: &'a Folded,
     pub drives: &'a [Driven<'a>],
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     pub steps: Steps,
     pub estimator: Estimator,
     /// Where unknowns stay that the data do not tell.
@@ -185,7 +185,7 @@ impl Solver<'_, '_> {
         let count = self.folded.laws.count();
         let (matrix, right) = staged(triangle, if self.folded.instruments { count } else { 0 });
         least_squares(&matrix, &right).map_err(|place| {
-            let joint = &self.subject.joints[self.drives[self.folded.elastic[k]].joint].name;
+            let joint = &self.layout.joints[self.drives[self.folded.elastic[k]].joint].name;
             let name = self.folded.laws.names()[place.min(count - 1)].0;
             Diagnostic::error(format!("the data do not tell `{name}` of `{joint}` from its other parameters"))
                 .help("record a motion in which this motor turns both ways at several speeds while its spring is loaded both ways")
@@ -258,7 +258,7 @@ impl Solver<'_, '_> {
             match place.checked_sub(seen.len()) {
                 Some(rest) => {
                     let driven = &self.drives[self.folded.elastic[rest / count]];
-                    let (joint, name) = (&self.subject.joints[driven.joint].name, self.folded.laws.names()[rest % count].0);
+                    let (joint, name) = (&self.layout.joints[driven.joint].name, self.folded.laws.names()[rest % count].0);
                     Diagnostic::error(format!("the data do not tell `{name}` of `{joint}` from its other parameters"))
                         .help("record a motion in which this motor turns both ways while its spring is loaded both ways")
                 }

@@ -120,7 +120,7 @@ impl DriveParameter {
 
 /// What summaries are made of.
 pub struct SummaryInput<'a> {
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     pub drives: &'a [Driven<'a>],
     pub looks: &'a [Look],
     pub folded: &'a Folded,
@@ -206,7 +206,7 @@ impl SummaryInput<'_> {
     }
 
     fn name(&self, driven: &Driven<'_>) -> String {
-        self.subject.joints[driven.joint].name.clone()
+        self.layout.joints[driven.joint].name.clone()
     }
 
     fn errors(&self, folded: &Folded, k: usize, driven: &Driven<'_>) -> Option<MotorErrors> {

@@ -51,7 +51,7 @@ impl<'r, 'm> Regression<'r, 'm> {
 
     /// Drops columns that are sums of those before them at random states.
     fn group(&mut self, random: &mut dyn FnMut() -> f64) {
-        let (machine, joints) = (self.machine, self.machine.subject.joints.len());
+        let (machine, joints) = (self.machine, self.machine.layout.joints.len());
         let count = 4 * self.columns.len().max(8);
         let mut states = machine.resting(count);
         for i in 0..count {
@@ -123,7 +123,7 @@ impl<'r, 'm> Regression<'r, 'm> {
         scaling: Scaling,
     ) -> Option<(f64, Trajectory)> {
         let (cost, slopes) = spectrum::slopes(&self.rows(motion), criterion, scaling)?;
-        let joints = self.machine.subject.joints.len();
+        let joints = self.machine.layout.joints.len();
         let mut gradient = motion.zeros();
         for &joint in self.machine.moving {
             for order in 0..3 {

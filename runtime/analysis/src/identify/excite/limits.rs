@@ -141,7 +141,7 @@ pub fn excess(
     motion: &Trajectory,
     margin: f64,
 ) -> Result<(f64, Trajectory), Diagnostic> {
-    let joints = machine.subject.joints.len();
+    let joints = machine.layout.joints.len();
     let tau = machine.torques(motion)?;
     let mut gradient = motion.zeros();
     let (mut sum, mut of_torques, mut overloaded) = (0.0, vec![0.0; tau.len()], false);

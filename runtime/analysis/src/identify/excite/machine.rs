@@ -46,7 +46,7 @@ impl Limits {
 /// A robot whose base is fixed.
 pub struct Machine<'a> {
     /// Joints.
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     /// Base regressor of all joints' rows.
     pub regressor: &'a dyn BatchRegressor,
     /// Torques of all joints.
@@ -67,8 +67,8 @@ impl Machine<'_> {
     /// # Errors
     /// A base that moves; no joint that moves; limits that leave no room; lengths that do not fit.
     pub fn check(&self) -> Result<(), Diagnostic> {
-        let joints = self.subject.joints.len();
-        if self.subject.base != BaseKind::Fixed {
+        let joints = self.layout.joints.len();
+        if self.layout.base != BaseKind::Fixed {
             return Err(Diagnostic::error("motions are designed for robots whose base is fixed")
                 .help("bolt the robot down: --base fixed"));
         }
@@ -79,7 +79,7 @@ impl Machine<'_> {
             return Err(Diagnostic::error("postures and limits do not fit the robot's joints"));
         }
         for (&joint, limits) in self.moving.iter().zip(self.limits) {
-            let name = &self.subject.joints[joint].name;
+            let name = &self.layout.joints[joint].name;
             let wrong = |what: &str, value: String| {
                 Err(Diagnostic::error(format!("joint `{name}`: {what} {value}"))
                     .help("give limits that leave the joint room to move"))
@@ -108,15 +108,15 @@ impl Machine<'_> {
 
     /// The posture of joints that do not move, `count` times.
     pub(super) fn resting(&self, count: usize) -> Trajectory {
-        let mut states = Trajectory::new(self.subject);
-        let still = vec![0.0; count * self.subject.joints.len()];
+        let mut states = Trajectory::new(self.layout);
+        let still = vec![0.0; count * self.layout.joints.len()];
         states.extend([&self.posture.repeat(count), &still, &still]);
         states
     }
 
     /// The motion at `count` times from start to end.
     pub fn motion(&self, basis: &Basis, coefficients: &[f64], count: usize) -> Trajectory {
-        let joints = self.subject.joints.len();
+        let joints = self.layout.joints.len();
         let mut motion = self.resting(count);
         for i in 0..count {
             let time = basis.duration() * i as f64 / (count.max(2) - 1) as f64;
@@ -137,7 +137,7 @@ impl Machine<'_> {
     /// # Errors
     /// Those of the model.
     pub fn torques(&self, motion: &Trajectory) -> Result<Vec<f64>, Diagnostic> {
-        let mut tau = vec![0.0; motion.len() * self.subject.joints.len()];
+        let mut tau = vec![0.0; motion.len() * self.layout.joints.len()];
         self.dynamics.borrow_mut().torques(&motion.batch(), &mut tau).map_err(|error| {
             Diagnostic::error(format!("the torques of the motion cannot be computed: {error}"))
         })?;

@@ -343,7 +343,7 @@ impl<O: Objective> Search<'_, '_, O> {
 
     /// Derivatives by states to derivatives by coefficients.
     fn by_coefficients(&self, slopes: &Trajectory) -> Vec<f64> {
-        let (m, joints) = (self.basis.len(), self.machine.subject.joints.len());
+        let (m, joints) = (self.basis.len(), self.machine.layout.joints.len());
         let mut gradient = vec![0.0; self.machine.coefficients(&self.basis)];
         for i in 0..slopes.len() {
             let functions = self.basis.at(self.basis.duration() * i as f64 / (slopes.len() - 1) as f64);
@@ -371,7 +371,7 @@ impl<O: Objective> Search<'_, '_, O> {
             }
             Some(Obstacle::Overload { joint, effort: (needed, limit) }) => (joint, needed, limit),
         };
-        let joint = &self.machine.subject.joints[self.machine.moving[joint]];
+        let joint = &self.machine.layout.joints[self.machine.moving[joint]];
         let unit = joint.unit();
         Diagnostic::error(format!(
             "no motion keeps the limits: merely holding still in the easiest posture tried, joint `{}` needs {needed:.3} {unit}, and {limit:.3} {unit} are left of its limit",

@@ -79,11 +79,11 @@ fn limits(effort: f64) -> [Limits; 2] {
 
 /// Does something with a machine of these limits.
 fn with<T>(limits: &[Limits; 2], work: impl FnOnce(&Machine<'_>) -> T) -> T {
-    let subject =
+    let layout =
         JointLayout { joints: vec![Joint::revolute("hip"), Joint::revolute("knee")], base: BaseKind::Fixed };
     let (pendulum, mut torques) = (Pendulum::new(), Torques);
     let machine = Machine {
-        subject: &subject,
+        layout: &layout,
         regressor: &pendulum,
         dynamics: RefCell::new(&mut torques),
         moving: &[0, 1],
@@ -182,13 +182,13 @@ fn a_seed_always_gives_the_same_motion() {
 
 #[test]
 fn joints_that_do_not_move_leave_fewer_unknowns() {
-    let subject =
+    let layout =
         JointLayout { joints: vec![Joint::revolute("hip"), Joint::revolute("knee")], base: BaseKind::Fixed };
     let (pendulum, mut torques, limits) = (Pendulum::new(), Torques, limits(9.0));
     // With the knee bent and stiff there are an inertia and two first moments; straight, two parameters.
     for (knee, unknowns) in [(0.7, 3), (0.0, 2)] {
         let machine = Machine {
-            subject: &subject,
+            layout: &layout,
             regressor: &pendulum,
             dynamics: RefCell::new(&mut torques),
             moving: &[0],

@@ -37,7 +37,7 @@ impl<'a> PhasedController<'a> {
         first: usize,
     ) -> Result<Self, Diagnostic> {
         let names: Vec<&str> = phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-        let controller = VirtualConstraints::new(model, plant.subject.base, outputs, &names)?;
+        let controller = VirtualConstraints::new(model, plant.layout.base, outputs, &names)?;
         Self::new(model, plant, phases, controller, first)
     }
 
@@ -52,7 +52,7 @@ impl<'a> PhasedController<'a> {
         controller: impl Controller<f64> + 'a,
         first: usize,
     ) -> Result<Self, Diagnostic> {
-        let base = plant.subject.base;
+        let base = plant.layout.base;
         let mirror = if phases.iter().any(|p| p.relabel) { Some(Mirror::new(model, base)?) } else { None };
         let mut next = 0;
         let feet = plant.feet.iter().map(|foot| {

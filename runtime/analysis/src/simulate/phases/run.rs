@@ -119,7 +119,7 @@ impl Walking<'_> {
             return self.run_with(none, run, watch);
         };
         let names: Vec<&str> = self.phases.iter().map(|phase| phase.dynamics.as_str()).collect();
-        let outputs = VirtualConstraints::new(self.model, self.plant.subject.base, outputs, &names)?;
+        let outputs = VirtualConstraints::new(self.model, self.plant.layout.base, outputs, &names)?;
         self.run_with(outputs, run, watch)
     }
 
@@ -137,7 +137,7 @@ impl Walking<'_> {
         let Some(events) = &scenario.events else {
             return Err(Diagnostic::error("the scenario is not of method = \"event_driven\""));
         };
-        let base = plant.subject.base;
+        let base = plant.layout.base;
         let relabels = phases.iter().any(|phase| phase.relabel);
         let mirror = if relabels { Some(Mirror::new(model, base)?) } else { None };
         let swapped = Cell::new(false);
@@ -263,7 +263,7 @@ impl Log<'_, '_, '_, '_> {
     fn take(&mut self, time: f64, phase: usize, x: &[f64]) {
         let (tau, forces) = self.robot.loads(phase, time, x);
         let (q, v) = x.split_at(self.walking.model.nq());
-        let joints = self.walking.plant.subject.joints.len();
+        let joints = self.walking.plant.layout.joints.len();
         let mut sample = std::mem::take(&mut self.sample);
         sample.time = time;
         sample.q.clear();

@@ -52,7 +52,7 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
 
 /// Why a kind has no place in a simulation.
 fn refused(kind: &Kind, plant: &Plant) -> Option<&'static str> {
-    let fixed = plant.subject.base == crate::robot::BaseKind::Fixed;
+    let fixed = plant.layout.base == crate::robot::BaseKind::Fixed;
     match kind.law {
         Law::PointFeet | Law::NoImpact | Law::SingleMass | Law::DecoupledPlanes => {
             Some("it is an assumption about models, nothing that a robot does")
@@ -67,7 +67,7 @@ fn refused(kind: &Kind, plant: &Plant) -> Option<&'static str> {
 
 /// What must be so and is not, besides missing parameters.
 fn impossible(kind: &Kind, effect: &Effect, plant: &Plant) -> Option<(String, String)> {
-    let planar = plant.subject.base == crate::robot::BaseKind::Planar;
+    let planar = plant.layout.base == crate::robot::BaseKind::Planar;
     match kind.law {
         Law::GroundSlope | Law::GravityTilt if planar && effect.value("roll") != 0.0 => {
             Some(("`roll` of a robot in the plane".to_owned(), "write roll = 0.0".to_owned()))

@@ -8,7 +8,7 @@ use toml::Spanned;
 impl Reading<'_> {
     /// The unit on the base.
     pub(super) fn imu(&mut self, table: &Spanned<Inertial>, plant: &Plant) -> Option<Imu> {
-        if plant.subject.base == BaseKind::Fixed {
+        if plant.layout.base == BaseKind::Fixed {
             let help = "leave it out: the base does not move";
             return self.wrong(table.span().start, "[imu] has no meaning on a fixed base", help);
         }

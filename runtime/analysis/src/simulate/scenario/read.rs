@@ -239,8 +239,8 @@ impl Reading<'_> {
         let none = Start::default();
         let start = file.initial.as_ref().map_or(&none, |start| start.get_ref());
         let at = file.initial.as_ref().map_or(0, |start| start.span().start);
-        let base = plant.subject.base;
-        let joints = plant.subject.joints.len();
+        let base = plant.layout.base;
+        let joints = plant.layout.joints.len();
         let (linear, angular) = match base {
             BaseKind::Floating => (3, 3),
             BaseKind::Planar => (2, 1),
@@ -291,10 +291,10 @@ impl Reading<'_> {
         let stiffness = self.number("stiffness", control.stiffness.as_ref(), 0.0, NOT_NEGATIVE, "N m/rad");
         let damping = self.number("damping", control.damping.as_ref(), 0.0, NOT_NEGATIVE, "N m s/rad");
         let none = Joint::default();
-        let count = plant.subject.joints.len();
+        let count = plant.layout.joints.len();
         let (first_q, first_v) = (initial.q.len() - count, initial.v.len() - count);
         let mut servos = Vec::with_capacity(count);
-        for (j, joint) in plant.subject.joints.iter().enumerate() {
+        for (j, joint) in plant.layout.joints.iter().enumerate() {
             let own = file.joint.get(&joint.name).map_or(&none, |own| own.get_ref());
             let from_table = trajectory.and_then(|table| followed(table, &joint.name));
             let begins = from_table.as_ref().map_or([0.0; 2], |reference| reference.at(0.0));

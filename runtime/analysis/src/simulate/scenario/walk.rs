@@ -89,7 +89,7 @@ impl Reading<'_> {
             let help = "add [[phase]] tables to biped.toml, or write method = \"time_stepping\"";
             self.wrong::<()>(at, "the robot has no phases", help);
         }
-        if plant.subject.base == BaseKind::Fixed {
+        if plant.layout.base == BaseKind::Fixed {
             let help = "choose --base planar or floating, or write method = \"time_stepping\"";
             self.wrong::<()>(at, "a robot on a fixed base does not walk", help);
         }

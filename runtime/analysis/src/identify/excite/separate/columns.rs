@@ -117,7 +117,7 @@ impl<'r, 'm> Bench<'r, 'm> {
         let recording = self.recording(motion)?;
         let pair = self.pair;
         let experiment =
-            MotionExperiment::new(pair.model, pair.subject, pair.link_inertias, recording, pair.present)?;
+            MotionExperiment::new(pair.model, pair.layout, pair.link_inertias, recording, pair.present)?;
         let (rows, count) = (experiment.rows().len(), motion.len());
         let dense = |columns: Vec<Vec<(usize, Vec<f64>)>>| {
             let mut dense = DMatrix::zeros(rows * count, columns.len());
@@ -160,9 +160,9 @@ impl<'r, 'm> Bench<'r, 'm> {
 
     /// The motion as a log would have it, without noise.
     fn recording(&self, motion: &Trajectory) -> Result<Recording, Diagnostic> {
-        let joints = self.machine.subject.joints.len();
+        let joints = self.machine.layout.joints.len();
         let tau = self.machine.torques(motion)?;
-        let (rest_q, rest_v): (&[f64], usize) = match self.pair.subject.base {
+        let (rest_q, rest_v): (&[f64], usize) = match self.pair.layout.base {
             BaseKind::Fixed => (&[], 0),
             BaseKind::Planar => (&[0.0; 3], 3),
             BaseKind::Floating => (&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 6),
@@ -171,7 +171,7 @@ impl<'r, 'm> Bench<'r, 'm> {
             values.chunks_exact(joints).flat_map(|x| rest.iter().chain(x)).copied().collect()
         };
         let still = vec![0.0; rest_v];
-        let mut trajectory = Trajectory::new(self.pair.subject);
+        let mut trajectory = Trajectory::new(self.pair.layout);
         trajectory.extend([&with(rest_q, &motion.q), &with(&still, &motion.v), &with(&still, &motion.a)]);
         let step = self.duration / (motion.len().max(2) - 1) as f64;
         let effort = |joint: usize| {

@@ -38,7 +38,7 @@ pub struct Pair<'a> {
     /// The rigid robot, with functions `inverse_dynamics` and `inverse_dynamics_regressor`.
     pub model: &'a (dyn Model<f64> + Sync),
     /// Of that model: the machine's joints, on a fixed base or on one that stays at rest (then the world may turn).
-    pub subject: &'a JointLayout,
+    pub layout: &'a JointLayout,
     /// Of that model.
     pub link_inertias: &'a LinkInertias,
     /// Effects of the description.

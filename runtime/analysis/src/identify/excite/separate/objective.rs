@@ -102,7 +102,7 @@ impl Objective for Apart<'_, '_> {
     fn cost(&self, motion: &Trajectory) -> Result<Option<(f64, Trajectory)>, Diagnostic> {
         let Some((cost, slopes)) = self.slopes(&self.matrix(motion)?) else { return Ok(None) };
         let machine = self.bench.machine;
-        let (count, joints) = (motion.len(), machine.subject.joints.len());
+        let (count, joints) = (motion.len(), machine.layout.joints.len());
         let mut gradient = motion.zeros();
         let reach = self.bench.reach(count);
         let stride = 2 * reach + 1;

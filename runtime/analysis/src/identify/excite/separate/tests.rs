@@ -93,7 +93,7 @@ fn of(kind: &str) -> Candidate {
 }
 
 fn with<T>(kinds: [&str; 2], beside_bodies: bool, work: impl FnOnce(&Machine<'_>, &Pair<'_>) -> T) -> T {
-    let subject = JointLayout { joints: vec![Joint::revolute("hinge")], base: BaseKind::Fixed };
+    let layout = JointLayout { joints: vec![Joint::revolute("hinge")], base: BaseKind::Fixed };
     let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let inertia = one.map(|row| row.map(|x| 0.1 * x));
     let arm = Link {
@@ -109,7 +109,7 @@ fn with<T>(kinds: [&str; 2], beside_bodies: bool, work: impl FnOnce(&Machine<'_>
     let mut torques = ModelTorques::new(&OneLink).unwrap();
     let limits = [Limits { position: (-1.2, 0.9), velocity: 5.0, acceleration: 20.0, effort: 15.0 }];
     let machine = Machine {
-        subject: &subject,
+        layout: &layout,
         regressor: &NoRegressor,
         dynamics: RefCell::new(&mut torques),
         moving: &[0],
@@ -120,7 +120,7 @@ fn with<T>(kinds: [&str; 2], beside_bodies: bool, work: impl FnOnce(&Machine<'_>
     let effects = kinds.map(of);
     let pair = Pair {
         model: &OneLink,
-        subject: &subject,
+        layout: &layout,
         link_inertias: &link_inertias,
         present: &[],
         measured: &[0],

@@ -16,7 +16,7 @@ use bipedc_runtime::{Argument, Model, State};
 pub const CELLS: usize = 20;
 
 pub struct Simulated {
-    pub subject: JointLayout,
+    pub layout: JointLayout,
     pub link_inertias: LinkInertias,
     pub base: BaseSet,
     pub regressor: ProgramRegressor,
@@ -54,28 +54,21 @@ impl Simulated {
             Kind::Planar => BaseKind::Planar,
             _ => BaseKind::Fixed,
         };
-        let subject = JointLayout { joints: tree.joints.iter().map(joint).collect(), base };
+        let layout = JointLayout { joints: tree.joints.iter().map(joint).collect(), base };
         let rows: Vec<usize> = (0..tree.nv).collect();
         let (base, regressor) = base_regressor(&robot.description, &tree, &rows).unwrap();
         let request = FunctionRequest::of_robot("inverse_dynamics");
         let model = ProgramModel::new(robot.compile_only(&[request]).unwrap());
-        Self {
-            subject,
-            link_inertias: link_inertias(&robot.description, &tree),
-            base,
-            regressor,
-            rows,
-            model,
-        }
+        Self { layout, link_inertias: link_inertias(&robot.description, &tree), base, regressor, rows, model }
     }
 
     pub fn design(&self, extras: Vec<Extra>) -> Design<'_> {
-        Design::new(&self.subject, &self.base, &self.regressor, extras, &self.rows)
+        Design::new(&self.layout, &self.base, &self.regressor, extras, &self.rows)
     }
 
     /// Joints that swing by sums of sines over `seconds`, at 100 Hz; `seed` chooses the motion, `size` how far.
     pub fn motion(&self, seconds: f64, seed: u64, size: f64) -> Recording {
-        let (nb, joints) = (self.subject.base.nv(), self.subject.joints.len());
+        let (nb, joints) = (self.layout.base.nv(), self.layout.joints.len());
         let mut noise = Noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
         let waves: Vec<[[f64; 3]; 3]> = (0..joints + nb)
             .map(|_| {
@@ -88,7 +81,7 @@ impl Simulated {
         let mut r = Recording {
             step: 0.01,
             segments: std::iter::once(0..count).collect(),
-            trajectory: Trajectory::new(&self.subject),
+            trajectory: Trajectory::new(&self.layout),
             ..Recording::default()
         };
         for i in 0..count {
@@ -118,7 +111,7 @@ impl Simulated {
         waves: &[[[f64; 3]; 3]],
         at: &dyn Fn(&[[f64; 3]; 3], usize) -> f64,
     ) {
-        match self.subject.base {
+        match self.layout.base {
             BaseKind::Floating => {
                 let angles = [3, 4, 5].map(|k: usize| at(&waves[k], 0));
                 let raw = [angles[0], angles[1], angles[2], 1.0];
@@ -145,8 +138,8 @@ impl Simulated {
 
     /// Efforts of the described bodies and of friction, with noise.
     pub fn measure(&self, r: &mut Recording, extras: &[(Extra, f64)], noise: &mut dyn FnMut(usize) -> f64) {
-        let nb = self.subject.base.nv();
-        let nv = nb + self.subject.joints.len();
+        let nb = self.layout.base.nv();
+        let nv = nb + self.layout.joints.len();
         let extras: Vec<_> = extras.iter().map(|(extra, x)| (extra.torque(), x)).collect();
         for i in 0..r.time.len() {
             let tau = self.forces(r, i);

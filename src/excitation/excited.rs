@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 /// Everything that the design needs of a robot.
 pub struct Excited {
-    pub subject: JointLayout,
+    pub layout: JointLayout,
     pub regressor: ProgramRegressor,
     pub torques: ProgramTorques,
     /// Indices of the joints that move.
@@ -40,12 +40,12 @@ impl Excited {
         gap: f64,
     ) -> Result<Self, Diagnostic> {
         let tree = robot.tree()?;
-        let subject = joint_layout(&tree)?;
-        if subject.base != BaseKind::Fixed {
+        let layout = joint_layout(&tree)?;
+        if layout.base != BaseKind::Fixed {
             return Err(Diagnostic::error("motions are designed for robots whose base is fixed")
                 .help("bolt the robot down with --base fixed (and --root LINK)"));
         }
-        let moving = moving(&tree, &subject, names)?;
+        let moving = moving(&tree, &layout, names)?;
         let measured =
             (0..tree.joints.len()).filter(|j| tree.joints[*j].actuated || moving.contains(j)).collect();
         let rigid = robot.clone().without_effects();
@@ -54,7 +54,7 @@ impl Excited {
         let torques = ProgramTorques::new(&robot.compile_only(&[request])?)?;
         let described = |name: &str| robot.description.joints.iter().find(|joint| joint.name == name);
         let mut assumptions = Vec::new();
-        let joints: Vec<Option<&Joint>> = subject.joints.iter().map(|j| described(&j.name)).collect();
+        let joints: Vec<Option<&Joint>> = layout.joints.iter().map(|j| described(&j.name)).collect();
         let resting = |joint: &Option<&Joint>| {
             let (low, high) = joint.and_then(|j| j.position_limits).unwrap_or((0.0, 0.0));
             if low <= high { 0.0_f64.clamp(low, high) } else { 0.0 }
@@ -62,10 +62,10 @@ impl Excited {
         let posture = joints.iter().map(resting).collect();
         let limits = moving
             .iter()
-            .map(|&k| limits_of(&subject.joints[k].name, joints[k], acceleration, &mut assumptions))
+            .map(|&k| limits_of(&layout.joints[k].name, joints[k], acceleration, &mut assumptions))
             .collect::<Result<_, _>>()?;
         let clearance = clearance(robot, gap, &mut assumptions)?;
-        Ok(Self { subject, regressor, torques, moving, measured, posture, limits, clearance, assumptions })
+        Ok(Self { layout, regressor, torques, moving, measured, posture, limits, clearance, assumptions })
     }
 }
 
@@ -73,7 +73,7 @@ impl Excited {
     /// What moves within which limits.
     pub fn machine(&mut self) -> Machine<'_> {
         Machine {
-            subject: &self.subject,
+            layout: &self.layout,
             regressor: &self.regressor,
             dynamics: RefCell::new(&mut self.torques),
             moving: &self.moving,
@@ -85,11 +85,11 @@ impl Excited {
 }
 
 /// Indices of the named joints; no names: of all with an actuator.
-fn moving(tree: &Tree, subject: &JointLayout, names: &[String]) -> Result<Vec<usize>, Diagnostic> {
+fn moving(tree: &Tree, layout: &JointLayout, names: &[String]) -> Result<Vec<usize>, Diagnostic> {
     let actuated = (0..tree.joints.len()).filter(|&j| tree.joints[j].actuated);
     let mut moving = match names {
         [] => actuated.collect::<Vec<_>>(),
-        names => names.iter().map(|name| joint(subject, name)).collect::<Result<_, _>>()?,
+        names => names.iter().map(|name| joint(layout, name)).collect::<Result<_, _>>()?,
     };
     moving.sort_unstable();
     moving.dedup();
