@@ -5,10 +5,10 @@
 //! disagreement is a mistake of this compiler, and says so. Rounding is 1e-9 and less, mistakes have been 1e-3 and more.
 use crate::compile::{CompiledModel, Function, FunctionRequest, compile};
 use crate::description::model::RobotDescription;
-use crate::exact::Random;
 use crate::program::{Dual, Evaluator};
 use crate::tree::{BaseKind, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::random::Random;
 use bipedc_runtime::{Argument, Real, State};
 
 /// Random states of each robot.

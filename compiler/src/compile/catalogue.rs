@@ -3,9 +3,9 @@ use super::families::{contacts, drives, regressors};
 use super::quantity::Quantity;
 use super::{Context, families};
 use crate::description::model::Phase;
-use crate::description::source::did_you_mean;
 use crate::program::Order;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::spelling::did_you_mean;
 
 /// What a function is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

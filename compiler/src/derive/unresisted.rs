@@ -5,6 +5,7 @@
 //! rotation by an odd angle is dust in the expressions, and its inverse a number of no meaning.
 use super::support::{cross, dot};
 use crate::tree::{Inertia, JointMotion, Placement, Rotation, Tree, matrix_vector};
+use bipedc_effects::random::Random;
 
 /// A pivot below this part of the inertia of everything that the joint carries is rounding.
 const DUST: f64 = 1e-12;
@@ -27,12 +28,8 @@ pub fn unresisted(tree: &Tree, added: &[f64]) -> Vec<usize> {
 
 /// Positions of the bodies' joints in (-1.5, 1.5), rad or m: nothing is aligned by chance.
 fn posture(tree: &Tree, seed: u64) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        3.0 * ((state >> 11) as f64 * 2f64.powi(-53) - 0.5)
-    };
-    tree.bodies.iter().map(|_| next()).collect()
+    let mut random = Random::new(seed);
+    tree.bodies.iter().map(|_| 1.5 * random.symmetric()).collect()
 }
 
 /// Rows without a pivot in one posture: D = Lᵀ Δ L, leaves first, as `derive/solve.rs` does it in symbols.

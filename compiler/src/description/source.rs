@@ -1,5 +1,6 @@
 //! Texts with their line numbers, and the collection of everything found wrong in them.
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
+use bipedc_effects::spelling::did_you_mean;
 use std::path::{Path, PathBuf};
 
 /// A text and where its lines begin, so that a byte offset becomes line and column in logarithmic time.
@@ -85,20 +86,6 @@ pub(crate) fn finish(mut list: Vec<Diagnostic>) -> Result<Vec<Diagnostic>, Diagn
     } else {
         Ok(list)
     }
-}
-
-/// ` (did you mean …?)` if one of the candidates is close to what was written.
-pub(crate) fn did_you_mean<'c>(
-    written: &str,
-    candidates: impl IntoIterator<Item = &'c str>,
-) -> Option<&'c str> {
-    let limit = written.chars().count().div_ceil(3).clamp(1, 4);
-    candidates
-        .into_iter()
-        .map(|candidate| (strsim::damerau_levenshtein(written, candidate), candidate))
-        .filter(|&(distance, candidate)| distance <= limit && candidate.len() > distance)
-        .min_by_key(|&(distance, _)| distance)
-        .map(|(_, candidate)| candidate)
 }
 
 /// "did you mean `x`?" or else a list of what there is.

@@ -1,5 +1,5 @@
 //! What evaluation and sampling need of a number, so that one algorithm serves prime fields and `f64`.
-use super::random::Random;
+use bipedc_effects::random::Random;
 
 /// Sine and cosine of an angle; angles have no other value in a field.
 pub type Angle<V> = (V, V);

@@ -4,10 +4,10 @@ use super::elimination::Echelon;
 use super::field::Field;
 use super::fraction::{Fraction, chinese_remainder};
 use super::least_squares::solve;
-use super::random::Random;
 use super::regressor::Regressor;
 use super::states::StateSpace;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::random::Random;
 use num_bigint::BigInt;
 use num_traits::ToPrimitive;
 

@@ -69,8 +69,8 @@ fn subtract(field: Field, row: &mut [u64], pivot: &[u64], column: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::random::Random;
     use super::*;
+    use bipedc_effects::random::Random;
 
     #[test]
     fn the_reduced_form_depends_on_the_space_alone() {

@@ -1,7 +1,7 @@
 //! Prime fields: exact arithmetic of fixed cost.
 use super::arithmetic::{Angle, Arithmetic};
 use super::fraction::Fraction;
-use super::random::Random;
+use bipedc_effects::random::Random;
 
 /// Integers modulo a prime `p ≡ 3 (mod 4)` of 61 or 62 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -44,8 +44,8 @@ fn reflect(rows: &mut [Vec<f64>], k: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::random::Random;
     use super::*;
+    use bipedc_effects::random::Random;
 
     #[test]
     fn recovers_coefficients() {

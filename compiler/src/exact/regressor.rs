@@ -2,10 +2,10 @@
 use super::arithmetic::Arithmetic;
 use super::columns::{Column, ParameterList};
 use super::evaluate::{Assignment, Evaluator};
-use super::random::Random;
 use super::states::StateSpace;
 use crate::expression::{Expr, Graph, separate};
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::random::Random;
 use std::collections::BTreeMap;
 
 /// How often a state is drawn anew when an equation has no solution in the field.

@@ -2,10 +2,10 @@
 use super::arithmetic::{Angle, Arithmetic};
 use super::evaluate::Assignment;
 use super::flat::{Turning, level};
-use super::random::Random;
 use crate::expression::{Input, exact_sin_cos};
 use crate::tree::{BaseKind, Frame, JointMotion, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::random::Random;
 use bipedc_runtime::Argument;
 
 /// The states in which a model is observed.

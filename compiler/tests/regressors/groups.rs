@@ -6,10 +6,11 @@ use crate::regressors::support::{Kinds, answer, from_urdf, on_foot, random_urdf,
 use bipedc_compiler::derive::{InertiaMode, Motions, RobotModel, momentum, newton_euler};
 use bipedc_compiler::description::model::{Base, RobotDescription};
 use bipedc_compiler::exact::{
-    BaseParameters, Model, ParameterList, Question, Random, Regressor, Rounded, StateSpace, base_parameters,
+    BaseParameters, Model, ParameterList, Question, Regressor, Rounded, StateSpace, base_parameters,
 };
 use bipedc_compiler::expression::{Expr, Graph};
 use bipedc_compiler::tree::Tree;
+use bipedc_effects::random::Random;
 
 /// Rows of the equations of motion, then energy, first moment and ground wrench.
 fn rows(model: &RobotModel<'_, '_>) -> Vec<Expr> {

@@ -2,9 +2,10 @@
 use crate::regressors::support::robot;
 use bipedc_compiler::derive::{InertiaMode, Motions, RobotModel, frames, newton_euler};
 use bipedc_compiler::description::model::{Base, RobotDescription};
-use bipedc_compiler::exact::{Arithmetic, Evaluator, Field, Random, Rounded, StateSpace};
+use bipedc_compiler::exact::{Arithmetic, Evaluator, Field, Rounded, StateSpace};
 use bipedc_compiler::expression::{Expr, Graph, Sym};
 use bipedc_compiler::tree::Tree;
+use bipedc_effects::random::Random;
 use bipedc_runtime::Argument;
 
 /// TUlip with two joints turned by odd angles.

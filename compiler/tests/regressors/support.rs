@@ -1,7 +1,8 @@
 //! Robots and questions for the tests of base parameters.
 #![allow(dead_code, reason = "each test file uses a part")]
 use bipedc_compiler::description::{self, model::RobotDescription};
-use bipedc_compiler::exact::{BaseParameters, Model, Question, Random};
+use bipedc_compiler::exact::{BaseParameters, Model, Question};
+use bipedc_effects::random::Random;
 use std::fmt::Write as _;
 use std::path::Path;
 

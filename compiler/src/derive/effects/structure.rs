@@ -4,22 +4,13 @@ use super::{Joint, JointLaws, Signal, TorqueLaw};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::VARIABLES;
 use bipedc_effects::effect::formula::Bound;
+use bipedc_effects::random::Random;
 
 const STATES: usize = 40;
 /// Places in [`VARIABLES`].
 const ACCELERATION: usize = 2;
 const LOAD: usize = 3;
 const OTHER_ACCELERATION: usize = 6;
-
-/// A reproducible stream of numbers in [-1, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 * 2f64.powi(-52) - 1.0
-    }
-}
 
 /// A law that numbers can be put into.
 struct Numeric {
@@ -84,10 +75,10 @@ fn signals(joint: &Joint) -> Result<(), Diagnostic> {
 /// Why T(q, v, a, L) is not of the form f + S L + M a with S > 0 on either side of L = 0.
 fn problem(joint: &Joint, laws: &[Numeric]) -> Option<Diagnostic> {
     let torque = |x: &[f64; 7]| x[LOAD] + laws.iter().map(|law| law.at(x)).sum::<f64>();
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     for _ in 0..STATES {
-        let mut x = [0.0; 7].map(|_: f64| random.next() * 3.0);
-        let wanted = [random.next() * 20.0, random.next() * 20.0, random.next() * 20.0];
+        let mut x = [0.0; 7].map(|_: f64| random.symmetric() * 3.0);
+        let wanted = [random.symmetric() * 20.0, random.symmetric() * 20.0, random.symmetric() * 20.0];
         let mut value = |a: f64, load: f64, other: f64| {
             (x[ACCELERATION], x[LOAD], x[OTHER_ACCELERATION]) = (a, load, other);
             torque(&x)

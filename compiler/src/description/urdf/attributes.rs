@@ -1,6 +1,7 @@
 //! Attributes of URDF elements: numbers that are numbers, names that are known.
-use crate::description::source::{Messages, Place, did_you_mean, short};
+use crate::description::source::{Messages, Place, short};
 use bipedc_effects::magnitude;
+use bipedc_effects::spelling::did_you_mean;
 use roxmltree::Node;
 
 /// The element of this name.

@@ -4,7 +4,8 @@
 //! knows no positions, cannot fail on it or take it differently.
 use super::attributes::{check_attributes, find, number, text, vector};
 use super::shapes::write_collisions;
-use crate::description::source::{Messages, Place, did_you_mean, short};
+use crate::description::source::{Messages, Place, short};
+use bipedc_effects::spelling::did_you_mean;
 use roxmltree::Node;
 use std::fmt::Write as _;
 

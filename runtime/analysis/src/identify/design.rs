@@ -3,6 +3,7 @@ use super::triangle::Triangle;
 use super::unknowns::{BaseSet, ColumnSource, Extra, ExtraTorque, Summand, Unknown, plain};
 use crate::experiments::{Channel as Kind, Experiment, Row};
 use crate::robot::{Batch, JointLayout};
+use bipedc_effects::random::Random;
 use nalgebra::DVector;
 
 /// The base regressor of many states.
@@ -184,16 +185,16 @@ impl<'a> Design<'a> {
     fn probe(&self) -> Triangle {
         let count = STATES * self.unknowns.len().max(8);
         let (nq, nv) = self.widths();
-        let mut random = Random(0x1dea);
-        let mut q: Vec<f64> = (0..count * nq).map(|_| 1.5 * random.next()).collect();
+        let mut random = Random::new(0x1dea);
+        let mut q: Vec<f64> = (0..count * nq).map(|_| 1.5 * random.symmetric()).collect();
         if self.layout.base == crate::robot::BaseKind::Floating {
             for q in q.chunks_exact_mut(nq) {
                 let length = q[3..7].iter().map(|x| x * x).sum::<f64>().sqrt();
                 q[3..7].iter_mut().for_each(|x| *x /= length);
             }
         }
-        let v: Vec<f64> = (0..count * nv).map(|_| 2.0 * random.next()).collect();
-        let a: Vec<f64> = (0..count * nv).map(|_| 5.0 * random.next()).collect();
+        let v: Vec<f64> = (0..count * nv).map(|_| 2.0 * random.symmetric()).collect();
+        let a: Vec<f64> = (0..count * nv).map(|_| 5.0 * random.symmetric()).collect();
         let batch = Batch { count, q: &q, v: &v, a: &a };
         let mut work = Work::default();
         self.evaluate(&batch, &mut work);
@@ -269,18 +270,4 @@ fn base_row(layout: &JointLayout, row: usize) -> (String, &'static str) {
 #[derive(Debug, Default)]
 pub struct Work {
     entries: Vec<f64>,
-}
-
-/// Numbers between -1 and 1 that depend on the seed alone.
-pub(super) struct Random(pub u64);
-
-impl Random {
-    pub fn next(&mut self) -> f64 {
-        // SplitMix64.
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
 }

@@ -2,9 +2,10 @@
 use super::fields::{character, split};
 use super::lines::Lines;
 use super::mapping::{ForceFrame, Mapping};
-use super::names::{closest, list, shorten};
+use super::names::{list, shorten};
 use super::reader::MOST_ERRORS;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::spelling::did_you_mean;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
@@ -150,7 +151,7 @@ fn unknown_source(mapping: &Mapping, position: (usize, usize), wanted: &str, nam
     if let Some(file) = &mapping.file {
         error = error.in_file(file).at(position.0, position.1);
     }
-    error.help(match closest(wanted, names.iter().copied()) {
+    error.help(match did_you_mean(wanted, names.iter().copied()) {
         Some(meant) => format!("did you mean `{meant}`?"),
         None => format!("columns of the log: {}", list(names.iter().copied(), 12)),
     })

@@ -9,8 +9,9 @@
 //! ```
 //!
 //! value = sign · scale · logged + offset; scale 1, sign 1 and offset 0 (in the SI unit of the result) by default.
-use super::names::{closest, is_known_form};
+use super::names::is_known_form;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::spelling::did_you_mean;
 use bipedc_effects::{input, magnitude};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -152,7 +153,7 @@ fn bad_entry(name: &str, value: toml::Value) -> Diagnostic {
     let unknown = value.as_table().and_then(|t| t.keys().find(|k| !KEYS.contains(&k.as_str())));
     match unknown {
         Some(key) => {
-            Diagnostic::error(format!("`{name}`: unknown key `{key}`")).help(match closest(key, KEYS) {
+            Diagnostic::error(format!("`{name}`: unknown key `{key}`")).help(match did_you_mean(key, KEYS) {
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => "keys: column, scale, offset, sign, frame".to_owned(),
             })
@@ -167,7 +168,7 @@ fn bad_entry(name: &str, value: toml::Value) -> Diagnostic {
 fn unknown_name(name: &str) -> Diagnostic {
     let error = Diagnostic::error(format!("`{name}` is no column of a log, posture or impact table"));
     let guess = name.rsplit_once('/').and_then(|(joint, quantity)| {
-        closest(quantity, super::names::JOINT_QUANTITIES)
+        did_you_mean(quantity, super::names::JOINT_QUANTITIES)
             .map(|meant| format!("did you mean `{joint}/{meant}`?"))
     });
     error.help(

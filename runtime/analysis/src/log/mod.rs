@@ -21,6 +21,5 @@ pub use file::Log;
 pub use header::{Column, Kind};
 pub use lines::{LONGEST_LINE, MOST_BLANK};
 pub use mapping::{ForceFrame, MappedColumn, Mapping};
-pub use names::closest;
 pub use reader::{Absent, MOST_ERRORS, Reader, Row};
 pub use table::{LARGEST_TABLE, Table};

@@ -47,16 +47,6 @@ pub fn may_be_absent(column: &str) -> bool {
     column.starts_with("cop/") || column.contains("/cop/")
 }
 
-/// The candidate that is most like `name`, if one is near enough to be a likely misspelling.
-pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    candidates
-        .into_iter()
-        .map(|c| (strsim::jaro_winkler(name, c), c))
-        .filter(|(likeness, _)| *likeness > 0.8)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, c)| c)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,11 +63,5 @@ mod tests {
         for name in ["left_knee/positon", "force/x", "f/cop/z", "base/orientation/v", "x"] {
             assert!(!is_known_form(name), "{name}");
         }
-    }
-
-    #[test]
-    fn likely_misspellings() {
-        assert_eq!(closest("left_kne", ["right_knee", "left_knee", "left_hip"]), Some("left_knee"));
-        assert_eq!(closest("wheel", ["right_knee", "left_knee"]), None);
     }
 }

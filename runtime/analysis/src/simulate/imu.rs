@@ -1,8 +1,8 @@
 //! An inertial measurement unit on the base: angular velocity, and acceleration less gravity.
 use super::mechanics::rotate;
-use super::random::Random;
 use super::stepper::MotionState;
 use crate::robot::BaseKind;
+use bipedc_effects::random::Random;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Where it sits and how well it measures.

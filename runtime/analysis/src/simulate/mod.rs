@@ -29,7 +29,6 @@ pub mod phases;
 mod plant;
 mod problem;
 mod proximal;
-mod random;
 mod reference;
 mod resistance;
 mod run;

@@ -3,11 +3,11 @@ use super::actuation::EffortSensor;
 use super::drives::Drives;
 use super::mechanics::rotate;
 use super::plant::Plant;
-use super::random::Random;
 use super::scenario::{Scenario, Sensors};
 use super::turned::Turned;
 use crate::robot::BaseKind;
 use bipedc_effects::effect::{Acts, Effect, Law};
+use bipedc_effects::random::Random;
 use std::f64::consts::TAU;
 
 /// Load below which a foot has no centre of pressure, N.

@@ -256,9 +256,9 @@ mod tests {
 
     #[test]
     fn segments_are_nearest_where_a_search_says() {
-        let mut random = crate::identify::design::Random(7);
+        let mut random = bipedc_effects::random::Random::new(7);
         for round in 0..200 {
-            let mut point = || Vector3::from_fn(|_, _| random.next());
+            let mut point = || Vector3::from_fn(|_, _| random.symmetric());
             let (a, mut b) = ([point(), point()], [point(), point()]);
             if round % 4 == 0 {
                 b[1] = b[0] + 0.7 * (a[1] - a[0]);

@@ -5,9 +5,9 @@ use super::information::{MotionQuality, Regression};
 use super::limits::{Obstacle, Peaks, excess, fine, kept, peaks};
 use super::machine::{Machine, dot};
 use super::spectrum::{Criterion, Scaling};
-use crate::identify::design::Random;
 use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::random::Random;
 use slsqp::{StopTols, minimize};
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
@@ -127,8 +127,8 @@ pub fn design(
     check(request)?;
     machine.check()?;
     // Always the same: which unknowns there are does not depend on the seed.
-    let mut probe = Random(0x1dea);
-    let telling = Telling { regression: Regression::new(machine, &mut || probe.next()), request };
+    let mut probe = Random::new(0x1dea);
+    let telling = Telling { regression: Regression::new(machine, &mut || probe.symmetric()), request };
     let found = best(machine, &telling, request, progress, stop)?;
     if !found.after.condition_number.is_finite() {
         return Err(Diagnostic::error("no motion that keeps the limits tells all parameters")
@@ -170,7 +170,7 @@ pub(super) fn best<O: Objective>(
     progress: &dyn Fn(f64),
     stop: &dyn Fn() -> bool,
 ) -> Result<Best<O::Quality>, Diagnostic> {
-    let mut random = Random(request.seed);
+    let mut random = Random::new(request.seed);
     let basis = Basis::new(request.family, request.duration);
     let evaluations = Cell::new(0);
     let search = Search { machine, request, basis, objective, stop, begun: Instant::now(), evaluations };
@@ -210,7 +210,9 @@ pub(super) fn best<O: Objective>(
 /// Random coefficients of a motion of moderate size.
 pub(super) fn guess(machine: &Machine<'_>, basis: &Basis, random: &mut Random) -> Vec<f64> {
     let m = basis.len();
-    (0..machine.coefficients(basis)).map(|k| if k % m == 0 { 0.4 } else { 0.6 } * random.next()).collect()
+    (0..machine.coefficients(basis))
+        .map(|k| if k % m == 0 { 0.4 } else { 0.6 } * random.symmetric())
+        .collect()
 }
 
 /// Requests without meaning.

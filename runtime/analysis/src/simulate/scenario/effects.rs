@@ -1,10 +1,10 @@
 //! `[[effect]]` of a scenario: what is hidden. Written as in `biped.toml`.
 use super::read::Reading;
-use crate::log::closest;
 use crate::simulate::Plant;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::formula::Formula;
 use bipedc_effects::effect::{Effect, KINDS, Kind, Law, Location, Place, Role, kind};
+use bipedc_effects::spelling::did_you_mean;
 use std::collections::BTreeMap;
 use toml::{Spanned, Value};
 
@@ -20,7 +20,7 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
         None => return reading.wrong(at, "an [[effect]] has no `kind`", "add kind = \"coulomb_friction\""),
     };
     let Some(kind) = kind(name) else {
-        let help = match closest(name, KINDS.iter().map(|kind| kind.name)) {
+        let help = match did_you_mean(name, KINDS.iter().map(|kind| kind.name)) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => "`bipedc effects` lists them".to_owned(),
         };
@@ -132,7 +132,7 @@ fn set(effect: &mut Effect, kind: &Kind, plant: &Plant, key: &str, value: &Value
         if names.contains(&name) {
             return Ok(Some(name.to_owned()));
         }
-        let help = closest(name, names.iter().copied()).map(|meant| format!("did you mean `{meant}`?"));
+        let help = did_you_mean(name, names.iter().copied()).map(|meant| format!("did you mean `{meant}`?"));
         Err(Diagnostic::error(format!("there is no {what} `{name}`"))
             .help(help.unwrap_or_else(|| format!("there are: {}", names.join(", ")))))
     };

@@ -1,9 +1,9 @@
 //! `drives` and `[motor.JOINT]` of a scenario: what moves the joints.
 use super::file::{File, Motor, Number};
 use super::read::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
-use crate::log::closest;
 use crate::simulate::{Actuator, Plant};
 use bipedc_effects::drive::{Drive, Transmission};
+use bipedc_effects::spelling::did_you_mean;
 use toml::Spanned;
 
 impl Reading<'_> {
@@ -27,7 +27,7 @@ impl Reading<'_> {
     /// Motors by joint.
     pub(super) fn motors(&mut self, file: &File, plant: &Plant) -> Vec<Option<Actuator>> {
         for (name, motor) in file.motor.iter().filter(|(name, _)| plant.joint(name).is_none()) {
-            let help = match closest(name, plant.joint_names()) {
+            let help = match did_you_mean(name, plant.joint_names()) {
                 Some(meant) => format!("did you mean `{meant}`?"),
                 None => format!("joints: {}", plant.joint_names().collect::<Vec<_>>().join(", ")),
             };

@@ -2,10 +2,10 @@
 use super::JointServo;
 use super::file::{Control, Law};
 use super::read::{NOT_NEGATIVE, POSITIVE, Reading};
-use crate::log::closest;
 use crate::simulate::Plant;
 use crate::simulate::control::{Feedback, Outputs, PhaseOutputs, Program, Signal, Step, signals};
 use bipedc_effects::effect::formula::Formula;
+use bipedc_effects::spelling::did_you_mean;
 use std::collections::BTreeMap;
 use toml::Spanned;
 
@@ -184,7 +184,7 @@ impl Reading<'_> {
             .chain(names.parameters.keys().copied())
             .chain(quantities.keys().map(String::as_str))
             .collect();
-        let help = match closest(name, known.iter().copied()) {
+        let help = match did_you_mean(name, known.iter().copied()) {
             Some(meant) => format!("did you mean `{meant}`?"),
             None => format!("known are: {}", known.join(", ")),
         };

@@ -1,11 +1,12 @@
 //! From the file to a checked scenario.
 use super::file::{Control, File, Joint, Number, Senses, Soil, Start};
 use super::{Initial, JointServo, Scenario, Sensors, effects};
-use crate::log::{Mapping, Reader, Table, closest};
+use crate::log::{Mapping, Reader, Table};
 use crate::robot::BaseKind;
 use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
+use bipedc_effects::spelling::did_you_mean;
 use bipedc_effects::{input, magnitude};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
@@ -160,7 +161,7 @@ impl Reading<'_> {
         let control = file.control.as_ref().unwrap_or(&none);
         for (name, joint) in &file.joint {
             if plant.joint(name).is_none() {
-                let help = match closest(name, plant.joint_names()) {
+                let help = match did_you_mean(name, plant.joint_names()) {
                     Some(meant) => format!("did you mean `{meant}`?"),
                     None => format!("joints: {}", plant.joint_names().collect::<Vec<_>>().join(", ")),
                 };
@@ -484,7 +485,7 @@ fn useless_column(names: &[String], plant: &Plant) -> Option<(String, String)> {
     }
     for joint in followed {
         if plant.joint(joint).is_none() {
-            let help = closest(joint, plant.joint_names())
+            let help = did_you_mean(joint, plant.joint_names())
                 .map_or_else(|| "take the column out".to_owned(), |meant| format!("did you mean `{meant}`?"));
             return Some((format!("the robot has no joint `{joint}`"), help));
         }

@@ -2,11 +2,11 @@
 use super::file::{Checks, File};
 use super::read::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
 use super::{EventDriven, World};
-use crate::log::closest;
 use crate::robot::BaseKind;
 use crate::simulate::Plant;
 use crate::simulate::phases::Assumptions;
 use bipedc_effects::effect::{Acts, Effect, Law, Simulation};
+use bipedc_effects::spelling::did_you_mean;
 use toml::{Spanned, Value};
 
 const METHODS: [&str; 2] = ["time_stepping", "event_driven"];
@@ -37,7 +37,7 @@ impl Reading<'_> {
                 true
             }
             Some((other, span)) => {
-                let help = match closest(other, METHODS.iter().copied()) {
+                let help = match did_you_mean(other, METHODS.iter().copied()) {
                     Some(meant) => format!("did you mean \"{meant}\"?"),
                     None => "write method = \"time_stepping\" or \"event_driven\"".to_owned(),
                 };
@@ -196,7 +196,7 @@ impl Reading<'_> {
         let name = named.get_ref();
         let found = plant.phases.iter().position(|phase| phase == name);
         if found.is_none() {
-            let help = match closest(name, plant.phases.iter().map(String::as_str)) {
+            let help = match did_you_mean(name, plant.phases.iter().map(String::as_str)) {
                 Some(meant) => format!("did you mean \"{meant}\"?"),
                 None => format!("phases: {}", plant.phases.join(", ")),
             };

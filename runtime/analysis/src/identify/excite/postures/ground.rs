@@ -1,8 +1,8 @@
 //! Conditions of a standing robot, as slack that must stay positive, with derivatives.
 use super::standing::{Bodies, StanceModel};
-use crate::identify::design::Random;
 use crate::identify::excite::polygon::{Polygon, left_of};
 use crate::robot::InertialParameters;
+use bipedc_effects::random::Random;
 
 /// How wrong the assumed parameters may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,10 +44,10 @@ const LENGTH: f64 = 0.1;
 pub fn perturbed(parameters: &[f64], tolerance: &Tolerance, random: &mut Random) -> Vec<InertialParameters> {
     let body = |own: &[f64], random: &mut Random| {
         let mut own = own.to_vec();
-        let heavier = 1.0 + tolerance.mass * random.next();
+        let heavier = 1.0 + tolerance.mass * random.symmetric();
         own.iter_mut().for_each(|x| *x *= heavier);
         let moved = own[0] * tolerance.center;
-        own[1..4].iter_mut().for_each(|x| *x += moved * random.next());
+        own[1..4].iter_mut().for_each(|x| *x += moved * random.symmetric());
         own
     };
     (0..tolerance.draws)

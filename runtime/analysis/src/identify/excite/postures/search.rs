@@ -4,10 +4,10 @@ use super::ground::{Conditions, Tolerance, perturbed};
 use super::problem::{Point, Problem};
 use super::standing::StanceModel;
 use super::start::feasible;
-use crate::identify::design::Random;
 use crate::identify::excite::polygon::Polygon;
 use crate::identify::excite::{Criterion, Quality, Scaling};
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::random::Random;
 use serde::Serialize;
 use std::cell::Cell;
 use std::time::{Duration, Instant};
@@ -108,7 +108,7 @@ pub fn design_postures(
     check(standing, request)?;
     let begun = Instant::now();
     let late = || stop() || request.time_limit.is_some_and(|limit| begun.elapsed() >= limit);
-    let mut random = Random(request.seed);
+    let mut random = Random::new(request.seed);
     let conditions = conditions(standing, request, &mut random);
     let problem =
         Problem { standing, conditions: &conditions, criterion: request.criterion, scaling: request.scaling };
@@ -221,7 +221,7 @@ fn judged(
 ) -> DesignedPostures {
     // Always the same robots, so that answers of different seeds are judged alike.
     let tried = Tolerance { draws: TRIED, ..request.tolerance };
-    let others = perturbed(&standing.parts.parameters, &tried, &mut Random(0x0077));
+    let others = perturbed(&standing.parts.parameters, &tried, &mut Random::new(0x0077));
     let (mut least, mut stand, mut all) = (f64::INFINITY, 0_usize, 0_usize);
     let postures = found.joints.iter().zip(&found.of).map(|(q, &placement)| {
         let bodies = standing.bodies(q);

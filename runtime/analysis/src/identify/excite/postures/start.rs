@@ -2,9 +2,9 @@
 use super::ground::Conditions;
 use super::standing::{StanceModel, rotation_vector};
 use super::surface::closed;
-use crate::identify::design::Random;
 use crate::identify::excite::polygon::Polygon;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::random::Random;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
 /// Attempts per posture before another placement is tried, and placements per wanted one.
@@ -87,8 +87,8 @@ impl<'s, 'm> Scene<'s, 'm> {
     }
 
     fn placement(&self, random: &mut Random) -> [f64; 3] {
-        let outwards = self.side.signum() * REACH[1] * self.height * (0.5 + 0.5 * random.next());
-        [REACH[0] * self.height * random.next(), 0.7 * self.side + outwards, YAW * random.next()]
+        let outwards = self.side.signum() * REACH[1] * self.height * (0.5 + 0.5 * random.symmetric());
+        [REACH[0] * self.height * random.symmetric(), 0.7 * self.side + outwards, YAW * random.symmetric()]
     }
 
     fn postures(
@@ -110,7 +110,7 @@ impl<'s, 'm> Scene<'s, 'm> {
                 None => conditions
                     .limits
                     .iter()
-                    .map(|(low, high)| 0.5 * (low + high) + 0.25 * (high - low) * random.next())
+                    .map(|(low, high)| 0.5 * (low + high) + 0.25 * (high - low) * random.symmetric())
                     .collect(),
             };
             let Some(q) = target.and_then(|target| self.reached(&target, start)) else { continue };
@@ -128,15 +128,15 @@ impl<'s, 'm> Scene<'s, 'm> {
     fn target(&self, conditions: &Conditions, placement: &[f64; 3], random: &mut Random) -> Option<Target> {
         let corners = self.standing.corners(placement).concat();
         let weights: Vec<f64> =
-            corners.iter().map(|_| -(0.5 + 0.5 * random.next()).max(1e-12).ln()).collect();
+            corners.iter().map(|_| -(0.5 + 0.5 * random.symmetric()).max(1e-12).ln()).collect();
         let total: f64 = weights.iter().sum();
         let mean = |axis: usize| corners.iter().zip(&weights).map(|(c, w)| c[axis] * w / total).sum::<f64>();
         let (x, y) = (mean(0), mean(1));
         if Polygon::hull(&corners).inside([x, y]) < conditions.stability {
             return None;
         }
-        let part = HEIGHTS.0 + (HEIGHTS.1 - HEIGHTS.0) * (0.5 + 0.5 * random.next());
-        let [roll, pitch, yaw] = LEAN.map(|most| most * random.next());
+        let part = HEIGHTS.0 + (HEIGHTS.1 - HEIGHTS.0) * (0.5 + 0.5 * random.symmetric());
+        let [roll, pitch, yaw] = LEAN.map(|most| most * random.symmetric());
         let torso = Rotation3::from_euler_angles(roll, pitch, 0.5 * placement[2] + yaw);
         Some(Target { placement: *placement, center: Vector3::new(x, y, part * self.height), torso })
     }

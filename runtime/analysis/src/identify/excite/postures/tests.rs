@@ -3,8 +3,8 @@ use super::ground::{Conditions, Tolerance, perturbed};
 use super::problem::{Direction, Point, Problem};
 use super::start::feasible;
 use super::*;
-use crate::identify::design::Random;
 use crate::identify::excite::{Criterion, Scaling};
+use bipedc_effects::random::Random;
 use bipedc_runtime::model::{Argument, Arguments, CallError, Model, Signature, State};
 use nalgebra::{DVector, Matrix3, Rotation3, Vector3};
 
@@ -114,12 +114,12 @@ fn conditions(standing: &StanceModel<'_>) -> Conditions {
         limits: standing.parts.joints.iter().map(|j| j.limits).collect(),
         stability: 0.01,
         gap: 0.01,
-        others: perturbed(&standing.parts.parameters, &tolerance, &mut Random(5)),
+        others: perturbed(&standing.parts.parameters, &tolerance, &mut Random::new(5)),
     }
 }
 
 fn begin(standing: &StanceModel<'_>, conditions: &Conditions) -> Point {
-    let found = feasible(standing, conditions, (16, 4), &mut Random(2), &|| false).unwrap();
+    let found = feasible(standing, conditions, (16, 4), &mut Random::new(2), &|| false).unwrap();
     let of = found.iter().enumerate().flat_map(|(k, (_, own))| vec![k; own.len()]).collect();
     let (placements, joints): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     Point { placements, joints: joints.concat(), of }
@@ -136,9 +136,9 @@ fn slopes_along_the_surface_are_those_of_the_cost() {
             let tangents = problem.tangents(&point).unwrap();
             let (_, slope) = problem.slopes(&point, 1e-3).unwrap();
             let gradient = slope.pulled_back(&tangents, &point.of);
-            let mut random = Random(7);
+            let mut random = Random::new(7);
             for _ in 0..4 {
-                let x = DVector::from_fn(gradient.len(), |_, _| random.next());
+                let x = DVector::from_fn(gradient.len(), |_, _| random.symmetric());
                 let direction = Direction::of_coordinates(&x, &tangents, &point.of, 4);
                 let again = direction.coordinates(&tangents);
                 assert!((again - &x).amax() < 1e-9, "coordinates of a direction are what it was made of");

@@ -18,11 +18,11 @@ pub use objective::Separation;
 use super::basis::Basis;
 use super::search::{best, check, guess};
 use super::{Machine, Peaks, Request};
-use crate::identify::design::Random;
 use crate::robot::{JointLayout, LinkInertias};
 use angle::{Layout, View, independent, lengths};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
+use bipedc_effects::random::Random;
 use bipedc_runtime::model::Model;
 use columns::{Bench, Columns};
 use nalgebra::DMatrix;
@@ -136,7 +136,7 @@ pub fn separate(
 fn reduced(bench: &Bench<'_, '_>, request: &Request) -> Result<Reduced, Diagnostic> {
     let (machine, pair) = (bench.machine, bench.pair);
     let basis = Basis::new(request.family, request.duration);
-    let mut random = Random(0x1dea);
+    let mut random = Random::new(0x1dea);
     let mut parts = Vec::new();
     for _ in 0..MOTIONS {
         let x = guess(machine, &basis, &mut random);

@@ -1,15 +1,17 @@
-//! Random numbers that follow from a seed alone.
+//! Random numbers that follow from a seed alone: the same on every machine.
 
-/// SplitMix64 (Steele, Lea and Flood, 2014): a counter, scrambled. Good enough for the noise of sensors.
+/// The splitmix64 generator (Steele, Lea and Flood, 2014): a counter, scrambled.
 #[derive(Debug, Clone)]
-pub(super) struct Random(u64);
+pub struct Random(u64);
 
 impl Random {
+    /// Starts a sequence.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    fn bits(&mut self) -> u64 {
+    /// The next 64 bits.
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -18,8 +20,13 @@ impl Random {
     }
 
     /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in [-1, 1).
+    pub fn symmetric(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
     /// Normally distributed, mean 0, standard deviation 1 (Box and Muller).
@@ -42,5 +49,16 @@ mod tests {
         // Three standard deviations of the two estimates.
         assert!(mean.abs() < 0.022 && (variance - 1.0).abs() < 0.03, "{mean} {variance}");
         assert_ne!(Random::new(1).normal(), Random::new(2).normal());
+    }
+
+    #[test]
+    fn uniform_numbers_fill_their_range() {
+        let mut random = Random::new(3);
+        let (mut low, mut high) = (1.0_f64, -1.0_f64);
+        for _ in 0..10_000 {
+            let x = random.symmetric();
+            (low, high) = (low.min(x), high.max(x));
+        }
+        assert!(low >= -1.0 && high < 1.0 && low < -0.99 && high > 0.99, "{low} {high}");
     }
 }
