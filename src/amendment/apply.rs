@@ -2,7 +2,7 @@
 use super::files::{Lock, prepared, read_text};
 use super::history::{Action, Change, History, HistoryState, Step, Version, pack};
 use super::text::{self, Written};
-use super::{Proposal, Proposed, Request, description_path, is_same, now, words};
+use super::{Proposal, Proposed, Request, comments, description_path, is_same, now};
 use bipedc_compiler::description::SourceFiles;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -139,7 +139,7 @@ fn put(
         }
         Request::Put | Request::Add => Action::Added,
     };
-    let comment = words::above(&effect, proposed, step);
+    let comment = comments::above(&effect, proposed, step);
     let written = Written { effect: &effect, ci95: &proposed.ci95, comment: &comment };
     let text = match action {
         Action::Added => text::add(text, &written)?,
@@ -185,7 +185,7 @@ fn verify(
     for change in changes.iter_mut().filter(|change| change.action != Action::Removed) {
         let found = after.effects.iter().rev().find(|effect| holds(effect, &change.effect));
         let found = found.ok_or_else(|| {
-            wrong(format!("the amended description does not hold {}", words::title(&change.effect)))
+            wrong(format!("the amended description does not hold {}", comments::title(&change.effect)))
         })?;
         change.effect = found.clone();
     }

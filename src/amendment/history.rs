@@ -323,7 +323,7 @@ fn stairs_of(step: &Step) -> Vec<Stair> {
         })
     };
     let label = |change: &Change| {
-        let title = super::words::title(&change.effect);
+        let title = super::comments::title(&change.effect);
         if change.action == Action::Removed { format!("without {title}") } else { title }
     };
     let single = step.changes.iter().filter_map(|change| stair(label(change), change.error.as_ref()?));

@@ -4,6 +4,7 @@
 //! last step back, byte for byte. Nothing is written unless the amended description reads, holds exactly the effects
 //! that were asked for and says otherwise the same as before.
 mod apply;
+pub mod comments;
 pub mod diagnosis;
 mod files;
 pub mod history;
@@ -11,7 +12,6 @@ pub mod picture;
 pub mod svg;
 mod text;
 mod undo;
-pub mod words;
 
 pub use apply::{Amended, amend, amend_in_memory};
 pub use undo::{Undone, undo};

@@ -1,6 +1,6 @@
 //! The falling error as bars on a terminal.
+use super::comments::quantity;
 use super::history::Stair;
-use super::words::quantity;
 use std::fmt::Write;
 
 /// Cells of the longest bar.

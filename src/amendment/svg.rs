@@ -1,7 +1,7 @@
 //! The falling error as a picture for papers: SVG that stands alone, readable in black and white.
+use super::comments::{day, quantity, rounded};
 use super::history::Stair;
 use super::picture::{by_channel, heading};
-use super::words::{day, quantity, rounded};
 use std::fmt::Write;
 
 const WIDTH: f64 = 640.0;

@@ -1,6 +1,6 @@
 //! `[[effect]]` tables as text: only the bytes of the change are touched, so that comments, order, spacing and line
 //! ends of everything else stay by construction. The crate `toml_edit` says where tables and values stand.
-use super::words::{self, COMMENT};
+use super::comments::{self, COMMENT};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Law, Role};
 use std::collections::BTreeMap;
@@ -62,7 +62,7 @@ pub fn replace(text: &str, written: &Written<'_>) -> Result<String, Diagnostic> 
     for (name, value) in &written.effect.parameters {
         match place.values.get(name) {
             Some(range) => {
-                edits.push((range.clone(), words::number(*value)));
+                edits.push((range.clone(), comments::number(*value)));
                 edits.extend(new_comment(text, range.end, written, name));
             }
             None => new_lines += &parameter_line(written, name, *value, end),
@@ -114,10 +114,10 @@ fn find(text: &str, effect: &Effect) -> Result<Place, Diagnostic> {
     let mut same = tables.iter().filter(|table| is_same(table, effect));
     match (same.next(), same.next()) {
         (Some(table), None) => Ok(place(text, table)),
-        (None, _) => Err(Diagnostic::error(format!("the description has no {}", words::title(effect)))
+        (None, _) => Err(Diagnostic::error(format!("the description has no {}", comments::title(effect)))
             .help("`bipedc history` lists what was added; kind and place must be the same")),
         (Some(_), Some(_)) => {
-            Err(Diagnostic::error(format!("the description has several: {}", words::title(effect)))
+            Err(Diagnostic::error(format!("the description has several: {}", comments::title(effect)))
                 .help("--add adds one more; to change one of them edit the description"))
         }
     }
@@ -191,10 +191,10 @@ fn new_comment(
 ) -> Option<(Range<usize>, String)> {
     let rest = text[value_end..].lines().next().unwrap_or("");
     let said = rest.trim().trim_start_matches('#').trim_start();
-    let unit = words::unit_words(written.effect.unit(name));
+    let unit = comments::unit_words(written.effect.unit(name));
     let is_own = said.is_empty() || said == unit || said.starts_with(&format!("{unit}, 95 %"));
     is_own.then(|| {
-        (value_end..value_end + rest.len(), words::behind(written.effect, name, written.ci95.get(name)))
+        (value_end..value_end + rest.len(), comments::behind(written.effect, name, written.ci95.get(name)))
     })
 }
 
@@ -248,16 +248,16 @@ fn parameter_line(written: &Written<'_>, name: &str, value: f64, end: &str) -> S
         let known = effect.kind.parameter(name);
         known.is_some_and(|parameter| matches!(parameter.role, Role::Setting(_)))
     };
-    let number = words::number(value);
-    let comment = words::behind(effect, name, written.ci95.get(name));
+    let number = comments::number(value);
+    let comment = comments::behind(effect, name, written.ci95.get(name));
     if effect.kind.law != Law::Formula || is_setting() {
         return format!("{} = {number}{comment}{end}", key(name));
     }
     let mut inner = vec![format!("value = {number}")];
     if let Some(own) = effect.own.get(name) {
         inner.push(format!("unit = {}", quoted(&own.unit)));
-        inner.extend(own.min.map(|min| format!("min = {}", words::number(min))));
-        inner.extend(own.max.map(|max| format!("max = {}", words::number(max))));
+        inner.extend(own.min.map(|min| format!("min = {}", comments::number(min))));
+        inner.extend(own.max.map(|max| format!("max = {}", comments::number(max))));
     }
     // The unit stands in the table already.
     let comment = match written.ci95.get(name) {

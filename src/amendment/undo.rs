@@ -95,7 +95,7 @@ fn lines_only_in(text: &str, other: &str) -> Vec<String> {
     for line in text.lines().filter(|line| !line.trim().is_empty()) {
         match count.get_mut(line) {
             Some(left) if *left > 0 => *left -= 1,
-            _ => extra.push(super::words::one_line(line)),
+            _ => extra.push(super::comments::one_line(line)),
         }
     }
     extra

@@ -3,7 +3,7 @@ use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output;
 use crate::terminal::pages::Pages;
-use bipedc::amendment::{Amended, description_path, words};
+use bipedc::amendment::{Amended, comments, description_path};
 use bipedc::diagnosis::{self, Options};
 use bipedc::workbench::{Event, Explained};
 use bipedc::{Diagnostic, Diagnostics, Log, Workbench};
@@ -196,10 +196,11 @@ fn step(amended: &Amended) -> String {
     let mut text = format!("step {}\n", amended.step.step);
     for change in &amended.step.changes {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {}: {}", words::title(&change.effect), words::parameters(&change.effect));
+        let _ =
+            writeln!(text, "  {}: {}", comments::title(&change.effect), comments::parameters(&change.effect));
     }
     if let Some(error) = amended.step.errors.first() {
-        let _ = writeln!(text, "  error: {}", words::error(error));
+        let _ = writeln!(text, "  error: {}", comments::error(error));
     }
     text
 }

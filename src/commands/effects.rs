@@ -1,7 +1,7 @@
 //! `bipedc effects`: the library of what a rigid-body model may lack.
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc::amendment::words::unit_words;
+use bipedc::amendment::comments::unit_words;
 use bipedc::kinds::demand_kind;
 use bipedc::table::table;
 use bipedc_effects::effect::{KINDS, Kind, Law, Parameter, Place, Role};

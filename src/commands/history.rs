@@ -2,7 +2,7 @@
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output;
 use bipedc::amendment::history::{Action, HistoryState, Stair, Step};
-use bipedc::amendment::{self, open, picture, svg, words};
+use bipedc::amendment::{self, comments, open, picture, svg};
 use bipedc::report;
 use bipedc_analysis::report::{Report, write};
 use bipedc_compiler::Robot;
@@ -139,7 +139,7 @@ fn table(steps: &[Step]) -> String {
             let error = change.error.as_ref();
             let error = error.or(if index == 0 { step.main_error() } else { None });
             let fall = |fall: Option<_>| match (fall, error) {
-                (Some(fall), Some(error)) => words::fall(&fall, &error.unit),
+                (Some(fall), Some(error)) => comments::fall(&fall, &error.unit),
                 _ => "—".to_owned(),
             };
             let action = match change.action {
@@ -151,8 +151,8 @@ fn table(steps: &[Step]) -> String {
             rows.push(vec![
                 if index == 0 { step.step.to_string() } else { String::new() },
                 if index == 0 { minute(&step.date) } else { String::new() },
-                format!("{action}{}{taken_back}", words::title(&change.effect)),
-                words::one_line(&words::parameters(&change.effect)),
+                format!("{action}{}{taken_back}", comments::title(&change.effect)),
+                comments::one_line(&comments::parameters(&change.effect)),
                 fall(error.and_then(|error| error.held_out)),
                 fall(error.and_then(|error| error.training)),
             ]);
@@ -163,7 +163,7 @@ fn table(steps: &[Step]) -> String {
 
 /// `2026-01-31 12:30`
 fn minute(date: &str) -> String {
-    words::one_line(&date.get(..16).unwrap_or(date).replace('T', " "))
+    comments::one_line(&date.get(..16).unwrap_or(date).replace('T', " "))
 }
 
 fn remarks(steps: &[Step], standing: HistoryState) -> String {

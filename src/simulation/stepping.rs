@@ -107,7 +107,7 @@ impl Scene {
             clipped.map(|(joint, steps)| format!("{joint}: the torque was clipped in {steps} steps"));
         Ok(Film {
             title: format!("{}: simulation of {}", film.robot, name(&self.file)),
-            summary: told(&film, summary, scenario.step),
+            summary: sentences(&film, summary, scenario.step),
             warnings: unsolved(summary).into_iter().chain(clipped).collect(),
             facts,
             ..film
@@ -172,7 +172,7 @@ pub(super) fn at_place(effect: &Effect) -> String {
 const BLOW: f64 = 3.0;
 
 /// What happened, in words.
-fn told(film: &Film, summary: &Summary, step: f64) -> String {
+fn sentences(film: &Film, summary: &Summary, step: f64) -> String {
     let mut words = format!("{:.3} s of motion", summary.time);
     if summary.interrupted {
         words += ", interrupted before the end";

@@ -95,7 +95,7 @@ impl Scene {
         facts.extend(self.scenario.effects.iter().map(|effect| Fact::new("hidden effect", at_place(effect))));
         Ok(Film {
             title: format!("{}: simulation of {}", film.robot, name(&self.file)),
-            summary: words(summary) + ".",
+            summary: sentence(summary) + ".",
             warnings: summary.verdict.iter().map(verdict_words).collect(),
             facts,
             ..film
@@ -105,7 +105,7 @@ impl Scene {
 
 /// What happened, for people.
 pub(super) fn text(summary: &WalkSummary, real_time_factor: f64, log: &Path) -> String {
-    let mut text = format!("{}, {real_time_factor:.0} times as fast as real time\n", words(summary));
+    let mut text = format!("{}, {real_time_factor:.0} times as fast as real time\n", sentence(summary));
     let Projected { position, velocity } = summary.projected;
     if position > 0.0 || velocity > 0.0 {
         // Writing to a string cannot fail.
@@ -132,7 +132,7 @@ pub(super) fn text(summary: &WalkSummary, real_time_factor: f64, log: &Path) -> 
 }
 
 /// What happened, in words.
-fn words(summary: &WalkSummary) -> String {
+fn sentence(summary: &WalkSummary) -> String {
     let steps = if summary.steps == 1 { "step" } else { "steps" };
     let end = match summary.end {
         WalkEnd::Verdict => ", then an assumption of the model did not hold",

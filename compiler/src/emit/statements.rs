@@ -70,7 +70,7 @@ impl<'a> Code<'a> {
             let (name, value) = (format!("t{k}"), this.instruction(&this.program.instructions[k]));
             let behind = comments.before(this, text, k);
             let statement = format!("{start}{name} = {value};");
-            match behind.map(|purpose| [words(this.model, purpose), short_words(this.model, purpose)]) {
+            match behind.map(|purpose| [comment(this.model, purpose), short_comment(this.model, purpose)]) {
                 Some([long, _]) if text.fits(&format!("{statement} // {long}")) => {
                     text.line(&format!("{statement} // {long}"));
                 }
@@ -156,13 +156,13 @@ impl Comments {
             return Some(purpose);
         }
         self.section = purpose;
-        text.line(&format!("// {}", words(code.model, purpose)));
+        text.line(&format!("// {}", comment(code.model, purpose)));
         None
     }
 }
 
 /// `left_shank: wrench`
-fn words(model: &CompiledModel, purpose: Purpose) -> String {
+fn comment(model: &CompiledModel, purpose: Purpose) -> String {
     let quantity = if purpose.quantity.is_empty() { "other" } else { purpose.quantity };
     match purpose.body {
         Some(body) => format!("{}: {quantity}", harmless(&model.tree.bodies[body].name)),
@@ -171,8 +171,8 @@ fn words(model: &CompiledModel, purpose: Purpose) -> String {
 }
 
 /// The body alone: for lines that are long.
-fn short_words(model: &CompiledModel, purpose: Purpose) -> String {
-    purpose.body.map_or_else(|| words(model, purpose), |body| harmless(&model.tree.bodies[body].name))
+fn short_comment(model: &CompiledModel, purpose: Purpose) -> String {
+    purpose.body.map_or_else(|| comment(model, purpose), |body| harmless(&model.tree.bodies[body].name))
 }
 
 /// What a stretch of a program reads besides its own values.
@@ -287,7 +287,7 @@ mod tests {
             let claims = claimed(&text.finish());
             assert_eq!(claims.len(), range.len(), "{}", f.name);
             for (claim, &purpose) in claims.iter().zip(&f.program.purposes[range]) {
-                let (long, short) = (words(&model, purpose), short_words(&model, purpose));
+                let (long, short) = (comment(&model, purpose), short_comment(&model, purpose));
                 let nothing = claim.is_empty() && purpose == Purpose::default();
                 assert!(nothing || *claim == long || *claim == short, "{}: {claim}, is {long}", f.name);
             }

@@ -1,6 +1,6 @@
 //! `bipedc amend`: adds effects to a robot's description, and takes them back.
 mod parse;
-mod say;
+mod text;
 
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output;
@@ -119,9 +119,9 @@ impl Amend {
         if self.json {
             output::print_json(&amended.step)?;
         } else if self.dry_run {
-            output::print(&say::difference(&amended))?;
+            output::print(&text::difference(&amended))?;
         } else {
-            output::print(&say::amended(&amended, &self.path))?;
+            output::print(&text::amended(&amended, &self.path))?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -131,7 +131,7 @@ impl Amend {
         if self.json {
             output::print_json(&undone.step)?;
         } else {
-            output::print(&say::undone(&undone))?;
+            output::print(&text::undone(&undone))?;
         }
         Ok(ExitCode::SUCCESS)
     }

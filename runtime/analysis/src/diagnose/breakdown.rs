@@ -113,7 +113,7 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
     if breakdown.rms > AT_NOISE * row.noise {
         breakdown.signature = signature::screen(experiment, index);
     }
-    breakdown.words = words(row, &breakdown);
+    breakdown.words = sentences(row, &breakdown);
     breakdown
 }
 
@@ -203,7 +203,7 @@ fn windows(residual: &[f64], time: &[f64]) -> Vec<Window> {
 }
 
 /// Sentences about one row, the most important first.
-fn words(row: &Row, b: &Breakdown) -> Vec<String> {
+fn sentences(row: &Row, b: &Breakdown) -> Vec<String> {
     let name = &row.name;
     if b.rms <= AT_NOISE * b.noise {
         return vec![format!("{name}: nothing but noise is left")];

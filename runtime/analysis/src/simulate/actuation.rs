@@ -46,8 +46,8 @@ impl Simulation<'_> {
     pub(super) fn control(&mut self, time: f64) -> Result<(), Diagnostic> {
         self.force.fill(0.0);
         self.inside.clear();
-        if let Some(ledger) = &mut self.ledger {
-            ledger.torque.fill(0.0);
+        if let Some(energy_flow) = &mut self.energy_flow {
+            energy_flow.torque.fill(0.0);
         }
         self.ask(time)?;
         for j in 0..self.commands.len() {
@@ -176,8 +176,8 @@ impl Simulation<'_> {
         let coordinate = self.coordinate(self.drives.axis(j));
         let applied = reading.torque(late);
         self.force[coordinate] += applied;
-        if let Some(ledger) = &mut self.ledger {
-            ledger.torque[j] = applied;
+        if let Some(energy_flow) = &mut self.energy_flow {
+            energy_flow.torque[j] = applied;
         }
         let command = &mut self.commands[j];
         command.torque = given.torque;

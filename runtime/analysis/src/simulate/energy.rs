@@ -47,7 +47,7 @@ impl EnergyBalance {
 
 /// Keeps the accounting of a run.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Ledger {
+pub(super) struct EnergyFlow {
     balance: EnergyBalance,
     /// Torques that the drives give in the next step, by joint.
     pub torque: Vec<f64>,
@@ -55,15 +55,15 @@ pub(super) struct Ledger {
     before: Vec<f64>,
 }
 
-impl Ledger {
+impl EnergyFlow {
     /// Begins at this state.
     ///
     /// # Errors
     /// The model has no energies.
     pub fn new(stepper: &Stepper<'_>, motion: &MotionState) -> Result<Self, Diagnostic> {
-        let mut ledger = Self { torque: vec![0.0; stepper.mechanics().joints()], ..Self::default() };
-        ledger.weigh(stepper, motion, 0)?;
-        Ok(ledger)
+        let mut energy_flow = Self { torque: vec![0.0; stepper.mechanics().joints()], ..Self::default() };
+        energy_flow.weigh(stepper, motion, 0)?;
+        Ok(energy_flow)
     }
 
     /// Before a step.

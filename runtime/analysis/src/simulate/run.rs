@@ -2,7 +2,7 @@
 use super::actuation::Command;
 use super::control::PhasedController;
 use super::drives::Drives;
-use super::energy::{EnergyBalance, Ledger};
+use super::energy::{EnergyBalance, EnergyFlow};
 use super::ground::{Compliance, Ground};
 use super::imu::{self, Inertial};
 use super::instability::InstabilityDetector;
@@ -98,7 +98,7 @@ pub struct Simulation<'a> {
     pub(super) phased: Option<PhasedController<'a>>,
     /// Of the controllers, for the present step, by joint.
     pub(super) asked: Vec<JointCommand<f64>>,
-    pub(super) ledger: Option<Ledger>,
+    pub(super) energy_flow: Option<EnergyFlow>,
 }
 
 /// Is shown the truth.
@@ -166,7 +166,7 @@ impl<'a> Simulation<'a> {
             controller: None,
             phased: None,
             asked: vec![JointCommand::Off; joints],
-            ledger: None,
+            energy_flow: None,
         })
     }
 
@@ -202,7 +202,7 @@ impl<'a> Simulation<'a> {
                 .help("leave --energy out, or what brings them in out of the scenario"));
         }
         self.stepper = self.stepper.accounted();
-        self.ledger = Some(Ledger::new(&self.stepper, &self.motion)?);
+        self.energy_flow = Some(EnergyFlow::new(&self.stepper, &self.motion)?);
         Ok(self)
     }
 
@@ -250,7 +250,7 @@ impl<'a> Simulation<'a> {
             self.report();
             if logged {
                 self.measured(&mut later);
-                self.taught(&mut sample);
+                self.report_sample(&mut sample);
                 if step == 0 {
                     earlier.clone_from(&later);
                 }
@@ -269,8 +269,8 @@ impl<'a> Simulation<'a> {
             }
         }
         self.summary.time = self.summary.steps as f64 * h;
-        if let Some(ledger) = self.ledger.take() {
-            self.summary.energy = Some(ledger.close(&self.stepper, &self.motion)?);
+        if let Some(energy_flow) = self.energy_flow.take() {
+            self.summary.energy = Some(energy_flow.close(&self.stepper, &self.motion)?);
         }
         let names = self.plant.joint_names().map(str::to_owned);
         self.summary.clipped = names.zip(self.clipped).filter(|(_, count)| *count > 0).collect();
@@ -293,7 +293,7 @@ impl<'a> Simulation<'a> {
 
     /// What the motors reported: the mean of the steps before and after the sample; one of them alone would be half a
     /// step late or early.
-    fn taught(&self, sample: &mut Sample) {
+    fn report_sample(&self, sample: &mut Sample) {
         let first = self.summary.steps == 1;
         let mean = |[now, last]: &[Vec<f64>; 2], mean: &mut Vec<f64>| {
             mean.clear();
@@ -313,12 +313,12 @@ impl<'a> Simulation<'a> {
     }
 
     fn step(&mut self, h: f64) -> Result<(), Diagnostic> {
-        if let Some(ledger) = &mut self.ledger {
-            ledger.begin(&self.motion);
+        if let Some(energy_flow) = &mut self.energy_flow {
+            energy_flow.begin(&self.motion);
         }
         let stepped = self.stepper.step(&mut self.motion, &self.force, h)?;
-        if let Some(ledger) = &mut self.ledger {
-            ledger.end(&self.motion, h);
+        if let Some(energy_flow) = &mut self.energy_flow {
+            energy_flow.end(&self.motion, h);
         }
         let summary = &mut self.summary;
         summary.steps += 1;

@@ -32,7 +32,7 @@ pub fn simplified(base: &BaseSet, names: &[String], zero: &dyn Fn(usize) -> bool
         let mut sum = vec![(order[*pivot], 1.0)];
         let others = row.iter().enumerate().filter(|(k, x)| k != pivot && **x != 0.0);
         sum.extend(others.map(|(k, x)| (order[k], *x)));
-        new.names.push(words(&sum, names));
+        new.names.push(text(&sum, names));
         new.units.push(["kg", "kg m", "kg m²"][element_of(order[*pivot]).div_ceil(3).min(2)]);
         new.sums.push(sum);
     }
@@ -83,7 +83,7 @@ fn clean(x: f64) -> f64 {
     if x.abs() < ROUNDING { 0.0 } else { x }
 }
 
-fn words(sum: &[(usize, f64)], names: &[String]) -> String {
+fn text(sum: &[(usize, f64)], names: &[String]) -> String {
     let mut text = String::new();
     for (n, (k, factor)) in sum.iter().enumerate() {
         let name = names.get(*k).map_or("?", String::as_str);

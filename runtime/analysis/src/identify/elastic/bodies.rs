@@ -39,7 +39,7 @@ impl Bodies<'_, '_> {
         progress: &dyn Fn(f64),
     ) -> Result<(Identification, Vec<(String, Inertia)>), Diagnostics> {
         let method = method(options.estimator);
-        let sums = taught(self.design, self.folded, self.solved, self.nominal, method);
+        let sums = trained_on(self.design, self.folded, self.solved, self.nominal, method);
         let zero = DVector::zeros(self.nominal.len());
         let judging = self.judged.map(|judged| bodies(self.design, judged, self.solved, &zero));
         let judge = judge.zip(judging.as_ref()).map(|((reading, look), sums)| Judge {
@@ -93,7 +93,7 @@ fn bodies(design: &Design<'_>, folded: &Folded, solved: &Solved, shift: &DVector
 /// Essential and physical parameters are found by the distance `‖W (θ − θ̂)‖` from an estimate. Of instruments, or of one
 /// regression for everything, θ̂ is not the least-squares solution of the joints' rows: what differs is taken from the
 /// torques, residuals stay as they are.
-fn taught(
+fn trained_on(
     design: &Design<'_>,
     folded: &Folded,
     solved: &Solved,

@@ -12,7 +12,7 @@ const PLAYER: &str = include_str!("../assets/film.js");
 /// The page as one HTML document, below [`crate::report::LARGEST_PAGE`] bytes.
 pub fn render(film: &Film) -> String {
     let content = html! {
-        (words(film))
+        (text(film))
         (stage(film))
         (plots(film))
         (glance(film))
@@ -23,7 +23,7 @@ pub fn render(film: &Film) -> String {
     document(&film.title, &film.robot, parts)
 }
 
-fn words(film: &Film) -> Markup {
+fn text(film: &Film) -> Markup {
     html! {
         section.summary aria-label="Summary" {
             @for paragraph in film.summary.split("\n\n").map(str::trim).filter(|p| !p.is_empty()) { p { (paragraph) } }

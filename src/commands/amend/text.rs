@@ -1,6 +1,6 @@
 //! What `amend` says about what it did.
 use bipedc::amendment::history::{Action, Change, History};
-use bipedc::amendment::{Amended, Undone, words};
+use bipedc::amendment::{Amended, Undone, comments};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub fn amended(amended: &Amended, robot: &Path) -> String {
         text += &one(change);
     }
     for error in &amended.step.errors {
-        let _ = writeln!(text, "error: {}", words::error(error));
+        let _ = writeln!(text, "error: {}", comments::error(error));
     }
     if let Some(note) = &amended.step.note {
         let _ = writeln!(text, "note: {note}");
@@ -31,7 +31,7 @@ pub fn amended(amended: &Amended, robot: &Path) -> String {
 }
 
 fn one(change: &Change) -> String {
-    let title = words::title(&change.effect);
+    let title = comments::title(&change.effect);
     let mut text = match change.action {
         Action::Added => format!("added {title}\n"),
         Action::Replaced => format!("replaced the parameters of {title}\n"),
@@ -40,10 +40,10 @@ fn one(change: &Change) -> String {
     for (name, value) in &change.effect.parameters {
         let unit = change.effect.unit(name);
         let old = change.previous.as_ref().and_then(|effect| effect.parameters.get(name));
-        let old = old.map_or_else(String::new, |old| format!("{} → ", words::rounded(*old)));
-        let _ = write!(text, "  {name:18} {old}{}", words::quantity(*value, unit));
+        let old = old.map_or_else(String::new, |old| format!("{} → ", comments::rounded(*old)));
+        let _ = write!(text, "  {name:18} {old}{}", comments::quantity(*value, unit));
         if let Some([low, high]) = change.ci95.get(name) {
-            let _ = write!(text, "  ({})", words::sure(*low, *high));
+            let _ = write!(text, "  ({})", comments::sure(*low, *high));
         }
         text.push('\n');
     }
@@ -59,17 +59,18 @@ pub fn difference(amended: &Amended) -> String {
     let tail = rest.0.iter().rev().zip(rest.1.iter().rev()).take_while(|(a, b)| a == b).count();
     let mut text = format!("{} would change at line {}:\n", amended.description.display(), head + 1);
     for line in &rest.0[..rest.0.len() - tail] {
-        let _ = writeln!(text, "- {}", words::one_line(line));
+        let _ = writeln!(text, "- {}", comments::one_line(line));
     }
     for line in &rest.1[..rest.1.len() - tail] {
-        let _ = writeln!(text, "+ {}", words::one_line(line));
+        let _ = writeln!(text, "+ {}", comments::one_line(line));
     }
     text + "nothing was written (--dry-run)\n"
 }
 
 /// After taking a step back.
 pub fn undone(undone: &Undone) -> String {
-    let titles: Vec<String> = undone.step.changes.iter().map(|change| words::title(&change.effect)).collect();
+    let titles: Vec<String> =
+        undone.step.changes.iter().map(|change| comments::title(&change.effect)).collect();
     let (step, titles) = (undone.step.step, titles.join(", "));
     let file = undone.description.display();
     if !undone.restored {
