@@ -3,7 +3,7 @@
 //!
 //! The history is never behind the description: amending writes the history first, taking back writes it last. So
 //! an interruption between the two leaves one state only, a last step that the description does not have yet (or no
-//! longer), and [`History::standing`] sees it by the hashes.
+//! longer), and [`History::state`] sees it by the hashes.
 use super::files::read_text;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
