@@ -38,7 +38,7 @@ fn base_regressor_times_parameters_is_the_moment() {
             assert!((sum - mass * center).abs() < 1e-12 * mass, "{sum} {}", mass * center);
         }
         let (own, _) = standing.center(&bodies, &parameters);
-        // The world of `Standing` begins at the sole, that of the model at the foot's frame.
+        // The world of `StanceModel` begins at the sole, that of the model at the foot's frame.
         assert!((own.x - center[0]).abs() < 1e-13 && (own.z - 0.055 - center[2]).abs() < 1e-13);
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Unknown are the placements of the swing foot (x, y, yaw) and the joints of every posture; that its sole lies flat at
 //! its placement is a condition of six equations per posture, so what is searched is a surface in the space of joints.
-//! [`Standing`] knows where bodies are and how that changes with the joints (analytically), `surface` the directions in
+//! [`StanceModel`] knows where bodies are and how that changes with the joints (analytically), `surface` the directions in
 //! which a posture may move and the way back onto the surface, `ground` the conditions with their slack, `start` the
 //! thesis' search for feasible postures, and [`design_postures`] minimises the condition number within.
 mod descent;
