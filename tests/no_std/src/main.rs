@@ -10,6 +10,7 @@ mod generated;
 use core::hint::black_box;
 
 use bipedc_runtime::Real;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal, Servo};
 use bipedc_runtime::lanes::{F32x8, F64x4, F64x8};
 use bipedc_runtime::math::sin_cos;
 
@@ -49,6 +50,28 @@ fn exponentials<R: Real>(x: R) -> R {
     grown * shrunk + t * t + one / (cosh * cosh) + limits + (-x).abs().sign() + (-x).larger(one)
 }
 
+/// A controller behind a pointer: a servo and a torque for two joints behind a planar base; what they ask for together, 5.
+fn controlled<R: Real>() -> R {
+    let x = R::constant;
+    let mut controller = |seen: &Observation<'_, R>, commands: &mut [JointCommand<R>]| {
+        let (q, v) = seen.joints(commands.len());
+        for (k, command) in commands.iter_mut().enumerate() {
+            let (Some(q), Some(v)) = (q.get(k), v.get(k)) else { return Err(Refusal::SingularOutputs) };
+            let (position, velocity, limit) = (*q + x(0.5), *v, x(2.0));
+            let servo =
+                Servo { position, velocity, stiffness: x(8.0), damping: x(1.0), torque: x(0.0), limit };
+            *command = if k == 0 { JointCommand::Servo(servo) } else { JointCommand::Torque(x(3.0)) };
+        }
+        Ok(())
+    };
+    let controller: &mut dyn Controller<R> = black_box(&mut controller);
+    let (q, v) = (black_box([x(0.25); 5]), black_box([x(0.0); 5]));
+    let mut commands = [JointCommand::Off; 2];
+    let given = controller.command(&Observation::new(x(0.0), 0, &q, &v), &mut commands);
+    let asked = commands[0].torque(q[3], v[3]) + commands[1].torque(q[4], v[4]);
+    if given.is_ok() { asked } else { x(0.0) }
+}
+
 fn good(value: f64, expected: f64, tolerance: f64) -> bool {
     let difference = value - expected;
     difference <= tolerance && -difference <= tolerance
@@ -72,6 +95,8 @@ pub extern "C" fn main() -> i32 {
         & good(f64::from(exponentials(0.7f32)), 5.0, 1e-5)
         & exponentials(F64x4::constant(2.5)).to_array().iter().all(|sum| good(*sum, 5.0, 1e-14))
         & exponentials(F32x8::constant(2.5)).to_array().iter().all(|sum| good(f64::from(*sum), 5.0, 1e-5))
+        & good(controlled::<f64>(), 5.0, 1e-14)
+        & good(f64::from(controlled::<f32>()), 5.0, 1e-5)
         & good(generated::round_trip::<f64>(), 0.0, 1e-12)
         & good(f64::from(generated::round_trip::<f32>()), 0.0, 1e-3)
         & generated::every_function();
