@@ -131,7 +131,7 @@ fn put(
         effect.own.clone_from(&previous.own);
     }
     let is_twin = |change: &Change| is_same(&change.effect, &effect);
-    let action = match proposed.wish {
+    let action = match proposed.request {
         Request::Remove => Action::Removed,
         // Of two alike in one proposal (two ripples, say) the second comes beside the first.
         Request::Put if !step.changes.iter().any(is_twin) && text::count(text, &effect)? > 0 => {

@@ -57,7 +57,7 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
     let entered =
         |found: &FoundEffect| diagnosis.steps.iter().position(|s| is_same(&s.effect, &found.effect));
     chosen.sort_by_key(|found| entered(found).unwrap_or(usize::MAX));
-    let wish = if selection.add { Request::Add } else { Request::Put };
+    let request = if selection.add { Request::Add } else { Request::Put };
     let main = main_channel(diagnosis);
     let mut effects: Vec<Proposed> = Vec::new();
     for (index, found) in chosen.iter().enumerate() {
@@ -71,12 +71,12 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
             training: None,
             noise: rms.noise,
         });
-        effects.push(proposed(found, error, wish));
+        effects.push(proposed(found, error, request));
     }
     let (errors, note) = errors(diagnosis, &effects, selection.corrections);
     if selection.corrections {
         refuse_untold(&diagnosis.inertial_corrections)?;
-        effects.extend(diagnosis.inertial_corrections.iter().map(|found| proposed(found, None, wish)));
+        effects.extend(diagnosis.inertial_corrections.iter().map(|found| proposed(found, None, request)));
     }
     // Effects that stood already and were estimated again belong to the estimates of the others.
     effects.extend(diagnosis.standing.iter().map(|found| proposed(found, None, Request::Put)));
@@ -102,8 +102,8 @@ fn refuse_untold(corrections: &[FoundEffect]) -> Result<(), Diagnostic> {
     )))
 }
 
-fn proposed(found: &FoundEffect, error: Option<ChannelError>, wish: Request) -> Proposed {
-    Proposed { effect: found.effect.clone(), ci95: found.ci95.clone(), error, wish }
+fn proposed(found: &FoundEffect, error: Option<ChannelError>, request: Request) -> Proposed {
+    Proposed { effect: found.effect.clone(), ci95: found.ci95.clone(), error, request }
 }
 
 fn choose<'d>(diagnosis: &'d Diagnosis, only: &[String]) -> Result<Vec<&'d FoundEffect>, Diagnostic> {

@@ -52,7 +52,7 @@ pub struct Proposed {
     /// Error before and after this effect alone, where known.
     pub error: Option<ChannelError>,
     /// What to do with it.
-    pub wish: Request,
+    pub request: Request,
 }
 
 /// What to do with an effect.

@@ -131,8 +131,8 @@ impl Diagnose {
         output::diagnostics(&bench.robot().warnings);
         let (log, judge) = self.logs(bench, mapping)?;
         let options = Options { report: false, ..self.options() };
-        let explained = bench.explain((&log, judge.as_ref()), &options, &mut |told| {
-            let text = match told {
+        let explained = bench.explain((&log, judge.as_ref()), &options, &mut |event| {
+            let text = match event {
                 Event::Warnings(warnings) => {
                     output::diagnostics(warnings);
                     return Ok(());

@@ -3,7 +3,7 @@ use super::standing_base;
 use crate::robot::link_inertias;
 use bipedc_analysis::identify::BaseSet;
 use bipedc_analysis::identify::excite::postures::{JointPlace, Place, SolePlace, StandingParts};
-use bipedc_analysis::robot::inertial_parameters::index;
+use bipedc_analysis::robot::inertial_parameters::parameter_index;
 use bipedc_analysis::robot::{AnyModel, LinkInertias};
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Base, Foot, JointKind, Side};
@@ -100,9 +100,9 @@ impl StandingRobot {
         for body in (0..self.link_inertias.bodies.len()).filter(|b| Some(*b) != torso) {
             if !feet.contains(&body) {
                 self.check_limb(body)?;
-                zeros.push(index(body, 1));
+                zeros.push(parameter_index(body, 1));
             }
-            zeros.push(index(body, 2));
+            zeros.push(parameter_index(body, 2));
         }
         Ok(zeros)
     }

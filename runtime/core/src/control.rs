@@ -123,8 +123,8 @@ impl core::error::Error for Refusal {}
 /// # Ok::<(), bipedc_runtime::control::Refusal>(())
 /// ```
 pub trait Controller<T> {
-    /// Commands for the joints, in their order. One that is left as it was stays what another controller made of it, or
-    /// [`JointCommand::Off`].
+    /// Commands for the joints, in their order. One that is left as it is stays what a controller before this one made of it,
+    /// or [`JointCommand::Off`] where there was none.
     ///
     /// # Errors
     /// There is no command for this state; what was written to `commands` means nothing then.

@@ -150,13 +150,13 @@ impl Amend {
         if effect.parameters.is_empty() && !self.remove {
             parse::demand_parameters(&effect)?;
         }
-        let wish = match (self.remove, self.add) {
+        let request = match (self.remove, self.add) {
             (true, _) => Request::Remove,
             (_, true) => Request::Add,
             _ => Request::Put,
         };
         let origin = if self.remove { "taken out" } else { "values given" }.to_owned();
-        let effects = vec![Proposed { effect, ci95: BTreeMap::new(), error: None, wish }];
+        let effects = vec![Proposed { effect, ci95: BTreeMap::new(), error: None, request }];
         Ok(Proposal { effects, origin, ..Proposal::default() })
     }
 

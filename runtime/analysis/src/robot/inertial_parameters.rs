@@ -73,7 +73,7 @@ impl DerefMut for InertialParameters {
 }
 
 /// Place of a parameter of a body among those of all bodies.
-pub fn index(body: usize, element: usize) -> usize {
+pub fn parameter_index(body: usize, element: usize) -> usize {
     InertialParameters::PER_BODY * body + element
 }
 
@@ -105,7 +105,7 @@ mod tests {
     fn bodies_follow_each_other() {
         let two = InertialParameters::new((0..20).map(f64::from).collect());
         assert_eq!(two.mass(), 10.0);
-        assert_eq!((index(1, 3), body_of(13), element_of(13)), (13, 1, 3));
+        assert_eq!((parameter_index(1, 3), body_of(13), element_of(13)), (13, 1, 3));
         assert_eq!((two.body(1)[0], two.bodies().count(), two.len()), (10.0, 2, 20));
     }
 }

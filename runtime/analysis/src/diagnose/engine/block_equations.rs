@@ -3,7 +3,7 @@
 //! Once they are formed, every fit and every held-out error is a small dense problem, whatever the length of the log.
 use crate::experiments::Experiment;
 use crate::experiments::form::Column;
-use crate::robot::inertial_parameters::{InertialParameters, body_of, element_of, index};
+use crate::robot::inertial_parameters::{InertialParameters, body_of, element_of, parameter_index};
 use nalgebra::DMatrix;
 
 /// Samples that are multiplied at a time.
@@ -94,7 +94,7 @@ pub(super) struct BlockEquations {
 impl BlockEquations {
     /// Number of inertial columns.
     pub fn inertial(&self) -> usize {
-        index(self.bodies.len(), 0)
+        parameter_index(self.bodies.len(), 0)
     }
     /// Local index of the residual.
     pub fn residual(&self) -> usize {
@@ -191,7 +191,7 @@ fn fill_inertial(
             let Some((place, element)) = *place else { continue };
             let factor = &spread.factors[bodies[place]];
             for k in 0..=element {
-                x[(i, index(place, k))] += value * factor[(element, k)];
+                x[(i, parameter_index(place, k))] += value * factor[(element, k)];
             }
         }
     }

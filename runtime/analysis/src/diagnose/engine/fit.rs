@@ -1,7 +1,7 @@
 //! Fits of effects and inertial corrections together, and their errors on other data.
 use super::block_equations::{BlockEquations, Spread};
 use crate::experiments::form::{Form, Search};
-use crate::robot::inertial_parameters::index;
+use crate::robot::inertial_parameters::parameter_index;
 use nalgebra::{DMatrix, DVector};
 
 /// What one coefficient multiplies.
@@ -67,7 +67,7 @@ impl RowEquations {
                 self.gram.column(place).into_owned()
             }
             Term::Inertial(_) => {
-                let inertial = index(self.bodies.len(), 0);
+                let inertial = parameter_index(self.bodies.len(), 0);
                 self.gram.columns(0, inertial) * local.rows(0, inertial)
             }
         }
@@ -91,12 +91,12 @@ impl RowEquations {
         match term {
             Term::Data(id) => {
                 let place = self.ids.iter().position(|i| i == id)?;
-                out[index(self.bodies.len(), 0) + place] = 1.0;
+                out[parameter_index(self.bodies.len(), 0) + place] = 1.0;
             }
             Term::Inertial(direction) => {
                 for (place, body) in self.bodies.iter().enumerate() {
                     for k in 0..10 {
-                        out[index(place, k)] = direction[index(*body, k)];
+                        out[parameter_index(place, k)] = direction[parameter_index(*body, k)];
                     }
                 }
             }
@@ -136,11 +136,12 @@ impl Corrections {
         for (row, w) in train.rows.iter().zip(weights) {
             for (a, body_a) in row.bodies.iter().enumerate() {
                 for i in 0..10 {
-                    right[index(*body_a, i)] += w * row.gram[(index(a, i), row.residual())];
+                    right[parameter_index(*body_a, i)] +=
+                        w * row.gram[(parameter_index(a, i), row.residual())];
                     for (b, body_b) in row.bodies.iter().enumerate() {
                         for k in 0..10 {
-                            matrix[(index(*body_a, i), index(*body_b, k))] +=
-                                w * row.gram[(index(a, i), index(b, k))];
+                            matrix[(parameter_index(*body_a, i), parameter_index(*body_b, k))] +=
+                                w * row.gram[(parameter_index(a, i), parameter_index(b, k))];
                         }
                     }
                 }
@@ -203,7 +204,7 @@ pub(super) fn fit(
             if p > 0 {
                 for (place, body) in row.bodies.iter().enumerate() {
                     for i in 0..10 {
-                        cross[(index(*body, i), k)] += product[index(place, i)];
+                        cross[(parameter_index(*body, i), k)] += product[parameter_index(place, i)];
                     }
                 }
             }
@@ -300,7 +301,7 @@ fn error(row: &RowEquations, fit: &Fit, terms: &[&Term]) -> f64 {
     if !fit.corrections.is_empty() {
         for (place, body) in row.bodies.iter().enumerate() {
             for k in 0..10 {
-                u[index(place, k)] += fit.corrections[index(*body, k)];
+                u[parameter_index(place, k)] += fit.corrections[parameter_index(*body, k)];
             }
         }
     }

@@ -4,7 +4,7 @@ use super::fit::{Corrections, NormalEquations, Term, fit};
 use super::parallel::parallel;
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
-use crate::robot::inertial_parameters::index;
+use crate::robot::inertial_parameters::parameter_index;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location, Role};
 use nalgebra::{DMatrix, DVector};
@@ -316,7 +316,7 @@ fn places(of_row: &BlockEquations, p: usize) -> Vec<(usize, usize)> {
     let mut places = Vec::new();
     if p > 0 {
         for (place, body) in of_row.bodies.iter().enumerate() {
-            places.extend((0..10).map(|k| (index(place, k), index(*body, k))));
+            places.extend((0..10).map(|k| (parameter_index(place, k), parameter_index(*body, k))));
         }
     }
     places.extend(of_row.ids.iter().enumerate().map(|(k, id)| (of_row.inertial() + k, p + id)));

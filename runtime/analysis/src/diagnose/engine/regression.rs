@@ -6,7 +6,7 @@ use super::noise_floor::noise_floor;
 use super::parallel::parallel;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
-use crate::robot::inertial_parameters::{InertialParameters, body_of, index};
+use crate::robot::inertial_parameters::{InertialParameters, body_of, parameter_index};
 use bipedc_effects::effect::{Effect, Kind, Law, Location};
 
 /// Blocks of time that a log is cut into.
@@ -195,7 +195,7 @@ impl<'a> Regression<'a> {
     pub fn carrier(&self, c: usize) -> Option<f64> {
         let Search::Inertial(directions) = &self.candidates[c].form.search else { return None };
         let body = directions.first()?.iter().position(|x| *x != 0.0).map(body_of)?;
-        self.train.inertial_parameters().get(index(body, 0)).copied()
+        self.train.inertial_parameters().get(parameter_index(body, 0)).copied()
     }
 
     /// A candidate's terms, for [`Regression::recall`].

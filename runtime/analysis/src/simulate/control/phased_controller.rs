@@ -41,7 +41,7 @@ impl<'a> PhasedController<'a> {
         Self::new(model, plant, phases, controller, first)
     }
 
-    /// Any controller; joints that it leaves [`JointCommand::Off`] stay with the scenario's servos.
+    /// Any controller, over the scenario's servos: commands that it leaves as they are stay with these.
     ///
     /// # Errors
     /// The phases exchange legs that do not mirror each other, or the model cannot exchange them.
@@ -89,8 +89,14 @@ impl<'a> PhasedController<'a> {
     ) -> Result<(), Diagnostic> {
         self.follow(stepper, motion);
         let phase = self.tracker.phase();
-        self.commands.fill(JointCommand::Off);
         let mirror = self.tracker.mirror();
+        let seen = |joint: usize, command: &JointCommand<f64>| {
+            mirror.map_or((joint, *command), |mirror| mirror.command(joint, command))
+        };
+        for (joint, command) in commands.iter().enumerate() {
+            let (role, command) = seen(joint, command);
+            self.commands[role] = command;
+        }
         let (q, v) = match mirror {
             None => (&motion.q, &motion.v),
             Some(mirror) => {
@@ -102,11 +108,9 @@ impl<'a> PhasedController<'a> {
         self.controller
             .command(&observed, &mut self.commands)
             .map_err(|refusal| refused(refusal, Some(&self.phases[phase].name), motion.time))?;
-        for (joint, command) in self.commands.iter().enumerate() {
-            let (joint, command) = mirror.map_or((joint, *command), |mirror| mirror.command(joint, command));
-            if command != JointCommand::Off {
-                commands[joint] = command;
-            }
+        for (role, command) in self.commands.iter().enumerate() {
+            let (joint, command) = seen(role, command);
+            commands[joint] = command;
         }
         Ok(())
     }
@@ -127,12 +131,12 @@ impl<'a> PhasedController<'a> {
 pub(crate) fn refused(refusal: Refusal, phase: Option<&str>, time: f64) -> Diagnostic {
     match (refusal, phase) {
         (Refusal::SingularOutputs, Some(phase)) => Diagnostic::error(format!(
-            "at {time} s the outputs of phase `{phase}` cannot be driven: their decoupling matrix L_g L_f h is singular"
+            "at {time:.6} s the outputs of phase `{phase}` cannot be driven: their decoupling matrix L_g L_f h is singular"
         ))
         .help("outputs must be independent of each other and each be moved by the actuators; a knee that is stretched is neither"),
         (other, phase) => {
             let phase = phase.map(|phase| format!(" in phase `{phase}`")).unwrap_or_default();
-            Diagnostic::error(format!("at {time} s the controller has no command{phase}: {other}"))
+            Diagnostic::error(format!("at {time:.6} s the controller has no command{phase}: {other}"))
         }
     }
 }

@@ -1,5 +1,5 @@
 //! A whole walk: controllers, phases, log.
-use super::integrate::{Change, Effort, End, Precision, Start, Violation, Watcher, walk_watched};
+use super::integrate::{Change, Effort, End, Precision, Start, Violation, Walk, Watcher, walk_watched};
 use super::mirror::Mirror;
 use super::project::Projected;
 use super::robot::PhasedRobot;
@@ -123,7 +123,8 @@ impl Walking<'_> {
         self.run_with(outputs, run, watch)
     }
 
-    /// The same with a controller over the scenario's servos, instead of its outputs; legs have their roles as names.
+    /// The same with a controller over the scenario's servos, instead of its outputs; legs have their roles as names. It is asked
+    /// at every state that the integration tries, in no order of time: its answer may depend on what it is told alone.
     ///
     /// # Errors
     /// As [`Walking::run`]; the controller refuses a state.
@@ -148,33 +149,12 @@ impl Walking<'_> {
             own: Vec::new(),
             controller,
         };
-        let outputs = scenario.outputs.as_ref();
-        let servo_driven = |phase: usize| !outputs.is_some_and(|outputs| outputs.drive(phase));
         let stops = if scenario.joint_stops { plant.position_limits.clone() } else { Vec::new() };
         let robot =
             PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
                 .with_stops(stops);
         let (x, projected) = robot.standing(plant, scenario)?;
-        let effects: Vec<_> = plant.effects.iter().chain(&scenario.effects).collect();
-        let (drives_of_log, turned) = (ideal(plant, scenario)?, Turned::new(plant, &effects));
-        let mut log = Log {
-            walking: self,
-            events,
-            robot: &robot,
-            mirror: mirror.as_ref(),
-            swapped: &swapped,
-            servo_driven: &servo_driven,
-            sensing: Sensing::new(plant, scenario, &drives_of_log, &effects, turned),
-            drives: drives_of_log,
-            run,
-            watch,
-            sample: Sample::default(),
-            row: Vec::new(),
-            rows: 0,
-            steps: 0,
-            interrupted: false,
-            changes: Vec::new(),
-        };
+        let mut log = Log::new(self, (&robot, events), (mirror.as_ref(), &swapped), (run, watch))?;
         let precision = Precision {
             relative: events.relative,
             absolute: events.relative,
@@ -183,27 +163,10 @@ impl Walking<'_> {
         };
         let start = Start { time: 0.0, phase: scenario.phase, x };
         let done = walk_watched(&robot, start, scenario.duration, &precision, &mut log);
-        let (rows, steps, changes, interrupted) = (log.rows, log.steps, log.changes, log.interrupted);
         if let Some((phase, time, refusal)) = robot.refusal() {
             return Err(refused(refusal, Some(&phases[phase].name), time));
         }
-        let done = done?;
-        let (end, verdict) = match done.end {
-            End::Violated(violation) => (WalkEnd::Verdict, Some(violation)),
-            _ if interrupted => (WalkEnd::Interrupted, None),
-            End::Time => (WalkEnd::Duration, None),
-            End::Changes | End::Stopped => (WalkEnd::Steps, None),
-        };
-        Ok(WalkSummary {
-            rows,
-            time: done.last.time,
-            steps,
-            end,
-            verdict,
-            changes,
-            projected,
-            integration: done.effort,
-        })
+        Ok(log.summary(done?, projected))
     }
 }
 
@@ -241,7 +204,6 @@ struct Log<'w, 'r, 'a, 'p> {
     robot: &'w PhasedRobot<'p>,
     mirror: Option<&'w Mirror<'w>>,
     swapped: &'w Cell<bool>,
-    servo_driven: &'w dyn Fn(usize) -> bool,
     sensing: Sensing<'w>,
     drives: Drives,
     run: &'w mut Run<'r>,
@@ -252,6 +214,56 @@ struct Log<'w, 'r, 'a, 'p> {
     steps: usize,
     interrupted: bool,
     changes: Vec<PhaseChange>,
+}
+
+impl<'w, 'r, 'a, 'p> Log<'w, 'r, 'a, 'p> {
+    fn new(
+        walking: &'w Walking<'a>,
+        (robot, events): (&'w PhasedRobot<'p>, &'w EventDriven),
+        (mirror, swapped): (Option<&'w Mirror<'w>>, &'w Cell<bool>),
+        (run, watch): (&'w mut Run<'r>, &'w mut dyn FnMut(&Sample)),
+    ) -> Result<Self, Diagnostic> {
+        let (plant, scenario) = (walking.plant, walking.scenario);
+        let effects: Vec<_> = plant.effects.iter().chain(&scenario.effects).collect();
+        let (drives, turned) = (ideal(plant, scenario)?, Turned::new(plant, &effects));
+        Ok(Self {
+            walking,
+            events,
+            robot,
+            mirror,
+            swapped,
+            sensing: Sensing::new(plant, scenario, &drives, &effects, turned),
+            drives,
+            run,
+            watch,
+            sample: Sample::default(),
+            row: Vec::new(),
+            rows: 0,
+            steps: 0,
+            interrupted: false,
+            changes: Vec::new(),
+        })
+    }
+
+    /// What is reported of a walk that is done.
+    fn summary(self, done: Walk, projected: Projected) -> WalkSummary {
+        let (end, verdict) = match done.end {
+            End::Violated(violation) => (WalkEnd::Verdict, Some(violation)),
+            _ if self.interrupted => (WalkEnd::Interrupted, None),
+            End::Time => (WalkEnd::Duration, None),
+            End::Changes | End::Stopped => (WalkEnd::Steps, None),
+        };
+        WalkSummary {
+            rows: self.rows,
+            time: done.last.time,
+            steps: self.steps,
+            end,
+            verdict,
+            changes: self.changes,
+            projected,
+            integration: done.effort,
+        }
+    }
 }
 
 impl Log<'_, '_, '_, '_> {
@@ -285,7 +297,8 @@ impl Log<'_, '_, '_, '_> {
         sample.reference.clear();
         let servos = self.walking.scenario.servos.iter();
         // Virtual constraints have no reference for a joint.
-        let wanted = (self.servo_driven)(phase);
+        let outputs = self.walking.scenario.outputs.as_ref();
+        let wanted = !outputs.is_some_and(|outputs| outputs.drive(phase));
         sample.reference.extend(servos.map(|s| if wanted { s.reference.at(time)[0] } else { f64::NAN }));
         self.sample = sample;
     }

@@ -2,7 +2,7 @@
 use crate::robot::AnyModel;
 use crate::robot::InertialParameters;
 use crate::robot::inertial_parameters::mass;
-use crate::robot::inertial_parameters::{body_of, element_of, index, of_body};
+use crate::robot::inertial_parameters::{body_of, element_of, of_body, parameter_index};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, State};
 use nalgebra::{DMatrix, Matrix3, Rotation3, Vector3, Vector6};
@@ -134,9 +134,10 @@ impl<'a> StanceModel<'a> {
         }
         let column = |k: usize| Vector3::from_column_slice(&out[3 * k..3 * k + 3]);
         let count = self.parts.parameters.bodies().len();
-        let rotation: Vec<Matrix3<f64>> =
-            (0..count).map(|b| Matrix3::from_columns(&[1, 2, 3].map(|i| column(index(b, i))))).collect();
-        let position: Vec<Vector3<f64>> = (0..count).map(|b| column(index(b, 0))).collect();
+        let rotation: Vec<Matrix3<f64>> = (0..count)
+            .map(|b| Matrix3::from_columns(&[1, 2, 3].map(|i| column(parameter_index(b, i)))))
+            .collect();
+        let position: Vec<Vector3<f64>> = (0..count).map(|b| column(parameter_index(b, 0))).collect();
         let mut bodies = Bodies { rotation, position, axes: Vec::new() };
         // From the frame of the foot's link to that of its sole.
         let (origin, turn) = bodies.frame(&self.parts.soles[0].place);
@@ -193,7 +194,7 @@ impl<'a> StanceModel<'a> {
             let (axis, at) = bodies.axes[joint];
             let moved = self.moved[joint].iter().enumerate().filter(|(_, moved)| **moved);
             let (sum, own) = moved.fold((Vector3::zeros(), 0.0), |(sum, own), (b, _)| {
-                (sum + firsts[b], own + parameters[index(b, 0)])
+                (sum + firsts[b], own + parameters[parameter_index(b, 0)])
             });
             let turned =
                 if self.parts.joints[joint].prismatic { axis * own } else { axis.cross(&(sum - at * own)) };
