@@ -1,5 +1,6 @@
 //! A little geometry for checks and guesses; the derivations proper have their own, symbolic one.
 use super::model::{Inertial, Pose};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub(crate) type Vector = [f64; 3];
 pub(crate) type Matrix = [[f64; 3]; 3];
@@ -47,6 +48,22 @@ pub(crate) fn rotation([roll, pitch, yaw]: Vector) -> Matrix {
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ]
+}
+
+/// Roll, pitch and yaw of the rotation of a quaternion x y z w of any length but zero, which has none.
+///
+/// From half the sum and half the difference of roll and yaw, which keep all digits where the pitch comes near a right angle
+/// and only one of them means something.
+pub(crate) fn quaternion_to_rpy([x, y, z, w]: [f64; 4]) -> Option<Vector> {
+    if [x, y, z, w] == [0.0; 4] {
+        return None;
+    }
+    let (with, against) = ((w - y).hypot(x + z), (w + y).hypot(x - z));
+    let half_sum = if with == 0.0 { 0.0 } else { (x + z).atan2(w - y) };
+    let half_difference = if against == 0.0 { 0.0 } else { (x - z).atan2(w + y) };
+    let within_a_turn = |angle: f64| if angle.abs() > PI { angle - TAU.copysign(angle) } else { angle };
+    let (roll, yaw) = (half_sum + half_difference, half_sum - half_difference);
+    Some([within_a_turn(roll), 2.0 * against.atan2(with) - FRAC_PI_2, within_a_turn(yaw)])
 }
 
 pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
@@ -149,4 +166,35 @@ fn steiner(mass: f64, c: Vector) -> Matrix {
 
 fn combine(a: &Matrix, b: &Matrix, factor: f64) -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + factor * b[i][j]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Also where roll and yaw turn about one axis, and beside it.
+    #[test]
+    fn angles_of_quaternions_turn_as_they_do() {
+        for k in 0..2000 {
+            let mut quaternion: [f64; 4] =
+                std::array::from_fn(|i| ((k * k + 3 * i * k + i) as f64 * 0.731).sin());
+            if k % 4 == 0 {
+                // w = y and z = -x: the pitch is a right angle; then up to 1e-15 beside it.
+                let [x, y, ..] = quaternion;
+                quaternion = [x, y, -x, y * (1.0 + 10f64.powi(-(k as i32 / 4) % 16))];
+            }
+            let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
+            let [x, y, z, w] = quaternion.map(|part| part / length);
+            let expected = [
+                [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+                [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+                [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+            ];
+            let found = rotation(quaternion_to_rpy(quaternion).unwrap());
+            for (found, expected) in found.as_flattened().iter().zip(expected.as_flattened()) {
+                assert!((found - expected).abs() < 3e-15, "{quaternion:?}: {found} {expected}");
+            }
+        }
+        assert_eq!(quaternion_to_rpy([0.0; 4]), None);
+    }
 }

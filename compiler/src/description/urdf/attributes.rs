@@ -51,29 +51,30 @@ pub(super) fn text<'a>(
     value
 }
 
-/// The attribute's text if it is one finite number; reports why not. `None` as well when it is absent.
-pub(super) fn number<'a>(
-    node: Node<'a, '_>,
+/// The attribute if it is one finite number; reports why not. `None` as well when it is absent.
+pub(super) fn number(
+    node: Node<'_, '_>,
     name: &str,
     owner: &str,
     messages: &mut Messages<'_>,
-) -> Option<&'a str> {
-    vector(node, name, 1, owner, messages)
+) -> Option<f64> {
+    vector::<1>(node, name, owner, messages).map(|[value]| value)
 }
 
-/// The attribute's text if it is `count` finite numbers; reports why not. `None` as well when it is absent.
-pub(super) fn vector<'a>(
-    node: Node<'a, '_>,
+/// The attribute if it is `N` finite numbers; reports why not. `None` as well when it is absent.
+pub(super) fn vector<const N: usize>(
+    node: Node<'_, '_>,
     name: &str,
-    count: usize,
     owner: &str,
     messages: &mut Messages<'_>,
-) -> Option<&'a str> {
-    let value = node.attribute(name)?.trim();
+) -> Option<[f64; N]> {
+    let text = node.attribute(name)?;
     // Exporters write the largest float there is for joints without limits.
     let bounded = node.tag_name().name() != "limit";
-    match check_numbers(value, count).and_then(|()| if bounded { check_sizes(value) } else { Ok(()) }) {
-        Ok(()) => Some(value),
+    let read =
+        numbers(text).and_then(|values| if bounded { of_possible_size(values, text) } else { Ok(values) });
+    match read {
+        Ok(values) => Some(values),
         Err((problem, help)) => {
             let element = node.tag_name().name();
             messages.error(place(node, name), format!("{owner}: {element}/{name} {problem}"), help);
@@ -82,31 +83,41 @@ pub(super) fn vector<'a>(
     }
 }
 
-/// Whether all numbers of a text that holds nothing else have a possible size.
-pub(super) fn check_sizes(value: &str) -> Result<(), (String, String)> {
-    let refused = value.split_whitespace().find_map(|word| {
-        let (problem, help) = magnitude::refusal(word.parse().ok()?)?;
+/// The numbers if all have a possible size; else what is wrong and what to do.
+pub(super) fn of_possible_size<const N: usize>(
+    values: [f64; N],
+    text: &str,
+) -> Result<[f64; N], (String, String)> {
+    let mut written = values.iter().zip(text.split_whitespace());
+    let refused = written.find_map(|(value, word)| {
+        let (problem, help) = magnitude::refusal(*value)?;
         Some((format!("is `{}`, which {problem}", short(word)), help.to_owned()))
     });
-    refused.map_or(Ok(()), Err)
+    refused.map_or(Ok(values), Err)
 }
 
-/// Whether the text is `count` finite numbers; else what is wrong and what to do.
-pub(super) fn check_numbers(value: &str, count: usize) -> Result<(), (String, String)> {
-    let expected = if count == 1 { "a number".into() } else { format!("{count} numbers") };
-    let mut found = 0;
-    for word in value.split_whitespace() {
-        found += 1;
+/// The text as `N` finite numbers; else what is wrong and what to do.
+pub(super) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], (String, String)> {
+    let expected = if N == 1 { "a number".into() } else { format!("{N} numbers") };
+    let (mut values, mut found) = ([0.0; N], 0);
+    for word in text.split_whitespace() {
         match word.parse::<f64>() {
-            Ok(number) if number.is_finite() => {}
+            Ok(number) if number.is_finite() => {
+                if let Some(value) = values.get_mut(found) {
+                    *value = number;
+                }
+            }
             Ok(_) => {
                 let problem =
                     format!("is `{}`, expected {expected}: NaN and infinity have no meaning", short(word));
                 return Err((problem, "write a finite value, or remove the attribute".into()));
             }
             Err(_) => {
-                let problem =
-                    format!("is `{}`, expected {expected}: `{}` is not a number", short(value), short(word));
+                let problem = format!(
+                    "is `{}`, expected {expected}: `{}` is not a number",
+                    short(text.trim()),
+                    short(word)
+                );
                 let help = if word.contains(',') {
                     "write decimals with a point and separate by spaces"
                 } else {
@@ -115,12 +126,13 @@ pub(super) fn check_numbers(value: &str, count: usize) -> Result<(), (String, St
                 return Err((problem, help.into()));
             }
         }
+        found += 1;
     }
-    if found == count {
-        return Ok(());
+    if found == N {
+        return Ok(values);
     }
     Err((
-        format!("is `{}`: expected {expected}, found {found}", short(value)),
+        format!("is `{}`: expected {expected}, found {found}", short(text.trim())),
         "write as many as expected, separated by spaces".into(),
     ))
 }

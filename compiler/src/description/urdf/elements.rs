@@ -1,22 +1,21 @@
-//! Reads the elements of a URDF: what is understood goes on in a normalised text, everything else is reported.
+//! Reads the elements of a URDF into the types of `urdf-rs`, with their places; everything else is reported.
 //!
-//! The normalised text holds only what we need and only what was checked, so that the typed URDF crate, which
-//! knows no positions, cannot fail on it or take it differently.
+//! The reader of `urdf-rs` knows no positions and refuses files that every robotics tool loads (a second `<origin>`
+//! in the published KUKA LWR, undeclared name spaces), so its types are filled here.
 use super::attributes::{check_attributes, find, number, text, vector};
-use super::shapes::write_collisions;
+use super::shapes::read_collisions;
+use crate::description::geometry::quaternion_to_rpy;
 use crate::description::source::{Messages, Place, short};
 use bipedc_effects::spelling::did_you_mean;
 use roxmltree::Node;
-use std::fmt::Write as _;
+use urdf_rs::{Axis, Inertia, Inertial, JointLimit, JointType, LinkName, Mass, Pose, Vec3};
 
-/// What the file says, as text for the typed crate and as places for messages.
+/// What the file says, with places for messages: each link and joint beside its own.
 #[derive(Debug, Default)]
 pub(super) struct Elements {
     pub(super) robot_name: String,
-    pub(super) links: Vec<LinkPlaces>,
-    pub(super) joints: Vec<JointPlaces>,
-    /// A URDF in which links and joints are called by their number: names may hold anything XML allows.
-    pub(super) normalised: String,
+    pub(super) links: Vec<(LinkPlaces, urdf_rs::Link)>,
+    pub(super) joints: Vec<(JointPlaces, urdf_rs::Joint)>,
 }
 
 /// Name and places of a link.
@@ -71,7 +70,6 @@ pub(super) fn read_elements(robot: Node<'_, '_>, messages: &mut Messages<'_>) ->
         );
         return None;
     }
-    elements.normalised.push_str("<robot name=\"robot\" version=\"1.1\">\n");
     for node in own_children {
         // Joints of a <transmission> and of extensions in other name spaces are not joints of the robot.
         if node.tag_name().namespace() != robot.tag_name().namespace() {
@@ -84,7 +82,6 @@ pub(super) fn read_elements(robot: Node<'_, '_>, messages: &mut Messages<'_>) ->
             name => report_misspelt(node, name, IN_ROBOT, messages),
         }
     }
-    elements.normalised.push_str("</robot>\n");
     Some(elements)
 }
 
@@ -155,34 +152,31 @@ fn read_link(node: Node<'_, '_>, elements: &mut Elements, messages: &mut Message
     let name = read_name(node, "link", messages);
     check_attributes(node, &["name", "type"], messages);
     let owner = format!("link `{}`", short(&name));
-    let mut places = LinkPlaces { name, at: Some(node.range().start), ..LinkPlaces::default() };
-    let _ = write!(elements.normalised, "<link name=\"{}\">", elements.links.len());
+    let mut places = LinkPlaces { name: name.clone(), at: Some(node.range().start), ..LinkPlaces::default() };
     let children = children(node, &owner, IN_LINK, messages);
-    if let Some(inertial) = find(&children, "inertial") {
+    let mut inertial = Inertial::default();
+    if let Some(element) = find(&children, "inertial") {
         let errors = messages.errors();
-        read_inertial(inertial, &owner, &mut places, &mut elements.normalised, messages);
+        inertial = read_inertial(element, &owner, &mut places, messages);
         places.faulty = messages.errors() > errors;
     }
-    write_collisions(&children, &owner, &mut elements.normalised, messages);
-    elements.normalised.push_str("</link>\n");
-    elements.links.push(places);
+    let collision = read_collisions(&children, &owner, messages);
+    elements.links.push((places, urdf_rs::Link { name, inertial, visual: Vec::new(), collision }));
 }
 
 fn read_inertial(
     node: Node<'_, '_>,
     owner: &str,
     places: &mut LinkPlaces,
-    out: &mut String,
     messages: &mut Messages<'_>,
-) {
+) -> Inertial {
     let children = children(node, owner, IN_INERTIAL, messages);
     places.inertial = Some(node.range().start);
     let mass = find(&children, "mass");
     let inertia = find(&children, "inertia");
     places.mass = mass.map(|node| node.range().start);
     places.inertia = inertia.map(|node| node.range().start);
-    out.push_str("<inertial>");
-    write_origin(find(&children, "origin"), owner, out, messages);
+    let origin = read_origin(find(&children, "origin"), owner, messages);
     let value = mass.and_then(|node| {
         check_attributes(node, &["value"], messages);
         number(node, "value", owner, messages)
@@ -194,18 +188,16 @@ fn read_inertial(
             "write <mass value=\"…\"/> in kg",
         );
     }
-    let _ = write!(out, "<mass value=\"{}\"/>", value.unwrap_or("0"));
-    write_inertia(inertia, owner, places.inertial, out, messages);
-    out.push_str("</inertial>");
+    let inertia = read_inertia(inertia, owner, places.inertial, messages);
+    Inertial { origin, mass: Mass { value: value.unwrap_or(0.0) }, inertia }
 }
 
-fn write_inertia(
+fn read_inertia(
     node: Option<Node<'_, '_>>,
     owner: &str,
     inertial: Place,
-    out: &mut String,
     messages: &mut Messages<'_>,
-) {
+) -> Inertia {
     const NAMES: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
     let missing: Vec<&str> =
         NAMES.into_iter().filter(|name| node.and_then(|node| node.attribute(*name)).is_none()).collect();
@@ -219,32 +211,32 @@ fn write_inertia(
     if let Some(node) = node {
         check_attributes(node, &NAMES, messages);
     }
-    out.push_str("<inertia");
-    for name in NAMES {
-        let value = node.and_then(|node| number(node, name, owner, messages));
-        let _ = write!(out, " {name}=\"{}\"", value.unwrap_or("0"));
-    }
-    out.push_str("/>");
+    let [ixx, ixy, ixz, iyy, iyz, izz] =
+        NAMES.map(|name| node.and_then(|node| number(node, name, owner, messages)).unwrap_or(0.0));
+    Inertia { ixx, ixy, ixz, iyy, iyz, izz }
 }
 
-/// Writes an `<origin>`; what is missing is zero, as everywhere in URDF.
-pub(super) fn write_origin(
-    node: Option<Node<'_, '_>>,
-    owner: &str,
-    out: &mut String,
-    messages: &mut Messages<'_>,
-) {
-    let Some(node) = node else {
-        out.push_str("<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>");
-        return;
-    };
+/// Reads an `<origin>`; what is missing is zero, as everywhere in URDF.
+pub(super) fn read_origin(node: Option<Node<'_, '_>>, owner: &str, messages: &mut Messages<'_>) -> Pose {
+    let Some(node) = node else { return Pose::default() };
     check_attributes(node, &["xyz", "rpy", "quat_xyzw"], messages);
-    let xyz = vector(node, "xyz", 3, owner, messages).unwrap_or("0 0 0");
-    let _ = write!(out, "<origin xyz=\"{xyz}\"");
-    let _ = match (node.attribute("rpy"), vector(node, "quat_xyzw", 4, owner, messages)) {
-        (None, Some(quaternion)) => write!(out, " quat_xyzw=\"{quaternion}\"/>"),
-        _ => write!(out, " rpy=\"{}\"/>", vector(node, "rpy", 3, owner, messages).unwrap_or("0 0 0")),
+    let xyz = vector(node, "xyz", owner, messages).unwrap_or_default();
+    let rpy = if node.has_attribute("rpy") {
+        vector(node, "rpy", owner, messages)
+    } else {
+        vector(node, "quat_xyzw", owner, messages).and_then(|quaternion| {
+            let rpy = quaternion_to_rpy(quaternion);
+            if rpy.is_none() {
+                messages.error(
+                    Some(node.range().start),
+                    format!("{owner}: origin/quat_xyzw is zero, which is no rotation"),
+                    "write a unit quaternion x y z w, such as 0 0 0 1",
+                );
+            }
+            rpy
+        })
     };
+    Pose { xyz: Vec3(xyz), rpy: Vec3(rpy.unwrap_or_default()) }
 }
 
 fn read_joint(node: Node<'_, '_>, elements: &mut Elements, messages: &mut Messages<'_>) {
@@ -261,6 +253,7 @@ fn read_joint(node: Node<'_, '_>, elements: &mut Elements, messages: &mut Messag
         Some((name.to_string(), Some(node.range().start)))
     };
     let (parent, child) = (link_of("parent"), link_of("child"));
+    let typed = typed_joint(&name, &children, &owner, messages);
     let limit = find(&children, "limit");
     let places = JointPlaces {
         at: Some(node.range().start),
@@ -274,31 +267,47 @@ fn read_joint(node: Node<'_, '_>, elements: &mut Elements, messages: &mut Messag
         mimic: place("mimic"),
         name,
     };
-    write_joint(&children, &owner, elements, messages);
-    elements.joints.push(places);
+    elements.joints.push((places, typed));
 }
 
-fn write_joint(children: &[Node<'_, '_>], owner: &str, elements: &mut Elements, messages: &mut Messages<'_>) {
-    let out = &mut elements.normalised;
-    // The kind is decided from the places, where "prismatik" can be reported; here any will do.
-    let _ = write!(out, "<joint name=\"{}\" type=\"continuous\">", elements.joints.len());
-    write_origin(find(children, "origin"), owner, out, messages);
-    out.push_str("<parent link=\"p\"/><child link=\"c\"/>");
-    if let Some(axis) = find(children, "axis") {
-        check_attributes(axis, &["xyz"], messages);
-        let xyz = vector(axis, "xyz", 3, owner, messages).unwrap_or("1 0 0");
-        let _ = write!(out, "<axis xyz=\"{xyz}\"/>");
+/// Origin, axis and limits. Kind and links are decided from the places, where "prismatik" can be reported.
+fn typed_joint(
+    name: &str,
+    children: &[Node<'_, '_>],
+    owner: &str,
+    messages: &mut Messages<'_>,
+) -> urdf_rs::Joint {
+    let origin = read_origin(find(children, "origin"), owner, messages);
+    let mut axis = Axis::default();
+    if let Some(element) = find(children, "axis") {
+        check_attributes(element, &["xyz"], messages);
+        axis.xyz = vector(element, "xyz", owner, messages).map_or(axis.xyz, Vec3);
     }
-    if let Some(limit) = find(children, "limit") {
+    let mut limit = JointLimit::default();
+    if let Some(element) = find(children, "limit") {
         const KNOWN: [&str; 7] =
             ["lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"];
-        check_attributes(limit, &KNOWN, messages);
-        out.push_str("<limit");
-        for name in &KNOWN[..4] {
-            let value = number(limit, name, owner, messages);
-            let _ = write!(out, " {name}=\"{}\"", value.unwrap_or("0"));
-        }
-        out.push_str("/>");
+        check_attributes(element, &KNOWN, messages);
+        let mut of = |name| number(element, name, owner, messages).unwrap_or(0.0);
+        limit = JointLimit {
+            lower: of("lower"),
+            upper: of("upper"),
+            effort: of("effort"),
+            velocity: of("velocity"),
+            ..limit
+        };
     }
-    out.push_str("</joint>\n");
+    urdf_rs::Joint {
+        name: name.to_string(),
+        joint_type: JointType::Continuous,
+        origin,
+        parent: LinkName::default(),
+        child: LinkName::default(),
+        axis,
+        limit,
+        calibration: None,
+        dynamics: None,
+        mimic: None,
+        safety_controller: None,
+    }
 }

@@ -60,15 +60,7 @@ pub(crate) fn read_urdf(text: &str, messages: &mut Messages<'_>) -> Option<UrdfR
         return None;
     }
     let elements = elements::read_elements(root, messages)?;
-    let typed = match urdf_rs::read_from_string(&elements.normalised) {
-        Ok(typed) => typed,
-        Err(error) => {
-            let message = format!("the URDF cannot be understood: {error}");
-            messages.error(Some(root.range().start), message, "compare it with the URDF specification");
-            return None;
-        }
-    };
-    let mut robot = convert(elements, typed, messages);
+    let mut robot = convert(elements, messages);
     if robot.links.is_empty() {
         messages.error(Some(root.range().start), "the robot has no links", "add <link name=\"…\"> elements");
         return Some(robot);
@@ -102,9 +94,9 @@ impl UrdfRobot {
     }
 }
 
-fn convert(elements: elements::Elements, typed: urdf_rs::Robot, messages: &mut Messages<'_>) -> UrdfRobot {
+fn convert(elements: elements::Elements, messages: &mut Messages<'_>) -> UrdfRobot {
     let mut robot = UrdfRobot { name: elements.robot_name, ..UrdfRobot::default() };
-    for (places, link) in elements.links.into_iter().zip(typed.links) {
+    for (places, link) in elements.links {
         let inertial = places.inertial.map(|_| convert_inertial(&link.inertial));
         robot.links.push(Link { name: places.name.clone(), inertial });
         let shapes = link.collision.into_iter();
@@ -113,7 +105,7 @@ fn convert(elements: elements::Elements, typed: urdf_rs::Robot, messages: &mut M
         );
         robot.link_places.push(places);
     }
-    for (places, joint) in elements.joints.into_iter().zip(typed.joints) {
+    for (places, joint) in elements.joints {
         let joint = joints::convert_joint(&places, &joint, messages);
         robot.joints.push(joint);
         robot.joint_places.push(places);

@@ -265,3 +265,21 @@ fn limits_may_be_as_large_as_exporters_like() {
     let text = changed(&[("lower=\"-1\" upper=\"1\"", "lower=\"-1.7976931348623157e308\" upper=\"1.7976931348623157e308\"")]);
     assert!(read(&text).is_ok());
 }
+
+/// As in URDF 1.1; the length of the quaternion does not count.
+#[test]
+fn orientations_by_quaternions() {
+    let turned = |origin: &str| {
+        let text = changed(&[("<origin xyz=\"0 0 -0.1\" rpy=\"0 0 0\"/>", &format!("<origin xyz=\"0 0 -0.1\" {origin}/>"))]);
+        read(&text).map(|(robot, _)| robot.joints[0].origin.rpy)
+    };
+    let half = std::f64::consts::FRAC_PI_2;
+    let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-15);
+    assert!(near(turned("quat_xyzw=\"0 0 0 1\"").unwrap(), [0.0; 3]));
+    assert!(near(turned("quat_xyzw=\"0.7071068 0 0 0.7071068\"").unwrap(), [half, 0.0, 0.0]));
+    assert!(near(turned("quat_xyzw=\"0 2 0 2\"").unwrap(), [0.0, half, 0.0]));
+    assert!(near(turned("quat_xyzw=\"1 1 1 1\"").unwrap(), [half, 0.0, half]));
+    refused(&changed(&[("xyz=\"0 0 -0.1\" rpy=\"0 0 0\"", "quat_xyzw=\"0 0 0 0\"")]), r#"error: joint `hip`: origin/quat_xyzw is zero, which is no rotation
+  --> robot.urdf:19:5
+help: write a unit quaternion x y z w, such as 0 0 0 1"#);
+}
