@@ -27,6 +27,17 @@ pub fn text(answer: &Identification) -> String {
         answer.different_motions,
         answer.condition_number
     );
+    for channel in answer.channels.iter().filter(|channel| channel.resting > 0) {
+        let part = 100.0 * channel.resting as f64 / (channel.resting + channel.rows) as f64;
+        let _ = writeln!(
+            out,
+            "`{}` sticks in or next to {part:.0} % of its samples, where dry friction may be anything between its bounds: left out",
+            channel.name
+        );
+    }
+    if answer.channels.iter().any(|channel| channel.resting > 0) {
+        out.push('\n');
+    }
     out.push_str(&parameters(answer));
     if !answer.unseen.is_empty() {
         let _ = writeln!(out, "\nnot told by these data: {}", answer.unseen.join("; "));

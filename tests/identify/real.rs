@@ -65,7 +65,7 @@ fn an_arm_whose_runs_repeat_one_motion() {
         part("physical")
     );
     // Published for these runs: 10.3 % as described, 1.56 to 1.83 % least squares.
-    assert!((0.10..0.12).contains(&part("description")) && part("least_squares") < 0.0185);
+    assert!((0.10..0.12).contains(&part("description")) && part("least_squares") < 0.0156);
     // Folds of other phases of the motion: least squares is worse there than parameters that bodies can have.
     assert!(part("physical") < 0.035 && part("held_out") > 1.5 * part("physical"));
 }
@@ -98,10 +98,17 @@ fn an_arm_with_published_parameters() {
         [["identify", text(&urdf), text(&log), "--estimator", "ordinary"].as_slice(), &OPTIONS].concat();
     let answer = bipedc(&whole).ok().json();
     let published = std::fs::read_to_string(data.join("reference_base_parameters.csv")).unwrap();
-    let (within, of) = compared(&answer, &published);
-    println!("{within} of {of} within two published standard errors");
+    let (within, of, friction) = compared(&answer, &published);
+    println!("{within} of {of} within two published standard errors; friction of joints: {friction:?}");
     assert_eq!((answer["parameters"].as_array().unwrap().len(), of), (61, 60));
-    assert!(within >= 55, "{within}");
+    // The published estimate has the sharp sign of the speed beside a filtered torque, which takes dry for viscous friction.
+    let others = 60 - friction.len();
+    let far = friction.iter().filter(|(_, errors)| errors.abs() > 2.0).count();
+    assert!(within + far >= 58 && others == 46, "{within} {far}");
+    for (name, errors) in &friction {
+        let is_dry = name.contains("coulomb");
+        assert!(errors.abs() <= 2.0 || (*errors > 0.0) == is_dry, "{name}: {errors}");
+    }
 
     // The first half teaches, the second judges.
     let folder = scratch("identify_tx40");
@@ -119,13 +126,14 @@ fn an_arm_with_published_parameters() {
     let total = &answer["validation"]["total"];
     println!("held out: {total}");
     for model in ["least_squares", "essential", "physical"] {
-        assert!(total[model].as_f64().unwrap() <= 0.125, "{model}: {total}");
+        assert!(total[model].as_f64().unwrap() <= 0.07, "{model}: {total}");
     }
     assert!(all_possible(&answer));
 }
 
-/// How many published values (grouped on their first symbol) lie within two published standard errors of ours.
-fn compared(answer: &Value, published: &str) -> (usize, usize) {
+/// How many published values (grouped on their first symbol) lie within two published standard errors of ours, of how many;
+/// and by how many of these ours are above them, of friction.
+fn compared(answer: &Value, published: &str) -> (usize, usize, Vec<(String, f64)>) {
     let ours = answer["parameters"].as_array().unwrap();
     let value = |name: &str| {
         let leads = |p: &&Value| {
@@ -134,12 +142,15 @@ fn compared(answer: &Value, published: &str) -> (usize, usize) {
         };
         ours.iter().find(leads).unwrap_or_else(|| panic!("no parameter {name}"))["value"].as_f64().unwrap()
     };
-    let mut counts = (0, 0);
+    let mut counts = (0, 0, Vec::new());
     for line in published.lines().filter(|line| !line.trim().is_empty()) {
         let fields: Vec<&str> = line.split(',').collect();
         let symbol = fields[0].split_whitespace().next().unwrap();
         let (theirs, percent): (f64, f64) = (fields[1].parse().unwrap(), fields[2].parse().unwrap());
         let error = (theirs * percent / 100.0).abs();
+        if symbol.starts_with('f') {
+            counts.2.push((name(symbol), (value(&name(symbol)) - theirs) / error));
+        }
         counts.0 += usize::from((value(&name(symbol)) - theirs).abs() <= 2.0 * error);
         counts.1 += 1;
     }

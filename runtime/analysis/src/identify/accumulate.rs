@@ -11,6 +11,8 @@ use nalgebra::DVector;
 
 /// Samples that are evaluated together; small, so that their regressors stay in the cache.
 const BATCH: usize = 256;
+/// The part of a decimated sample that may be made of samples of which nothing is known.
+const LITTLE: f64 = 0.1;
 /// Half length of the decimation filter, in kept samples.
 const REACH: usize = 8;
 
@@ -46,6 +48,8 @@ pub struct Sums {
     pub cells: Vec<Vec<Triangle>>,
     /// By channel: histogram of residuals' sizes, filled where a [`Weighting`] was given.
     pub sizes: Vec<Sizes>,
+    /// By channel: rows left out because a joint with dry friction rests there.
+    pub resting: Vec<usize>,
 }
 
 impl Sums {
@@ -55,6 +59,7 @@ impl Sums {
         Self {
             cells: (0..cells).map(|_| empty()).collect(),
             sizes: design.channels.iter().map(|_| Sizes::default()).collect(),
+            resting: vec![0; design.channels.len()],
         }
     }
 
@@ -68,6 +73,7 @@ impl Sums {
         for (own, other) in self.sizes.iter_mut().zip(&other.sizes) {
             own.add(other);
         }
+        self.resting.iter_mut().zip(&other.resting).for_each(|(own, other)| *own += other);
     }
 
     /// Rows per channel.
@@ -132,7 +138,8 @@ pub fn accumulate(
             recording.clear();
             Ok(())
         };
-        Recording::each(reading.log, design.layout, &reading.options, true, &mut visit)?;
+        let directions = design.directions(&settings.speed);
+        Recording::each(reading.log, design.layout, &reading.options, Some(&directions), &mut visit)?;
     }
     let mut parts = parts.into_iter();
     let mut all = parts.next().unwrap_or_else(|| Sums::new(design, motions.cells()));
@@ -262,7 +269,8 @@ impl<'a> Piece<'a> {
                 None => vec![0.0; range.len()],
             };
             let mut columns = std::mem::take(&mut self.columns);
-            design.rows(index, &batch, &self.work, &mut columns);
+            let directions = (recording.directions.as_slice(), range.start);
+            design.rows(index, &batch, Some(directions), &self.work, &mut columns);
             columns.extend_from_slice(&effort);
             if let Some(decimation) = decimation {
                 columns = columns.chunks_exact(range.len()).flat_map(|c| decimation.column(c)).collect();
@@ -276,7 +284,14 @@ impl<'a> Piece<'a> {
                 }
                 _ => Vec::new(),
             };
-            let moves = |i: usize| speed.get(i).is_none_or(|v| v.abs() >= slow);
+            // Where friction may be anything nothing is learnt.
+            let mut known = vec![true; range.len()];
+            for direction in design.directions_of(index).filter_map(|k| recording.directions.get(k)) {
+                known.iter_mut().zip(&direction.known[range.clone()]).for_each(|(known, own)| *known &= own);
+            }
+            let known = decimation.map_or_else(|| known.clone(), |d| d.known(&known));
+            sums.resting[index] += known.iter().filter(|known| !**known).count();
+            let moves = |i: usize| known[i] && speed.get(i).is_none_or(|v| v.abs() >= slow);
             self.pack(index, &columns, &cells, &moves, sums);
             self.columns = columns;
         }
@@ -358,6 +373,16 @@ impl Decimation {
     fn column(&self, signal: &[f64]) -> Vec<f64> {
         let windows = signal.windows(self.taps.len()).step_by(self.factor);
         windows.map(|window| window.iter().zip(&self.taps).map(|(x, tap)| x * tap).sum()).collect()
+    }
+
+    /// Samples that are made of known ones, but for a part that counts little.
+    fn known(&self, known: &[bool]) -> Vec<bool> {
+        let all: f64 = self.taps.iter().map(|tap| tap.abs()).sum();
+        let unknown = |window: &[bool]| -> f64 {
+            window.iter().zip(&self.taps).filter(|(known, _)| !**known).map(|(_, tap)| tap.abs()).sum()
+        };
+        let windows = known.windows(self.taps.len()).step_by(self.factor);
+        windows.map(|window| unknown(window) <= LITTLE * all).collect()
     }
 
     fn places(&self, times: &[f64]) -> Vec<f64> {

@@ -2,6 +2,7 @@
 use super::triangle::Triangle;
 use super::unknowns::{BaseSet, ColumnSource, Extra, ExtraTorque, Summand, Unknown, plain};
 use crate::experiments::{Channel as Kind, Experiment, Row};
+use crate::measure::{Direction, Directions};
 use crate::robot::{Batch, JointLayout};
 use bipedc_effects::random::Random;
 use nalgebra::DVector;
@@ -45,6 +46,8 @@ pub struct Design<'a> {
     pub extras: Vec<Extra>,
     /// Their torques, in the same order.
     torques: Vec<ExtraTorque>,
+    /// The joints whose direction they depend on, in the same order.
+    directed: Vec<Option<(usize, usize)>>,
     /// Columns.
     pub unknowns: Vec<Unknown>,
     /// Rows.
@@ -81,7 +84,9 @@ impl<'a> Design<'a> {
         let unknowns = plain(base, &extras, layout);
         let regressor = Some(regressor);
         let torques = extras.iter().map(|extra| extra.torque()).collect();
-        let mut design = Self { layout, extras, torques, unknowns, channels: Vec::new(), regressor, starts };
+        let directed = extras.iter().map(Extra::direction).collect();
+        let mut design =
+            Self { layout, extras, torques, directed, unknowns, channels: Vec::new(), regressor, starts };
         design.channels = rows.iter().map(|&row| design.channel(row)).collect();
         design.group(rows);
         design
@@ -106,6 +111,7 @@ impl<'a> Design<'a> {
             layout,
             extras: Vec::new(),
             torques: Vec::new(),
+            directed: Vec::new(),
             unknowns,
             channels,
             regressor: None,
@@ -202,7 +208,7 @@ impl<'a> Design<'a> {
         for channel in 0..self.channels.len() {
             let mut part = Triangle::new(self.channels[channel].places.len());
             let mut rows = Vec::new();
-            self.rows(channel, &batch, &work, &mut rows);
+            self.rows(channel, &batch, None, &work, &mut rows);
             rows.resize(rows.len() + count, 0.0);
             part.absorb(count, &mut rows);
             total.merge(&part, &self.channels[channel].places, 1.0);
@@ -219,8 +225,35 @@ impl<'a> Design<'a> {
         }
     }
 
-    /// The columns of a channel for an evaluated batch, without the right-hand side.
-    pub fn rows(&self, channel: usize, batch: &Batch<'_>, work: &Work, out: &mut Vec<f64>) {
+    /// The directions that extras depend on, for a log in which joints reach these speeds.
+    pub fn directions(&self, fastest: &[f64]) -> Directions {
+        let pairs = self.directed.iter().flatten().copied().collect();
+        Directions { pairs, fastest: fastest.to_vec() }
+    }
+
+    /// Which of [`Self::directions`] act on a channel.
+    pub fn directions_of(&self, channel: usize) -> impl Iterator<Item = usize> {
+        self.channels[channel].sources.iter().filter_map(|source| match source {
+            ColumnSource::Extra(k) => self.direction_of(*k),
+            ColumnSource::Base(_) => None,
+        })
+    }
+
+    /// Index of an extra's direction among [`Self::directions`].
+    fn direction_of(&self, extra: usize) -> Option<usize> {
+        self.directed[extra].map(|_| self.directed[..extra].iter().flatten().count())
+    }
+
+    /// The columns of a channel for an evaluated batch, without the right-hand side. `directions`: as a recording has them, and
+    /// the batch's first sample there; without them signs are sharp.
+    pub fn rows(
+        &self,
+        channel: usize,
+        batch: &Batch<'_>,
+        directions: Option<(&[Direction], usize)>,
+        work: &Work,
+        out: &mut Vec<f64>,
+    ) {
         let channel = &self.channels[channel];
         let (nb, nv, count) = (self.layout.base.nv(), self.widths().1, batch.count);
         out.clear();
@@ -233,6 +266,12 @@ impl<'a> Design<'a> {
                     out.extend_from_slice(&work.entries[start..start + count]);
                 }
                 ColumnSource::Extra(k) => {
+                    if let (Some(at), Some((directions, first))) = (self.direction_of(k), directions)
+                        && let Some(direction) = directions.get(at)
+                    {
+                        out.extend_from_slice(&direction.sign[first..first + count]);
+                        continue;
+                    }
                     let (torque, joint) = (&self.torques[k], channel.joint.unwrap_or(usize::MAX));
                     let joints = |values: &'_ [f64], i: usize| -> std::ops::Range<usize> {
                         debug_assert!(values.len() >= (i + 1) * nv);

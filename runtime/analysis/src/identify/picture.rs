@@ -73,6 +73,7 @@ impl<'a> Pictures<'a> {
 pub(super) fn of_log(
     design: &Design<'_>,
     reading: &Reading<'_>,
+    fastest: &[f64],
     models: [&DVector<f64>; 2],
 ) -> Result<Vec<Row>, Diagnostics> {
     let mut pictures = Pictures::new(design, models);
@@ -87,7 +88,8 @@ pub(super) fn of_log(
         recording.clear();
         Ok(())
     };
-    Recording::each(reading.log, design.layout, &reading.options, true, &mut visit)?;
+    let directions = design.directions(fastest);
+    Recording::each(reading.log, design.layout, &reading.options, Some(&directions), &mut visit)?;
     Ok(pictures.rows(design))
 }
 
@@ -104,7 +106,7 @@ fn add(
     for (index, channel) in design.channels.iter().enumerate() {
         let Some(joint) = channel.joint else { continue };
         let Some(effort) = &recording.effort[joint] else { continue };
-        design.rows(index, &batch, work, &mut columns);
+        design.rows(index, &batch, Some((&recording.directions, first)), work, &mut columns);
         for i in 0..count {
             let state = recording.trajectory.joints_at(first + i).map(|joints| joints[joint]);
             let sample = [recording.time[first + i], effort[first + i], state[0], state[1]];

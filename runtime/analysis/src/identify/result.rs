@@ -108,6 +108,8 @@ pub struct ChannelSummary {
     pub unit: &'static str,
     /// Rows that counted.
     pub rows: usize,
+    /// Rows left out because its joint, whose dry friction is estimated, rests there or next to there.
+    pub resting: usize,
     /// Root mean square of what was measured.
     pub measured: f64,
     /// Root mean square error of the description.

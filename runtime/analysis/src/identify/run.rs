@@ -197,7 +197,7 @@ pub fn identify(
     let shown = judge.map_or(feed, |judge| &judge.feed);
     let pictures = match shown {
         Feed::Logs([reading, ..]) if options.pictures => {
-            picture::of_log(&design, reading, [&nominal, &fit.theta])?
+            picture::of_log(&design, reading, &settings.speed, [&nominal, &fit.theta])?
         }
         _ => Vec::new(),
     };

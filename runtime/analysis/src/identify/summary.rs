@@ -107,6 +107,7 @@ impl SummaryInput<'_> {
             name: channel.name.clone(),
             unit: channel.unit,
             rows: own[index].rows(),
+            resting: self.raw.resting[index],
             measured: (fitted[index].measured / own[index].rows().max(1) as f64).sqrt(),
             description: cad[index].rms(),
             least_squares: fitted[index].rms(),

@@ -1,6 +1,7 @@
 //! A first look at a log: which motion it shows, how fast joints go, what was measured.
 use super::reading::Reading;
 use crate::experiments::Experiment;
+use crate::measure::Directions;
 use crate::measure::{JointPositions, Missing, Recording};
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -58,7 +59,8 @@ pub fn survey(reading: &Reading<'_>, layout: &JointLayout) -> Result<Survey, Dia
         recording.clear();
         Ok(())
     };
-    let recording = Recording::each(reading.log, layout, &reading.options, true, &mut visit)?;
+    let recording =
+        Recording::each(reading.log, layout, &reading.options, Some(&Directions::default()), &mut visit)?;
     found.effort = recording.effort.iter().map(Option::is_some).collect();
     (found.step, found.cutoff_hz) = (recording.step, recording.cutoff_hz);
     (found.missing, found.assumptions) = (recording.missing, recording.assumptions);

@@ -112,6 +112,16 @@ impl Extra {
         self.law.unit(layout.joints[self.joint].prismatic)
     }
 
+    /// The joints whose direction alone decides its torque: the sign of the sum of their speeds, of one joint that joint
+    /// twice.
+    pub fn direction(&self) -> Option<(usize, usize)> {
+        match self.law {
+            Law::Joint(kind) => UnitTorque::of(kind)?.is_sign().then_some((self.joint, self.joint)),
+            Law::CoupledCoulomb => Some((self.joint, self.other)),
+            Law::CoupledInertia | Law::CoupledViscous => None,
+        }
+    }
+
     /// What tells its torque; to be made once for many samples.
     pub fn torque(self) -> ExtraTorque {
         let unit = match self.law {

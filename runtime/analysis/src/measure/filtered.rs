@@ -24,11 +24,16 @@ pub(crate) struct Filtered {
 }
 
 impl Filtered {
-    /// Looks at the first rows of a reader whose columns were selected. The filter works on every `parts`-th sample.
+    /// Looks at the first rows of a reader whose columns were selected. The filter works on every `parts`-th sample, and what
+    /// it makes passes it again up to `passes` times.
     ///
     /// # Errors
     /// As [`Sampling::probe`]; a cut-off that does not fit the sampling rate.
-    pub fn new(reader: Reader, options: &Options, parts: usize) -> Result<Self, Diagnostics> {
+    pub fn new(
+        reader: Reader,
+        options: &Options,
+        (parts, passes): (usize, usize),
+    ) -> Result<Self, Diagnostics> {
         let file = reader.file().to_path_buf();
         let sampling = Sampling::probe(reader)?;
         let step = sampling.step();
@@ -39,7 +44,7 @@ impl Filtered {
                 format!("a cut-off of {cutoff_hz} Hz does not fit a sampling rate of {} Hz", 1.0 / step);
             Diagnostic::error(message).in_file(&file).help("choose another cut-off")
         })?;
-        let blocks = cut(sampling, filter.overlap(), parts, options);
+        let blocks = cut(sampling, passes * filter.overlap(), parts, options);
         Ok(Self { step, cutoff_hz, filter, blocks })
     }
 }

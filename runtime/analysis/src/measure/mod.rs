@@ -2,6 +2,7 @@
 pub(crate) mod base;
 pub(crate) mod columns;
 mod content;
+mod directions;
 pub(crate) mod filtered;
 pub(crate) mod noise;
 mod options;
@@ -13,6 +14,7 @@ pub(crate) mod trajectory;
 
 pub use columns::Missing;
 pub use content::Content;
+pub use directions::{Direction, Directions};
 pub use filtered::CUTOFF_HZ;
 pub use options::{CANDIDATES, Options, VelocitySource};
 pub use recording::Recording;

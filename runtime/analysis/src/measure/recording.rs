@@ -1,6 +1,7 @@
 //! A log in memory: states of the robot at its samples, and what was measured there.
 use crate::log::{Block, Log};
 use crate::measure::columns::Plan;
+use crate::measure::directions::{Direction, Directions, Turning};
 use crate::measure::filtered::{Filtered, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::thinning::Thinning;
@@ -30,6 +31,8 @@ pub struct Recording {
     pub effort: Vec<Option<Vec<f64>>>,
     /// Logged motor angle (divided by the gear ratio) minus joint angle, not filtered; rad.
     pub transmission: Vec<Option<Vec<f64>>>,
+    /// Directions of joints that were asked for.
+    pub directions: Vec<Direction>,
     /// Median sampling step, s.
     pub step: f64,
     /// Cut-off of the filter, Hz.
@@ -50,7 +53,7 @@ impl Recording {
     /// # Errors
     /// Those of the reader; a log too short for the filter.
     pub fn read(log: &Log, layout: &JointLayout, options: &Options) -> Result<Self, Diagnostics> {
-        let mut recording = Self::each(log, layout, options, false, &mut |_| Ok(()))?;
+        let mut recording = Self::each(log, layout, options, None, &mut |_| Ok(()))?;
         if recording.time.len() < FEWEST {
             return Err(too_short(recording.time.len(), log.path()).into());
         }
@@ -75,7 +78,7 @@ impl Recording {
             thinning.take(recording);
             Ok(())
         };
-        let mut recording = Self::each(log, layout, options, false, &mut visit)?;
+        let mut recording = Self::each(log, layout, options, None, &mut visit)?;
         if thinning.seen() < FEWEST {
             return Err(too_short(thinning.seen(), log.path()).into());
         }
@@ -93,18 +96,19 @@ impl Recording {
     }
 
     /// Reads a log block by block and shows what was gathered so far after each; whoever looks may take samples out
-    /// ([`Self::clear`]), so that a log of any length fits. With `filter_efforts` efforts pass the same filter as
+    /// ([`Self::clear`]), so that a log of any length fits. With `directions` efforts, and these, pass the same filter as
     /// positions, so that both sides of a regression are equally late and smooth.
     pub(crate) fn each(
         log: &Log,
         layout: &JointLayout,
         options: &Options,
-        filter_efforts: bool,
+        directions: Option<&Directions>,
         visit: &mut dyn FnMut(&mut Self) -> Result<(), Diagnostics>,
     ) -> Result<Self, Diagnostics> {
         let mut reader = log.rows();
         let mut plan = Plan::new(layout, &mut reader, options)?;
-        let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, options, 1)?;
+        let passes = if directions.is_some_and(|wanted| !wanted.pairs.is_empty()) { 2 } else { 1 };
+        let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, options, (1, passes))?;
         let mut recording = Self {
             step,
             cutoff_hz,
@@ -115,14 +119,16 @@ impl Recording {
                 .iter()
                 .map(|c| c.motor_position.and(c.position).map(|_| Vec::new()))
                 .collect(),
+            directions: vec![Direction::default(); directions.map_or(0, |wanted| wanted.pairs.len())],
             missing: std::mem::take(&mut plan.missing),
             assumptions: std::mem::take(&mut plan.assumptions),
             warnings: std::mem::take(&mut plan.warnings),
             ..Self::default()
         };
-        let efforts = filter_efforts.then_some(&filter);
         while let Some(block) = blocks.next_block()? {
-            recording.add(&plan, layout, (&filter, efforts), &block).map_err(|e| unusable(e, log.path()))?;
+            recording
+                .add(&plan, layout, (&filter, directions), &block)
+                .map_err(|e| unusable(e, log.path()))?;
             visit(&mut recording)?;
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
@@ -136,6 +142,7 @@ impl Recording {
         self.time.clear();
         self.trajectory.clear();
         self.segments.clear();
+        self.directions.iter_mut().for_each(Direction::clear);
         (self.effort, self.transmission) = (effort, transmission);
     }
 
@@ -143,7 +150,7 @@ impl Recording {
         &mut self,
         plan: &Plan,
         layout: &JointLayout,
-        (filter, efforts): (&Butterworth, Option<&Butterworth>),
+        (filter, directions): (&Butterworth, Option<&Directions>),
         block: &Block<'_>,
     ) -> Result<(), Unusable> {
         let range = block.core.clone();
@@ -159,8 +166,14 @@ impl Recording {
         self.trajectory.extend([&states.q, &states.v, &states.a]);
         for (joint, columns) in plan.joints.iter().enumerate() {
             if let (Some(values), Some(column)) = (&mut self.effort[joint], columns.effort) {
-                match efforts {
-                    Some(filter) => values.extend(filtered(block, column, filter, self.step, range.clone())),
+                match directions {
+                    Some(_) => values.extend(filtered(
+                        block,
+                        &block.columns[column],
+                        filter,
+                        self.step,
+                        range.clone(),
+                    )),
                     None => values.extend_from_slice(&block.columns[column][range.clone()]),
                 }
             }
@@ -171,6 +184,36 @@ impl Recording {
                     block.columns[motor][range.clone()].iter().zip(&block.columns[position][range.clone()]);
                 values.extend(pairs.map(|(motor, position)| motor - position));
             }
+        }
+        if let Some(wanted) = directions.filter(|wanted| !wanted.pairs.is_empty()) {
+            self.add_directions(plan, layout, wanted, filter, (&even, block))?;
+        }
+        Ok(())
+    }
+
+    /// From the speeds of the whole block: its ends are not those of the motion.
+    fn add_directions(
+        &mut self,
+        plan: &Plan,
+        layout: &JointLayout,
+        wanted: &Directions,
+        filter: &Butterworth,
+        (even, block): (&Even, &Block<'_>),
+    ) -> Result<(), Unusable> {
+        let all = even.states(plan, layout, filter, block.time, 0..block.time.len())?;
+        let (nb, nv) = (layout.base.nv(), layout.base.nv() + layout.joints.len());
+        let turning = Turning { filter, cutoff_hz: self.cutoff_hz, step: self.step };
+        let noise = |joint: usize| {
+            plan.joints[joint].position.map_or(0.0, |column| white_noise(&block.columns[column]))
+        };
+        for (direction, &(one, other)) in self.directions.iter_mut().zip(&wanted.pairs) {
+            let speed = |v: &[f64]| if one == other { v[nb + one] } else { v[nb + one] + v[nb + other] };
+            let speeds: Vec<f64> = all.v.chunks_exact(nv).map(speed).collect();
+            let fastest =
+                if one == other { wanted.fastest[one] } else { wanted.fastest[one] + wanted.fastest[other] };
+            let found = turning.of(&speeds, fastest, noise(one).max(noise(other)));
+            direction.sign.extend_from_slice(&found.sign[block.core.clone()]);
+            direction.known.extend_from_slice(&found.known[block.core.clone()]);
         }
         Ok(())
     }
@@ -209,15 +252,14 @@ impl Recording {
     }
 }
 
-/// A column of a block after the filter, at the logged samples.
+/// A signal of a block after the filter, at the logged samples.
 fn filtered(
     block: &Block<'_>,
-    column: usize,
+    values: &[f64],
     filter: &Butterworth,
     step: f64,
     range: Range<usize>,
 ) -> Vec<f64> {
-    let values = &block.columns[column];
     if block.uniform {
         return filter.zero_phase(values)[range].to_vec();
     }

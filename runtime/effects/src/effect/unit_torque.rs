@@ -46,6 +46,11 @@ impl UnitTorque {
         }))
     }
 
+    /// Whether it is the sign of the velocity and nothing else: dry friction.
+    pub fn is_sign(&self) -> bool {
+        matches!(self.0, Form::Sign)
+    }
+
     /// At a motion of the joint, rad/s and rad/s².
     pub fn at(&self, velocity: f64, acceleration: f64) -> f64 {
         match &self.0 {

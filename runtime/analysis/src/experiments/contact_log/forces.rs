@@ -87,7 +87,7 @@ impl ContactRecording {
         columns.place_quaternion();
         // All samples are read, those at the ends too: the rows are filtered once more before the ends are left out.
         let whole = Options { trim_s: 0.0, from_s: None, to_s: None, ..options.clone() };
-        let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, &whole, 1)?;
+        let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, &whole, (1, 1))?;
         let thin = stride.is_none();
         let stride = stride.unwrap_or(((1.0 / step) / (PER_PERIOD * cutoff_hz)) as usize).max(1);
         let mut recording = Self {

@@ -50,7 +50,7 @@ impl<'a, 'd> JointRows<'a, 'd> {
 
     /// Regressor columns of a channel, column after column; friction of stiff drives as filtered as the current is.
     pub fn columns(&self, channel: usize, chunk: &Chunk, piece: &Piece, out: &mut Vec<f64>) {
-        self.design.rows(channel, &piece.batch(), &self.work, out);
+        self.design.rows(channel, &piece.batch(), None, &self.work, out);
         let channel = &self.design.channels[channel];
         let Some(index) = self.drive(channel.joint) else { return };
         let count = piece.range.len();

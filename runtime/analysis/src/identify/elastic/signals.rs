@@ -78,7 +78,8 @@ pub fn each(reading: &Reading<'_>, making: &Making<'_>, visit: Visit<'_>) -> Res
     let mut reader = reading.log.rows();
     let plan = Plan::new(&mut reader, making.layout, making.drives)?;
     let parts = if making.split { 2 } else { 1 };
-    let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, &reading.options, parts)?;
+    let Filtered { step, cutoff_hz, filter, mut blocks } =
+        Filtered::new(reader, &reading.options, (parts, 1))?;
     let mut head = Head { plan, step, cutoff_hz };
     let short = || unusable(Unusable::TooFew, reading.log.path());
     while let Some(block) = blocks.next_block()? {
