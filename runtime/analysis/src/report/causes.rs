@@ -12,7 +12,10 @@ pub(super) fn section(diagnosis: &Diagnosis) -> Markup {
         section aria-labelledby="causes" {
             h2 #causes { "Causes" }
             @if diagnosis.effects.is_empty() {
-                p { "No effect earned its place." @if !diagnosis.unexplained { " Nothing is missing." } }
+                p {
+                    "No effect earned its place."
+                    @if !diagnosis.unexplained { " " (diagnosis.summary.lines().last().unwrap_or_default()) }
+                }
             }
             @if !diagnosis.effects.is_empty() {
                 p.hint { "Ranked by how much of the held-out error they removed. Line: 95 % confidence; bar: plausible values; dotted: zero." }

@@ -25,7 +25,7 @@ const EFFECT_PENALTY: f64 = 0.02;
 pub(super) const MOST: f64 = 4.0;
 
 /// Squared errors below so many times the noise's variance are noise: estimates of noise are no better.
-pub(super) const NOISE_MARGIN: f64 = 2.0;
+pub(super) const NOISE_MARGIN: f64 = 1.6;
 
 /// A noise floor that effects lower further than to this part of it was none.
 const LOWER: f64 = 0.4;

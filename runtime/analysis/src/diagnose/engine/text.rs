@@ -1,5 +1,5 @@
 //! A diagnosis as sentences.
-use crate::diagnose::{Diagnosis, FoundEffect};
+use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect};
 use bipedc_effects::effect::{Effect, Location, kinds};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -16,15 +16,17 @@ fn short(x: f64) -> String {
 /// The whole answer, from its numbers.
 pub fn summary(d: &Diagnosis) -> String {
     let unit = d.rms.values().find(|f| f.before == d.rms_before).map_or("", |f| f.unit.as_str());
-    let mut out = String::new();
     if d.effects.is_empty() && d.inertial_corrections.is_empty() && !d.unexplained {
-        let _ = write!(
-            out,
-            "Nothing is missing: the held-out error of {} {unit} is what the measurement's noise and the filter leave.",
-            short(d.rms_before)
-        );
-        return out;
+        return match loudest(d) {
+            Some(_) => what_is_left(d),
+            None => format!(
+                "Nothing is missing in {}: the held-out error of {} {unit} is what the measurement's noise and the filter leave.",
+                looked_at(d),
+                short(d.rms_before)
+            ),
+        };
     }
+    let mut out = String::new();
     for found in &d.effects {
         let _ = writeln!(out, "{}", sentence(found));
     }
@@ -57,9 +59,39 @@ pub fn summary(d: &Diagnosis) -> String {
             );
         }
     } else {
-        out.push_str("Nothing else is missing.");
+        out.push_str(&what_is_left(d));
     }
     out.trim_end().to_owned()
+}
+
+/// Rows above so many times their noise have something left.
+const LEFT: f64 = 1.4;
+
+/// The row that is missed by most of its noise, and by how many times, if that is more than noise.
+fn loudest(d: &Diagnosis) -> Option<(&String, &ErrorFall, f64)> {
+    let known = d.rows.iter().filter(|(_, fall)| fall.noise > 0.0);
+    let ratios = known.map(|(row, fall)| (row, fall, fall.after / fall.noise));
+    ratios.filter(|(_, _, ratio)| *ratio > LEFT).max_by(|a, b| a.2.total_cmp(&b.2))
+}
+
+/// The last sentence where nothing structured was seen in what is left.
+fn what_is_left(d: &Diagnosis) -> String {
+    let further = if d.effects.is_empty() { "No" } else { "No further" };
+    match loudest(d) {
+        None => format!("Nothing else is missing in {}.", looked_at(d)),
+        Some((row, fall, ratio)) => format!(
+            "{further} effect was found in {}. What is left is above the noise: {row} is missed by {} {}, {ratio:.1} times the \
+             noise of its measurement.",
+            looked_at(d),
+            short(fall.after),
+            fall.unit,
+        ),
+    }
+}
+
+/// The kinds of channels that were compared, in words.
+fn looked_at(d: &Diagnosis) -> String {
+    d.rms.keys().map(|kind| kind.replace('_', " ")).collect::<Vec<_>>().join(", ")
 }
 
 /// One effect: what, where, how large, how sure.
@@ -124,4 +156,41 @@ pub(super) fn correction(link: &str, nominal: &[f64], change: &[f64]) -> FoundEf
     let mut effect = Effect::new(&kinds::INERTIAL_CORRECTION, Location::link(link), &[]);
     effect.parameters = parameters;
     FoundEffect { effect, ci95: BTreeMap::new(), share: 0.0, doubts: Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn left(after: f64) -> Diagnosis {
+        let fall = ErrorFall { unit: "N m".into(), before: 0.3, after, noise: 0.05 };
+        Diagnosis {
+            rms: BTreeMap::from([("effort".to_owned(), fall.clone())]),
+            rows: BTreeMap::from([("knee".to_owned(), fall)]),
+            rms_before: 0.3,
+            rms_after: after,
+            ..Diagnosis::default()
+        }
+    }
+
+    #[test]
+    fn nothing_is_missing_only_down_to_the_noise() {
+        let effect = Effect::new(&kinds::VISCOUS_FRICTION, Location::joint("knee"), &[("damping", 0.4)]);
+        let found = FoundEffect { effect, ci95: BTreeMap::new(), share: 0.9, doubts: Vec::new() };
+        assert!(summary(&left(0.051)).starts_with("Nothing is missing in effort: "));
+        assert_eq!(
+            summary(&left(0.11)),
+            "No effect was found in effort. What is left is above the noise: knee is missed by 0.1100 N m, 2.2 times the \
+             noise of its measurement."
+        );
+        let with_effect = |after| summary(&Diagnosis { effects: vec![found.clone()], ..left(after) });
+        assert!(with_effect(0.051).ends_with("\nNothing else is missing in effort."));
+        let loud = with_effect(0.11);
+        assert!(
+            loud.contains(
+                "\nNo further effect was found in effort. What is left is above the noise: knee is "
+            ),
+            "{loud}"
+        );
+    }
 }

@@ -14,7 +14,7 @@ const SLOW: f64 = 0.35;
 /// Part of a row's squared error without effects that may be left: the inaccuracy of their forms.
 const TRACE: f64 = 2e-4;
 /// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
-const LOUD: f64 = 2.0;
+const LOUD: f64 = 1.8;
 /// So many times the noise is no noise, where the rows are too few to see what goes with what.
 const FEW: f64 = 3.0;
 /// What varies over this time is slow, s.
