@@ -1,8 +1,24 @@
 //! Which effects make sense at which places of a log with joint torques.
 use crate::measure::recording::Recording;
-use crate::robot::JointLayout;
 use crate::robot::link_inertias::LinkInertias;
+use crate::robot::{Joint, JointLayout};
 use bipedc_effects::effect::{Acts, Evidence, Kind, Location, Place, sought};
+
+/// A joint whose speed (root mean square) is below this part of the fastest one's hardly moves: what it does goes with the load of
+/// others, it is no cause.
+const HARDLY: f64 = 0.02;
+
+/// Joints that move, each compared with the fastest of its sort.
+fn moving(layout: &JointLayout, recording: &Recording) -> Vec<bool> {
+    let square = |joint: usize| recording.trajectory.velocities(joint).map(|v| v * v).sum::<f64>();
+    let squares: Vec<f64> = (0..layout.joints.len()).map(square).collect();
+    let fastest = |prismatic: bool| {
+        let same = layout.joints.iter().zip(&squares).filter(|(joint, _)| joint.prismatic == prismatic);
+        same.map(|(_, square)| *square).fold(0.0, f64::max)
+    };
+    let moves = |(joint, square): (&Joint, &f64)| *square > HARDLY.powi(2) * fastest(joint.prismatic);
+    layout.joints.iter().zip(&squares).map(moves).collect()
+}
 
 /// All candidates that the recording could show.
 pub(super) fn candidates(
@@ -14,11 +30,12 @@ pub(super) fn candidates(
     let mut list = Vec::new();
     let at = |place: Place| sought(Evidence::Motion).filter(move |kind| kind.place == place);
     let between = |kind: &&'static Kind| kind.law.acts() == Acts::Transmission;
+    let moving = moving(layout, recording);
     let with_effort = |joint: usize| recording.effort[joint].is_some();
     for (j, joint) in layout.joints.iter().enumerate().filter(|(j, _)| with_effort(*j)) {
         let here = Location::joint(&joint.name);
         list.extend(at(Place::Joint).filter(|kind| !between(kind)).map(|kind| (kind, here.clone())));
-        for (_, other) in layout.joints.iter().enumerate().filter(|(k, _)| *k != j) {
+        for (_, other) in layout.joints.iter().enumerate().filter(|(k, _)| *k != j && moving[*k]) {
             list.extend(at(Place::JointPair).map(|kind| (kind, Location::pair(&joint.name, &other.name))));
         }
     }
@@ -32,4 +49,40 @@ pub(super) fn candidates(
     }
     list.extend(at(Place::Robot).map(|kind| (kind, Location::default())));
     list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::{BaseKind, Trajectory};
+
+    #[test]
+    fn a_joint_that_hardly_moves_is_no_cause() {
+        let joints = ["hip", "knee", "yaw"].map(Joint::revolute).to_vec();
+        let layout = JointLayout { joints, base: BaseKind::Fixed };
+        let mut trajectory = Trajectory::new(&layout);
+        for i in 0..100 {
+            let (sine, cosine) = (0.1 * f64::from(i)).sin_cos();
+            trajectory.extend([
+                &[sine, cosine, 0.005 * sine],
+                &[cosine, -sine, 0.005 * cosine],
+                &[-sine, -cosine, -0.005 * sine],
+            ]);
+        }
+        let recording = Recording {
+            trajectory,
+            effort: vec![Some(vec![0.0; 100]); 3],
+            transmission: vec![None; 3],
+            ..Recording::default()
+        };
+        let links = LinkInertias::default();
+        let others: Vec<String> = candidates(&layout, &recording, &links, &[])
+            .into_iter()
+            .filter(|(kind, _)| kind.place == Place::JointPair)
+            .map(|(_, place)| format!("{place}"))
+            .collect();
+        assert!(!others.is_empty());
+        assert_eq!(moving(&layout, &recording), [true, true, false]);
+        assert!(others.iter().all(|place| !place.ends_with("yaw")), "{others:?}");
+    }
 }
