@@ -207,3 +207,17 @@ fn wrong_pipes_are_named() {
     let log = std::fs::read(LOG).unwrap();
     piped(&same, &log).fails_with(&["/dev/fd/0", "the validation log is the training log"]);
 }
+
+/// What README prints of its first command is what the command prints.
+#[test]
+fn readme_shows_the_true_table() {
+    let log = "tests/data/examples/coulomb/validation.csv.gz";
+    let printed = bipedc(&["compare", "robots/tulip", log]).ok().out;
+    let readme = std::fs::read_to_string("README.md").unwrap();
+    let block = readme.split("The first prints, at its end:").nth(1).unwrap().split("```").nth(1).unwrap();
+    let rows: Vec<&str> = block.lines().filter(|line| !line.is_empty() && *line != "...").collect();
+    assert!(rows.len() >= 4);
+    for row in rows {
+        assert!(printed.lines().any(|line| line.trim_end() == row), "README: {row}\n{printed}");
+    }
+}

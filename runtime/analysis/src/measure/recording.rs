@@ -186,7 +186,7 @@ impl Recording {
             }
         }
         if let Some(wanted) = directions.filter(|wanted| !wanted.pairs.is_empty()) {
-            self.add_directions(plan, layout, wanted, filter, (&even, block))?;
+            self.add_directions(plan, wanted, filter, (&even, block))?;
         }
         Ok(())
     }
@@ -195,25 +195,24 @@ impl Recording {
     fn add_directions(
         &mut self,
         plan: &Plan,
-        layout: &JointLayout,
         wanted: &Directions,
         filter: &Butterworth,
         (even, block): (&Even, &Block<'_>),
     ) -> Result<(), Unusable> {
-        let all = even.states(plan, layout, filter, block.time, 0..block.time.len())?;
-        let (nb, nv) = (layout.base.nv(), layout.base.nv() + layout.joints.len());
         let turning = Turning { filter, cutoff_hz: self.cutoff_hz, step: self.step };
-        let noise = |joint: usize| {
-            plan.joints[joint].position.map_or(0.0, |column| white_noise(&block.columns[column]))
-        };
+        let joints = plan.joints.iter().map(|columns| {
+            let Some(position) = columns.position else { return Ok((vec![0.0; even.count()], 0.0)) };
+            Ok((even.speeds(columns, filter)?, white_noise(&block.columns[position])))
+        });
+        let joints: Vec<(Vec<f64>, f64)> = joints.collect::<Result<_, Unusable>>()?;
         for (direction, &(one, other)) in self.directions.iter_mut().zip(&wanted.pairs) {
-            let speed = |v: &[f64]| if one == other { v[nb + one] } else { v[nb + one] + v[nb + other] };
-            let speeds: Vec<f64> = all.v.chunks_exact(nv).map(speed).collect();
-            let fastest =
-                if one == other { wanted.fastest[one] } else { wanted.fastest[one] + wanted.fastest[other] };
-            let found = turning.of(&speeds, fastest, noise(one).max(noise(other)));
-            direction.sign.extend_from_slice(&found.sign[block.core.clone()]);
-            direction.known.extend_from_slice(&found.known[block.core.clone()]);
+            let both = if one == other { vec![one] } else { vec![one, other] };
+            let sum = |i: usize| both.iter().map(|&joint| joints[joint].0[i]).sum();
+            let speeds: Vec<f64> = (0..even.count()).map(sum).collect();
+            let fastest = both.iter().map(|&joint| wanted.fastest[joint]).sum();
+            let noise = both.iter().map(|&joint| joints[joint].1).fold(0.0, f64::max);
+            let found = turning.of(&speeds, fastest, noise);
+            even.directions_at(&found, block, direction);
         }
         Ok(())
     }

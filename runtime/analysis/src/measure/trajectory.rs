@@ -1,7 +1,8 @@
 //! States of the robot at the logged samples of a block.
 use crate::log::Block;
 use crate::measure::base;
-use crate::measure::columns::Plan;
+use crate::measure::columns::{JointColumns, Plan};
+use crate::measure::directions::Direction;
 use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, align_signs, resample};
 use std::ops::Range;
@@ -56,6 +57,41 @@ impl Even {
             }
         }
         Self { grid, columns: raw, uniform: block.uniform }
+    }
+
+    /// Number of samples of the even grid.
+    pub fn count(&self) -> usize {
+        self.grid.count
+    }
+
+    /// Speeds of a joint whose position was logged, filtered, on the even grid; rad/s or m/s.
+    pub fn speeds(&self, joint: &JointColumns, filter: &Butterworth) -> Result<Vec<f64>, Unusable> {
+        let speeds = |column: usize, derivative: usize| -> Result<Vec<f64>, Unusable> {
+            let smooth = filter.zero_phase(&self.columns[column]);
+            let spline = Spline::new(&smooth, self.grid.step).ok_or(Unusable::TooFew)?;
+            Ok((0..self.grid.count).map(|i| spline.at_sample(i)[derivative]).collect())
+        };
+        match (joint.velocity, joint.position) {
+            (Some(velocity), _) => speeds(velocity, 0),
+            (None, Some(position)) => speeds(position, 1),
+            (None, None) => Ok(vec![0.0; self.grid.count]),
+        }
+    }
+
+    /// Appends directions on the even grid, taken at the logged samples of the block.
+    pub fn directions_at(&self, found: &Direction, block: &Block<'_>, to: &mut Direction) {
+        if self.uniform {
+            to.sign.extend_from_slice(&found.sign[block.core.clone()]);
+            to.known.extend_from_slice(&found.known[block.core.clone()]);
+            return;
+        }
+        for time in &block.time[block.core.clone()] {
+            let at = ((time - self.grid.start) / self.grid.step).clamp(0.0, (self.grid.count - 1) as f64);
+            let (before, part) = (at.floor() as usize, at.fract());
+            let after = (before + 1).min(self.grid.count - 1);
+            to.sign.push((1.0 - part) * found.sign[before] + part * found.sign[after]);
+            to.known.push(found.known[before] && found.known[after]);
+        }
     }
 
     /// Filters and differentiates; the states of the samples `range` of the block.
