@@ -22,7 +22,7 @@ const HEAVY: [&str; 6] = ["clarabel", "flate2", "ivp", "maud", "slsqp", "wide"];
 const ANALYSIS: [&[&str]; 6] = [
     &["log", "signal"],
     &["robot"],
-    &["measure"],
+    &["measure", "physical"],
     &["experiments"],
     &["compare", "diagnose", "identify", "simulate"],
     &["report"],

@@ -81,6 +81,7 @@ fn law(kind: &Kind) -> String {
         Law::EncoderOffset => "logged position = true position + offset",
         Law::Payload => "a point mass at (x, y, z) of the link's frame, moving with the link",
         Law::CenterOfMassOffset => "centre of mass = that of the URDF + (x, y, z)",
+        Law::InertialCorrection => "mass, centre of mass, inertia about it = those of the URDF + these",
         Law::InertiaError => "inertia about the centre of mass = that of the URDF + these six components",
         Law::GravityTilt => {
             "the world is turned against what the base orientation says by R_y(pitch) R_x(roll)"

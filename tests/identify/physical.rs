@@ -1,6 +1,6 @@
 //! Parameters that bodies can have.
 use crate::identify::simulated::{CELLS, Noise, Simulated, friction};
-use bipedc_analysis::identify::physical::{Bound, Bounds, Links, Physical, Problem, choose};
+use bipedc_analysis::identify::physical::{Bound, Bounds, Links, Physical, Problem, choose, problem};
 use bipedc_analysis::identify::{Design, Estimate, Extra, HeldOutError, Method, Summand, by_channel, errors};
 use bipedc_analysis::robot::LinkInertias;
 use bipedc_runtime::nalgebra::{DVector, Matrix3, Vector3};
@@ -65,10 +65,10 @@ fn noisy_data_give_bodies_that_can_be_and_predict_as_well() {
     println!("least squares has negative: {negative:?}");
     assert!(!negative.is_empty(), "the data are too good for this test");
     let (links, bounds) = (Links::new(&cad), Bounds::default());
-    let problem = Problem::new(&design, &links, &bounds);
+    let problem = problem(&design, &links, &bounds);
     let folds: Vec<usize> = (0..CELLS).map(|cell| cell * 2 / CELLS).collect();
     let choice = choose(&problem, &design, &sums, &estimate, &folds, &|_| ()).unwrap();
-    let found = problem.solve(&estimate.total, choice.weight).unwrap();
+    let found = problem.solve(&estimate.total.least_squares(), choice.weight).unwrap();
     for (body, x) in links.bodies.iter().zip(found.coordinates.chunks_exact(10)) {
         let inertia = body.inertia(x);
         assert!(possible(inertia.mass, &inertia.inertia), "{}: {inertia:?}", body.name);
@@ -100,7 +100,7 @@ fn with_problem(noise: f64, bounds: &[Bound], judge: impl Fn(&Problem<'_>, &Esti
     let cad = drawn(&robot.link_inertias);
     let links = Links::new(&cad);
     let bounds = Bounds::new(bounds, &links).unwrap();
-    judge(&Problem::new(&design, &links, &bounds), &estimate, &design);
+    judge(&problem(&design, &links, &bounds), &estimate, &design);
 }
 
 /// Value of what is minimised, computed here.
@@ -114,7 +114,7 @@ fn the_certificate_proves_the_optimum() {
     with_problem(10.0, &[], |problem, estimate, _| {
         let mut bound = 0;
         for weight in [1e-6, 1e-4, 1e-2, 1.0] {
-            let found = problem.solve(&estimate.total, weight).unwrap();
+            let found = problem.solve(&estimate.total.least_squares(), weight).unwrap();
             let c = found.certificate;
             println!("weight {weight}: {c:?}");
             assert!(c.gap.abs() < 1e-6 && c.residual < 1e-6);
@@ -144,9 +144,9 @@ fn the_certificate_proves_the_optimum() {
 #[test]
 fn a_heavy_prior_gives_the_description_and_a_light_one_the_data() {
     with_problem(0.01, &[], |problem, estimate, _| {
-        let near = problem.solve(&estimate.total, 1e9).unwrap();
+        let near = problem.solve(&estimate.total.least_squares(), 1e9).unwrap();
         assert!(near.coordinates.iter().all(|x| x.abs() < 1e-3));
-        let far = problem.solve(&estimate.total, 1e-9).unwrap();
+        let far = problem.solve(&estimate.total.least_squares(), 1e-9).unwrap();
         let theta = estimate.solve(&estimate.total, &estimate.seen);
         let excess = estimate.total.squares(&far.theta) / estimate.total.squares(&theta);
         assert!(excess < 1.01, "{excess}");
@@ -162,7 +162,7 @@ fn the_weight_on_the_scales_and_a_box_are_kept() {
     let low = [-0.01, -0.01, -0.1];
     let bounds = [Bound::TotalMass(0.9 * cad), Bound::Center { link: name.clone(), low, high }];
     with_problem(0.5, &bounds, |problem, estimate, _| {
-        let found = problem.solve(&estimate.total, 0.1).unwrap();
+        let found = problem.solve(&estimate.total.least_squares(), 0.1).unwrap();
         let inertias: Vec<_> = problem
             .links
             .bodies
@@ -203,8 +203,8 @@ fn left_equals_right() {
     let mirror =
         |(left, right): &(String, String)| Bound::Mirror { left: left.clone(), right: right.clone() };
     let bounds = Bounds::new(&pairs.iter().map(mirror).collect::<Vec<_>>(), &links).unwrap();
-    let problem = Problem::new(&design, &links, &bounds);
-    let found = problem.solve(&estimate.total, 0.01).unwrap();
+    let problem = problem(&design, &links, &bounds);
+    let found = problem.solve(&estimate.total.least_squares(), 0.01).unwrap();
     let of = |name: &str| {
         let k = links.bodies.iter().position(|b| b.name == name).unwrap();
         links.bodies[k].inertia(&found.coordinates[10 * k..10 * k + 10])

@@ -56,7 +56,11 @@ fn efforts_are_those_of_the_amended_robot() {
         let clip = if kind.name == "torque_saturation" { 10.0 } else { f64::INFINITY };
         match kind.law {
             Law::Torque(_) | Law::Reading(_) | Law::TrueTorque(_) | Law::Formula => {}
-            Law::EncoderOffset | Law::Payload | Law::CenterOfMassOffset | Law::InertiaError => {}
+            Law::EncoderOffset
+            | Law::Payload
+            | Law::CenterOfMassOffset
+            | Law::InertiaError
+            | Law::InertialCorrection => {}
             Law::GravityTilt => {}
             _ => continue,
         }

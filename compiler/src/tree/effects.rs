@@ -2,7 +2,7 @@
 //!
 //! They are applied to the description before the tree is built: exact, and without an operation more.
 use super::placement::matrix_vector;
-use crate::description::model::{Inertial, Link, RobotDescription};
+use crate::description::model::{Inertial, Link, Pose, RobotDescription};
 use crate::tree::{Inertia, Rotation};
 use bipedc_effects::effect::{Acts, Effect, Law};
 use std::borrow::Cow;
@@ -18,12 +18,34 @@ pub(super) fn truly_built(description: &RobotDescription) -> Cow<'_, RobotDescri
         if effect.kind.law.acts() == Acts::Gravity {
             built.gravity = tilted(built.gravity, effect);
         }
-        let of = effect.location.link.as_ref();
-        if let Some(link) = built.links.iter_mut().find(|link| Some(&link.name) == of) {
-            change(link, effect);
+    }
+    for link in &mut built.links {
+        let here = |effect: &&Effect| effect.location.link.as_ref() == Some(&link.name);
+        let effects: Vec<&Effect> = description.effects.iter().filter(changes_body).filter(here).collect();
+        match effects.as_slice() {
+            [] => {}
+            [one] => change(link, one),
+            several => change_all(link, several),
         }
     }
     Cow::Owned(built)
+}
+
+fn changes_body(effect: &&Effect) -> bool {
+    effect.kind.law.acts() == Acts::Body
+}
+
+/// Every effect changes the link of the URDF, not what the ones before it made of that: changes of mass, first and second
+/// moments add up, in any order.
+fn change_all(link: &mut Link, effects: &[&Effect]) {
+    let of = |link: &Link| link.inertial.as_ref().map_or_else(Inertia::default, Inertia::from_inertial);
+    let nominal = of(link);
+    let total = effects.iter().fold(nominal, |total, effect| {
+        let mut changed = link.clone();
+        change(&mut changed, effect);
+        total.plus(&of(&changed)).less(&nominal)
+    });
+    link.inertial = about_center(&total).or(link.inertial);
 }
 
 /// Gravity in the axes in which the log gives orientations, m/s².
@@ -40,11 +62,7 @@ fn change(link: &mut Link, effect: &Effect) {
     match effect.kind.law {
         Law::Payload => {
             let mass = effect.value("mass");
-            let point = Inertial {
-                mass,
-                origin: crate::description::model::Pose { xyz: three, rpy: [0.0; 3] },
-                inertia: [0.0; 6],
-            };
+            let point = Inertial { mass, origin: Pose { xyz: three, rpy: [0.0; 3] }, inertia: [0.0; 6] };
             link.inertial = Some(match &link.inertial {
                 Some(own) => together(own, &point),
                 None => point,
@@ -58,16 +76,32 @@ fn change(link: &mut Link, effect: &Effect) {
             }
         }
         Law::InertiaError => {
-            let error = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| effect.value(name));
             if let Some(inertial) = &mut link.inertial {
-                *inertial = in_link_axes(inertial);
-                for (x, error) in inertial.inertia.iter_mut().zip(error) {
-                    *x += error;
-                }
+                add_inertia(inertial, effect);
+            }
+        }
+        Law::InertialCorrection => {
+            // A link without mass has its first body from here.
+            let nothing = Pose { xyz: [0.0; 3], rpy: [0.0; 3] };
+            let inertial =
+                link.inertial.get_or_insert(Inertial { mass: 0.0, origin: nothing, inertia: [0.0; 6] });
+            add_inertia(inertial, effect);
+            inertial.mass += effect.value("mass");
+            for (x, shift) in inertial.origin.xyz.iter_mut().zip(three) {
+                *x += shift;
             }
         }
         // `truly_built` picks those that act in bodies.
         other => debug_assert!(other.acts() != Acts::Body, "{effect} does not change the link"),
+    }
+}
+
+/// Adds the six components of an effect to the inertia about the centre of mass, in the link's axes.
+fn add_inertia(inertial: &mut Inertial, effect: &Effect) {
+    let error = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| effect.value(name));
+    *inertial = in_link_axes(inertial);
+    for (x, error) in inertial.inertia.iter_mut().zip(error) {
+        *x += error;
     }
 }
 
@@ -88,9 +122,13 @@ fn six(m: [[f64; 3]; 3]) -> [f64; 6] {
 
 /// Both masses as one body.
 fn together(a: &Inertial, b: &Inertial) -> Inertial {
-    let sum = Inertia::from_inertial(a).plus(&Inertia::from_inertial(b));
+    about_center(&Inertia::from_inertial(a).plus(&Inertia::from_inertial(b))).unwrap_or(*a)
+}
+
+/// Mass, centre of mass and inertia about it; none without mass.
+fn about_center(sum: &Inertia) -> Option<Inertial> {
     if sum.mass == 0.0 {
-        return *a;
+        return None;
     }
     let center = sum.first_moment.map(|x| x / sum.mass);
     // About the centre: what a point mass there would have is taken away.
@@ -102,6 +140,6 @@ fn together(a: &Inertial, b: &Inertial) -> Inertial {
             *x -= sum.mass * (diagonal - center[r] * center[c]);
         }
     }
-    let origin = crate::description::model::Pose { xyz: center, rpy: [0.0; 3] };
-    Inertial { mass: sum.mass, origin, inertia: six(about) }
+    let origin = Pose { xyz: center, rpy: [0.0; 3] };
+    Some(Inertial { mass: sum.mass, origin, inertia: six(about) })
 }

@@ -1,5 +1,7 @@
 //! Effects that make another rigid body, against that body; shifted encoders and a tilted world.
 use super::support::*;
+use bipedc_compiler::description::model::{Inertial, Pose, RobotDescription};
+use bipedc_compiler::tree::Inertia;
 use bipedc_effects::effect::{Effect, Location, kinds};
 
 const FUNCTIONS: [&str; 3] = ["inverse_dynamics", "forward_dynamics", "mass_matrix"];
@@ -59,6 +61,60 @@ fn masses_and_inertias_are_those_of_the_changed_robot() {
             );
         }
     }
+}
+
+/// All ten parameters at once; beside others on the same link every effect changes the link of the URDF, in any order.
+#[test]
+fn effects_on_one_link_add_up() {
+    let base = description("tulip");
+    let link = "left_foot";
+    let at = |kind, parameters: &[(&'static str, f64)]| Effect::new(kind, Location::link(link), parameters);
+    let shift = [("x", 0.02), ("y", -0.03), ("z", 0.05)];
+    let six = [("ixx", 1e-3), ("ixy", 2e-4), ("ixz", -1e-4), ("iyy", 2e-3), ("iyz", 3e-4), ("izz", 5e-4)];
+    let ten: Vec<_> = [("mass", 0.3)].into_iter().chain(shift).chain(six).collect();
+    let correction = at(&kinds::INERTIAL_CORRECTION, &ten);
+    let own = |description: &RobotDescription| {
+        let link = description.links.iter().find(|other| other.name == link).unwrap();
+        Inertia::from_inertial(link.inertial.as_ref().unwrap())
+    };
+    let mut corrected = base.clone();
+    let inertial = corrected.links.iter_mut().find(|other| other.name == link).unwrap().inertial.as_mut();
+    let inertial = inertial.unwrap();
+    inertial.mass += 0.3;
+    inertial.origin.xyz.iter_mut().zip(shift).for_each(|(x, (_, d))| *x += d);
+    inertial.inertia.iter_mut().zip(six).for_each(|(x, (_, d))| *x += d);
+    let change = own(&corrected).less(&own(&base));
+
+    let mass = ("mass", 0.7);
+    let payload = at(&kinds::PAYLOAD, &[mass, ("x", 0.1), ("y", 0.0), ("z", -0.2)]);
+    let mut loaded = own(&base).plus(&change);
+    let point = Pose { xyz: [0.1, 0.0, -0.2], rpy: [0.0; 3] };
+    loaded = loaded.plus(&Inertia::from_inertial(&Inertial { mass: 0.7, origin: point, inertia: [0.0; 6] }));
+
+    let parameters = |effects: &[Effect]| {
+        let model = compiled(&with(&base, effects), &["inverse_dynamics"]);
+        let values = Values::random(&model, &mut Random(5));
+        call(&model, "inverse_dynamics", &values)
+    };
+    let expected = |inertia: &Inertia| {
+        let mut other = base.clone();
+        let link = other.links.iter_mut().find(|other| other.name == link).unwrap();
+        let c = inertia.first_moment.map(|x| x / inertia.mass);
+        let square: f64 = c.iter().map(|x| x * x).sum();
+        let about = |r: usize, k: usize| {
+            inertia.second_moment[r][k] - inertia.mass * (if r == k { square } else { 0.0 } - c[r] * c[k])
+        };
+        let inertia_about = [about(0, 0), about(0, 1), about(0, 2), about(1, 1), about(1, 2), about(2, 2)];
+        let origin = Pose { xyz: c, rpy: [0.0; 3] };
+        link.inertial = Some(Inertial { mass: inertia.mass, origin, inertia: inertia_about });
+        let model = compiled(&other, &["inverse_dynamics"]);
+        let values = Values::random(&model, &mut Random(5));
+        call(&model, "inverse_dynamics", &values)
+    };
+    close(&parameters(std::slice::from_ref(&correction)), &expected(&own(&corrected)), 1e-10, "alone");
+    let both = [payload.clone(), correction.clone()];
+    close(&parameters(&both), &expected(&loaded), 1e-10, "after a payload");
+    close(&parameters(&[correction, payload]), &expected(&loaded), 1e-10, "before a payload");
 }
 
 /// Quaternions x y z w.

@@ -8,7 +8,7 @@ fn effects_kind() {
         &effect("joint = \"left_knee_pitch\"\n"),
         r#"error: an [[effect]] has no `kind`
   --> biped.toml:7:1
-help: add kind = "coulomb_friction"; kinds are: viscous_friction, quadratic_drag, coulomb_friction, asymmetric_coulomb_friction, stribeck_friction, load_dependent_friction, rotor_inertia, payload, com_offset, inertia_error, parallel_spring, series_elasticity, backlash, torque_gain, torque_bias, torque_saturation, torque_ripple, actuator_delay, encoder_offset, gravity_tilt, ground_slope, force_sensor_gain, force_sensor_bias, force_sensor_saturation, ground_compliance, impact_restitution, foot_slip, spin_friction, coupling, point_feet, no_impact, single_mass, decoupled_planes, formula"#,
+help: add kind = "coulomb_friction"; kinds are: viscous_friction, quadratic_drag, coulomb_friction, asymmetric_coulomb_friction, stribeck_friction, load_dependent_friction, rotor_inertia, payload, com_offset, inertia_error, inertial_correction, parallel_spring, series_elasticity, backlash, torque_gain, torque_bias, torque_saturation, torque_ripple, actuator_delay, encoder_offset, gravity_tilt, ground_slope, force_sensor_gain, force_sensor_bias, force_sensor_saturation, ground_compliance, impact_restitution, foot_slip, spin_friction, coupling, point_feet, no_impact, single_mass, decoupled_planes, formula"#,
     );
     refused(
         &effect("kind = \"coulomb_frction\"\njoint = \"left_knee_pitch\"\ntorque = 0.4\n"),
@@ -20,7 +20,7 @@ help: did you mean `coulomb_friction`?"#,
         &effect("kind = \"magic\"\n"),
         r#"error: `kind` in [[effect]]: there is no effect `magic`
   --> biped.toml:8:8
-help: kinds are: viscous_friction, quadratic_drag, coulomb_friction, asymmetric_coulomb_friction, stribeck_friction, load_dependent_friction, rotor_inertia, payload, com_offset, inertia_error, parallel_spring, series_elasticity, backlash, torque_gain, torque_bias, torque_saturation, torque_ripple, actuator_delay, encoder_offset, gravity_tilt, ground_slope, force_sensor_gain, force_sensor_bias, force_sensor_saturation, ground_compliance, impact_restitution, foot_slip, spin_friction, coupling, point_feet, no_impact, single_mass, decoupled_planes, formula"#,
+help: kinds are: viscous_friction, quadratic_drag, coulomb_friction, asymmetric_coulomb_friction, stribeck_friction, load_dependent_friction, rotor_inertia, payload, com_offset, inertia_error, inertial_correction, parallel_spring, series_elasticity, backlash, torque_gain, torque_bias, torque_saturation, torque_ripple, actuator_delay, encoder_offset, gravity_tilt, ground_slope, force_sensor_gain, force_sensor_bias, force_sensor_saturation, ground_compliance, impact_restitution, foot_slip, spin_friction, coupling, point_feet, no_impact, single_mass, decoupled_planes, formula"#,
     );
     refused(
         &effect("kind = 3\n"),

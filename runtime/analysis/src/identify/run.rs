@@ -4,7 +4,7 @@ use super::design::{BatchRegressor, Design};
 use super::essential::essential;
 use super::estimate::{Estimate, Fit, Method};
 use super::motions::Motions;
-use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, Problem, check, choose};
+use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, check, choose, problem};
 use super::picture;
 use super::reading::Reading;
 use super::result::Identification;
@@ -155,14 +155,14 @@ pub fn identify(
     progress(0.5);
     let links = Links::new(parts.link_inertias);
     let bounds = Bounds::new(&options.bounds, &links).map_err(one)?;
-    let problem = Problem::new(&design, &links, &bounds);
+    let problem = problem(&design, &links, &bounds);
     let choice = match options.weight {
         Some(weight) => Choice { weight, trials: Vec::new() },
         None => {
             choose(&problem, &design, &raw, &estimate, &folds, &|p| progress(0.5 + 0.4 * p)).map_err(one)?
         }
     };
-    let physical = problem.solve(&estimate.total, choice.weight).map_err(one)?;
+    let physical = problem.solve(&estimate.total.least_squares(), choice.weight).map_err(one)?;
     let zeros = estimate.clone().with_held(DVector::zeros(nominal.len()));
     let essential_theta = zeros.solve(&zeros.total, &essential.unknowns);
     let models = [&nominal, &fit.theta, &essential_theta, &physical.theta];

@@ -3,6 +3,7 @@
 //! Rows `[W | y]` are folded into the triangular factor `R` of their QR decomposition by Householder reflections
 //! (Golub and Van Loan, 5.2 and 6.5), so `RᵀR = [W | y]ᵀ[W | y]` without the digits that forming this product would
 //! lose: the error grows with the condition number of W, not with its square.
+use crate::physical::LeastSquares;
 use nalgebra::{DMatrix, DVector};
 
 /// Rows whose square is this part of the diagonal's do not count.
@@ -35,6 +36,12 @@ impl Triangle {
     /// Number of rows taken in.
     pub fn rows(&self) -> usize {
         self.rows
+    }
+
+    /// What the physical program minimises.
+    pub fn least_squares(&self) -> LeastSquares {
+        let (factor, right) = (self.matrix(), self.right());
+        LeastSquares { factor, right, rest: self.rest(), rows: self.rows }
     }
 
     /// Takes in `count` rows, given column after column (right-hand side last); the values are used up.

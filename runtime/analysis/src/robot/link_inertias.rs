@@ -132,11 +132,10 @@ impl LinkInertias {
                     add(&mut all, link.body, &link.changed(0.0, vector, &nothing), 1.0);
                     add(&mut all, link.body, &unchanged, -1.0);
                 }
-                Law::InertiaError => {
-                    let [xx, xy, xz, yy, yz, zz] =
-                        ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| effect.value(name));
-                    let more = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
-                    add(&mut all, link.body, &link.changed(0.0, [0.0; 3], &more), 1.0);
+                // The former has no mass and no shift.
+                Law::InertiaError | Law::InertialCorrection => {
+                    let more = inertia_of(effect);
+                    add(&mut all, link.body, &link.changed(effect.value("mass"), vector, &more), 1.0);
                     add(&mut all, link.body, &unchanged, -1.0);
                 }
                 law => debug_assert!(law.acts() != Acts::Body, "{effect} does not change the link"),
@@ -174,6 +173,12 @@ impl LinkInertias {
         }
         directions
     }
+}
+
+/// The six components that an effect adds.
+fn inertia_of(effect: &Effect) -> Matrix {
+    let [xx, xy, xz, yy, yz, zz] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"].map(|name| effect.value(name));
+    [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 }
 
 fn add(all: &mut [f64], body: usize, change: &[f64; 10], factor: f64) {

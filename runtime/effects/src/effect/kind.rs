@@ -137,6 +137,8 @@ pub enum Law {
     CenterOfMassOffset,
     /// The link's inertia about its centre of mass differs.
     InertiaError,
+    /// The link's mass, centre of mass and inertia differ.
+    InertialCorrection,
     /// The world is turned against what the base orientation says: `R = R_y(pitch) R_x(roll)`.
     GravityTilt,
     /// The ground is turned against level: `R = R_y(pitch) R_x(roll)`.
@@ -205,7 +207,9 @@ impl Law {
             Self::Delay => Acts::Time,
             Self::EncoderOffset => Acts::Position,
             Self::SeriesElasticity | Self::Backlash => Acts::Transmission,
-            Self::Payload | Self::CenterOfMassOffset | Self::InertiaError => Acts::Body,
+            Self::Payload | Self::CenterOfMassOffset | Self::InertiaError | Self::InertialCorrection => {
+                Acts::Body
+            }
             Self::GravityTilt => Acts::Gravity,
             Self::GroundSlope
             | Self::GroundCompliance
@@ -292,10 +296,7 @@ impl serde::Serialize for Kind {
 impl<'de> serde::Deserialize<'de> for &'static Kind {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
-        let correction = [&super::kinds::INERTIAL_CORRECTION].into_iter().find(|kind| kind.name == name);
-        super::kind(&name)
-            .or(correction)
-            .ok_or_else(|| serde::de::Error::custom(format!("there is no effect `{name}`")))
+        super::kind(&name).ok_or_else(|| serde::de::Error::custom(format!("there is no effect `{name}`")))
     }
 }
 

@@ -82,7 +82,8 @@ impl Change {
                 | Law::GroundSlope
                 | Law::Payload
                 | Law::CenterOfMassOffset
-                | Law::InertiaError => {}
+                | Law::InertiaError
+                | Law::InertialCorrection => {}
                 // Neither standing feet nor wrenches show these: torques, and what happens at impacts.
                 Law::Torque(_)
                 | Law::Formula

@@ -1,7 +1,7 @@
 //! How much CAD counts: chosen on the training logs alone.
-use super::program::Problem;
 use crate::identify::estimate::{by_channel, compared, errors, joined, mean, normalised};
 use crate::identify::{Design, Estimate, HeldOutError, Sums, Triangle};
+use crate::physical::Problem;
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
 
@@ -57,6 +57,7 @@ pub fn choose(
         if own.iter().all(|triangle| triangle.rows() == 0) || data.rows() == 0 {
             continue;
         }
+        let data = data.least_squares();
         for (k, weight) in WEIGHTS.iter().enumerate() {
             match problem.solve(&data, *weight) {
                 Ok(physical) => {

@@ -113,30 +113,38 @@ pub static COM_OFFSET: Kind = Kind {
     experiment: "Take postures that turn the link about two horizontal axes.",
 };
 
+const ABOUT: &str = "added to the inertia about the centre of mass, link axes";
+
 const fn change(name: &'static str, unit: &'static str, meaning: &'static str) -> Parameter {
     let (role, size) = (Role::Setting(0.0), Size::NothingAt(0.0));
     Parameter { name, unit, role, bounds: INFINITE, plausible: INFINITE, meaning, size, reach: None }
 }
 
-/// What a diagnosis corrects in a link beside the effects; no kind of a description, and not among the
-/// [`KINDS`](super::KINDS).
+/// Another mass, centre of mass and inertia: all ten parameters of a link, as a diagnosis or an identification of the whole
+/// robot found them. It is not searched for by itself.
 pub static INERTIAL_CORRECTION: Kind = Kind {
     name: "inertial_correction",
     title: "Inertial correction",
     place: Place::Link,
     parameters: &[
-        change("mass", "kg", "change of the mass"),
+        change("mass", "kg", "added to the mass"),
         change("x", "m", "shift of the centre of mass in the link frame"),
         change("y", "m", "shift of the centre of mass in the link frame"),
         change("z", "m", "shift of the centre of mass in the link frame"),
+        change("ixx", "kg m²", ABOUT),
+        change("ixy", "kg m²", ABOUT),
+        change("ixz", "kg m²", ABOUT),
+        change("iyy", "kg m²", ABOUT),
+        change("iyz", "kg m²", ABOUT),
+        change("izz", "kg m²", ABOUT),
     ],
-    law: Law::CenterOfMassOffset,
+    law: Law::InertialCorrection,
     simulation: Simulation::Law,
     search: Search::none(),
     relations: Relations::NONE,
     identified: None,
-    meaning: "Mass and centre of mass of a link are off by as much as CAD errors explain.",
-    symptom: "turns with gravity in the link's frame",
+    meaning: "Mass, centre of mass and inertia of a link are others than the URDF says.",
+    symptom: "turns with gravity in the link's frame and grows with its accelerations",
     confounders: &[],
     experiment: "Weigh the robot and its parts.",
 };
@@ -147,48 +155,12 @@ pub static INERTIA_ERROR: Kind = Kind {
     title: "Error of the inertia",
     place: Place::Link,
     parameters: &[
-        estimated(
-            "ixx",
-            "kg m²",
-            INFINITE,
-            (-2.0, 2.0),
-            "added to the inertia about the centre of mass, link axes",
-        ),
-        estimated(
-            "ixy",
-            "kg m²",
-            INFINITE,
-            (-1.0, 1.0),
-            "added to the inertia about the centre of mass, link axes",
-        ),
-        estimated(
-            "ixz",
-            "kg m²",
-            INFINITE,
-            (-1.0, 1.0),
-            "added to the inertia about the centre of mass, link axes",
-        ),
-        estimated(
-            "iyy",
-            "kg m²",
-            INFINITE,
-            (-2.0, 2.0),
-            "added to the inertia about the centre of mass, link axes",
-        ),
-        estimated(
-            "iyz",
-            "kg m²",
-            INFINITE,
-            (-1.0, 1.0),
-            "added to the inertia about the centre of mass, link axes",
-        ),
-        estimated(
-            "izz",
-            "kg m²",
-            INFINITE,
-            (-2.0, 2.0),
-            "added to the inertia about the centre of mass, link axes",
-        ),
+        estimated("ixx", "kg m²", INFINITE, (-2.0, 2.0), ABOUT),
+        estimated("ixy", "kg m²", INFINITE, (-1.0, 1.0), ABOUT),
+        estimated("ixz", "kg m²", INFINITE, (-1.0, 1.0), ABOUT),
+        estimated("iyy", "kg m²", INFINITE, (-2.0, 2.0), ABOUT),
+        estimated("iyz", "kg m²", INFINITE, (-1.0, 1.0), ABOUT),
+        estimated("izz", "kg m²", INFINITE, (-2.0, 2.0), ABOUT),
     ],
     law: Law::InertiaError,
     simulation: Simulation::Law,

@@ -33,6 +33,7 @@ pub static KINDS: &[&Kind] = &[
     &inertia::PAYLOAD,
     &inertia::COM_OFFSET,
     &inertia::INERTIA_ERROR,
+    &inertia::INERTIAL_CORRECTION,
     &drive::PARALLEL_SPRING,
     &drive::SERIES_ELASTICITY,
     &drive::BACKLASH,

@@ -1,7 +1,6 @@
 //! The semidefinite program and its certificate.
 use super::bodies::{COORDINATES, Links, PLACES};
 use super::bounds::Bounds;
-use crate::identify::{Design, Summand, Triangle};
 use bipedc_effects::diagnostic::Diagnostic;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
@@ -63,45 +62,36 @@ pub struct Physical {
     pub certificate: Certificate,
 }
 
+/// A regression: `‖factor · θ − right‖² + rest` over some rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeastSquares {
+    /// As many columns as there are unknowns θ.
+    pub factor: DMatrix<f64>,
+    /// As many numbers as the factor has rows.
+    pub right: DVector<f64>,
+    /// What no θ takes away.
+    pub rest: f64,
+    /// Rows behind it.
+    pub rows: usize,
+}
+
 impl<'a> Problem<'a> {
-    /// Prepares the program.
-    pub fn new(design: &Design<'_>, links: &'a Links, bounds: &'a Bounds) -> Self {
-        let (coordinates, extras) = (links.coordinates(), design.extras.len());
-        let value = |parameters: &[f64]| -> DVector<f64> {
-            let sum = |sum: &[(Summand, f64)]| -> f64 {
-                sum.iter()
-                    .map(|(part, factor)| match part {
-                        Summand::Inertial(k) => factor * parameters[*k],
-                        Summand::Extra(_) => 0.0,
-                    })
-                    .sum()
-            };
-            DVector::from_iterator(design.unknowns.len(), design.sums().map(sum))
-        };
-        let mut x = vec![0.0; coordinates];
-        let nominal = value(&links.parameters(&x));
-        let mut slopes = DMatrix::zeros(design.unknowns.len(), coordinates + extras);
-        for k in 0..coordinates {
-            x[k] = 1.0;
-            slopes.set_column(k, &(value(&links.parameters(&x)) - &nominal));
-            x[k] = 0.0;
-        }
-        for (row, sum) in design.sums().enumerate() {
-            for (part, factor) in sum {
-                if let Summand::Extra(e) = part {
-                    slopes[(row, coordinates + e)] += factor;
-                }
-            }
-        }
-        let positive = (0..extras).filter(|&e| design.extras[e].law.is_positive()).collect();
+    /// The program for unknowns θ that are `nominal` at CAD and change with coordinates, then extras, by `slopes`; of the
+    /// extras those in `positive` are not negative.
+    pub fn new(
+        (nominal, slopes): (DVector<f64>, DMatrix<f64>),
+        positive: Vec<usize>,
+        links: &'a Links,
+        bounds: &'a Bounds,
+    ) -> Self {
         Self { links, bounds, nominal, slopes, positive }
     }
 
-    /// Minimises `‖R θ − z‖²/N + weight Σ ‖X‖²` for the regression in `data`.
+    /// Minimises `‖R θ − z‖²/N + weight Σ ‖X‖²` for a regression of N rows.
     ///
     /// # Errors
     /// Bounds that no body can keep together; a solver that gives up.
-    pub fn solve(&self, data: &Triangle, weight: f64) -> Result<Physical, Diagnostic> {
+    pub fn solve(&self, data: &LeastSquares, weight: f64) -> Result<Physical, Diagnostic> {
         let quadratic = Quadratic::new(self, data, weight);
         if let Some(free) = self.free(&quadratic) {
             return Ok(free);
@@ -275,10 +265,10 @@ struct Quadratic {
 const HELD: f64 = 1e-7;
 
 impl Quadratic {
-    fn new(problem: &Problem<'_>, data: &Triangle, weight: f64) -> Self {
+    fn new(problem: &Problem<'_>, data: &LeastSquares, weight: f64) -> Self {
         let (n, coordinates) = (problem.slopes.ncols(), problem.links.coordinates());
-        let scale = 1.0 / (data.rows().max(1) as f64).sqrt();
-        let factor = data.matrix() * scale;
+        let scale = 1.0 / (data.rows.max(1) as f64).sqrt();
+        let factor = &data.factor * scale;
         let rows = factor.nrows();
         let mut stacked = DMatrix::zeros(rows + n, n);
         stacked.rows_mut(0, rows).copy_from(&(&factor * &problem.slopes));
@@ -288,7 +278,7 @@ impl Quadratic {
             stacked[(rows + k, k)] = if k < coordinates { weight.sqrt() } else { held };
         }
         let mut right = DVector::zeros(rows + n);
-        right.rows_mut(0, rows).copy_from(&(data.right() * scale - factor * &problem.nominal));
+        right.rows_mut(0, rows).copy_from(&(&data.right * scale - factor * &problem.nominal));
         let qr = stacked.clone().qr();
         let triangle = qr.r();
         let mut turned = right.clone();
@@ -297,7 +287,7 @@ impl Quadratic {
         if !triangle.solve_upper_triangular_mut(&mut free) {
             free.fill(0.0);
         }
-        Self { stacked, right, rest: data.rest() * scale * scale, triangle, free }
+        Self { stacked, right, rest: data.rest * scale * scale, triangle, free }
     }
 
     fn value(&self, x: &DVector<f64>) -> f64 {
