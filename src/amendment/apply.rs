@@ -8,6 +8,7 @@ use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::effect::Effect;
 use bipedc_effects::files::Batch;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// What was done.
@@ -130,9 +131,15 @@ fn put(
     if let Some(previous) = previous.as_ref().filter(|_| effect.own.is_empty()) {
         effect.own.clone_from(&previous.own);
     }
+    let mut ci95 = proposed.ci95.clone();
+    if let Some(previous) = previous.as_ref().filter(|_| proposed.request == Request::Increase) {
+        increase(&mut effect, &mut ci95, previous);
+    }
     let is_twin = |change: &Change| is_same(&change.effect, &effect);
     let action = match proposed.request {
         Request::Remove => Action::Removed,
+        Request::Increase if previous.is_some() => Action::Replaced,
+        Request::Increase => Action::Added,
         // Of two alike in one proposal (two ripples, say) the second comes beside the first.
         Request::Put if !step.changes.iter().any(is_twin) && text::count(text, &effect)? > 0 => {
             Action::Replaced
@@ -140,7 +147,7 @@ fn put(
         Request::Put | Request::Add => Action::Added,
     };
     let comment = comments::above(&effect, proposed, step);
-    let written = Written { effect: &effect, ci95: &proposed.ci95, comment: &comment };
+    let written = Written { effect: &effect, ci95: &ci95, comment: &comment };
     let text = match action {
         Action::Added => text::add(text, &written)?,
         Action::Replaced => text::replace(text, &written)?,
@@ -150,8 +157,18 @@ fn put(
         effect.clone_from(previous);
     }
     let previous = previous.filter(|_| action == Action::Replaced);
-    let (ci95, error) = (proposed.ci95.clone(), proposed.error.clone());
+    let error = proposed.error.clone();
     Ok((text, Change { action, effect, ci95, previous, error }))
+}
+
+/// What a change of an effect makes of what stands: values and intervals move by the latter's values.
+fn increase(effect: &mut Effect, ci95: &mut BTreeMap<String, [f64; 2]>, previous: &Effect) {
+    for (name, value) in &previous.parameters {
+        *effect.parameters.entry(name.clone()).or_insert(0.0) += value;
+        if let Some(interval) = ci95.get_mut(name) {
+            *interval = interval.map(|end| end + value);
+        }
+    }
 }
 
 /// Reads the amended text as the description's reader does. Places are left out of messages: they are those of a

@@ -3,7 +3,6 @@ use super::history::{BeforeAfter, ChannelError};
 use super::{Proposal, Proposed, Request, is_same};
 use bipedc_analysis::diagnose::{Diagnosis, ErrorFall as Measured, FoundEffect};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::kinds;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -15,7 +14,7 @@ const CHANNELS: [&str; 3] = ["post_impact_velocity", "cop", "effort"];
 pub struct Selection {
     /// Numbers from 1, `KIND` or `KIND:PLACE`; empty: all effects.
     pub only: Vec<String>,
-    /// Also its corrections of masses and inertias.
+    /// Of a selection: also its corrections of masses and inertias, which belong to all effects together.
     pub corrections: bool,
     /// Add even where an effect of the kind stands.
     pub add: bool,
@@ -61,7 +60,9 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
     let main = main_channel(diagnosis);
     let mut effects: Vec<Proposed> = Vec::new();
     for (index, found) in chosen.iter().enumerate() {
-        let step = diagnosis.steps.get(index).filter(|step| is_same(&step.effect, &found.effect));
+        // Beside corrections no effect has an error of its own.
+        let alone = diagnosis.inertial_corrections.is_empty();
+        let step = diagnosis.steps.get(index).filter(|step| alone && is_same(&step.effect, &found.effect));
         // After the first that is out of order the errors are those of another model.
         let known = effects.iter().all(|before| before.error.is_some());
         let error = step.filter(|_| known).zip(main).map(|(step, (channel, rms))| ChannelError {
@@ -73,33 +74,20 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
         });
         effects.push(proposed(found, error, request));
     }
-    let (errors, note) = errors(diagnosis, &effects, selection.corrections);
-    if selection.corrections {
-        refuse_untold(&diagnosis.inertial_corrections)?;
-        effects.extend(diagnosis.inertial_corrections.iter().map(|found| proposed(found, None, request)));
+    // What was estimated together belongs together, unless somebody chooses.
+    let corrections = selection.only.is_empty() || selection.corrections;
+    let complete =
+        chosen.len() == diagnosis.effects.len() && (corrections || diagnosis.inertial_corrections.is_empty());
+    let (errors, note) = if complete { (all_channels(diagnosis), None) } else { errors(&effects) };
+    if corrections {
+        let corrections = diagnosis.inertial_corrections.iter();
+        effects.extend(corrections.map(|found| proposed(found, None, Request::Increase)));
     }
     // Effects that stood already and were estimated again belong to the estimates of the others.
     effects.extend(diagnosis.standing.iter().map(|found| proposed(found, None, Request::Put)));
     let training = (!diagnosis.training.file.is_empty()).then(|| diagnosis.training.clone());
     let validation = diagnosis.validation.clone();
     Ok(Proposal { effects, origin: origin.to_owned(), training, validation, errors, note })
-}
-
-/// Corrections by mass and centre of mass are no effects that a description could state.
-fn refuse_untold(corrections: &[FoundEffect]) -> Result<(), Diagnostic> {
-    let link = |found: &&FoundEffect| found.effect.kind == &kinds::INERTIAL_CORRECTION;
-    let change = |found: &FoundEffect| {
-        let [mass, x, y, z] = ["mass", "x", "y", "z"].map(|name| found.effect.value(name));
-        format!("{} {mass:+.4} kg, centre of mass {x:+.5} {y:+.5} {z:+.5} m", found.effect.location)
-    };
-    let changes: Vec<String> = corrections.iter().filter(link).map(change).collect();
-    if changes.is_empty() {
-        return Ok(());
-    }
-    Err(Diagnostic::error("biped.toml has no words for corrections of masses and centres of mass").help(format!(
-        "leave out --with-corrections, and change the URDF: {}; or let `bipedc identify --write-urdf` do it",
-        changes.join("; ")
-    )))
 }
 
 fn proposed(found: &FoundEffect, error: Option<ChannelError>, request: Request) -> Proposed {
@@ -140,21 +128,8 @@ fn main_channel(diagnosis: &Diagnosis) -> Option<(&str, &Measured)> {
     found.map(|(name, rms)| (name.as_str(), rms))
 }
 
-/// Errors of the chosen effects together.
-fn errors(
-    diagnosis: &Diagnosis,
-    chosen: &[Proposed],
-    corrections: bool,
-) -> (Vec<ChannelError>, Option<String>) {
-    let complete = chosen.len() == diagnosis.effects.len();
-    if complete {
-        let without = !diagnosis.inertial_corrections.is_empty() && !corrections;
-        let note = without.then(|| {
-            "the errors include inertial corrections that were not taken (--with-corrections takes them)"
-                .to_owned()
-        });
-        return (all_channels(diagnosis), note);
-    }
+/// Errors of a part of the effects, as far as they are known.
+fn errors(chosen: &[Proposed]) -> (Vec<ChannelError>, Option<String>) {
     let falls: Option<Vec<&ChannelError>> = chosen.iter().map(|proposed| proposed.error.as_ref()).collect();
     let ends = falls.as_ref().and_then(|falls| Some((falls.first()?.held_out?, falls.last()?)));
     match ends {

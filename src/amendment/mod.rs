@@ -62,6 +62,8 @@ pub enum Request {
     Put,
     /// Add it whatever is there.
     Add,
+    /// Add its parameters to those of the effect of this kind at this place, or add it.
+    Increase,
     /// Take it out.
     Remove,
 }

@@ -4,14 +4,13 @@ use crate::measurements::currents::{self, Prepared};
 use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
 use crate::report::of_measurements;
-use bipedc_analysis::diagnose::{self, Diagnosis, ErrorFall, Selected, errors, summary, support};
+use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors, summary, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::measure;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::effect::{Effect, Law};
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Two logs, and what is asked of them.
@@ -148,7 +147,7 @@ fn answer(
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
     if options.reading.cutoff_hz.is_none() {
-        best_filter(&measured, request, (&train, &reading), &mut answer)?;
+        best_filter(&measured, request, &reading, &mut answer)?;
     }
     let shown = judge.as_ref().unwrap_or(&train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
@@ -263,53 +262,51 @@ fn alike(train: &Loaded<'_>, judge: &Loaded<'_>, file: &Path) -> Result<(), Diag
     Err(problem.in_file(file))
 }
 
-/// Errors at the cut-off that fits best once the effects are in, as a comparison would choose it.
+/// Errors at the cut-off that fits the judging log best once everything is in: the one that a comparison of that log with the
+/// amended model chooses, so that both state the same.
 fn best_filter(
     measured: &Measured,
     request: &Request<'_>,
-    (train, read): (&Loaded<'_>, &measure::Options),
+    reading: &measure::Options,
     answer: &mut Diagnosis,
 ) -> Result<(), Diagnostics> {
     let efforts = measured.content(&request.log) == Content::Efforts;
-    if !efforts
-        || !request.options.channels.is_empty()
-        || !answer.inertial_corrections.is_empty()
-        || request.validate.is_none()
-    {
+    if !efforts || !request.options.channels.is_empty() {
         return Ok(());
     }
-    let standing = answer.standing.iter().map(|found| found.effect.clone());
-    let effects: Vec<Effect> = standing.chain(answer.steps.iter().map(|step| step.effect.clone())).collect();
-    let reading = |cutoff: f64| measure::Options { cutoff_hz: Some(cutoff), ..measure::Options::default() };
-    let at = |log: &Log, cutoff: f64| -> Result<_, Diagnostics> {
-        let loaded = measured.load(log, &reading(cutoff), None)?;
-        Ok(errors(&*loaded.experiment, &effects))
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let (log, mut whole) = match &request.validate {
+        Some(log) => (log, measure::Options { from_s: None, to_s: None, ..reading.clone() }),
+        None => (&request.log, reading.clone()),
     };
     let mut best: Option<(f64, f64)> = None;
     for cutoff in measure::CANDIDATES {
-        let known = (*read == reading(cutoff)).then(|| errors(&*train.experiment, &effects));
-        let falls = known.map_or_else(|| at(&request.log, cutoff), Ok);
+        whole.cutoff_hz = Some(cutoff);
         // A cut-off beyond half the sampling rate is not one.
-        let Ok(falls) = falls else { continue };
+        let Ok(loaded) = measured.load(log, &whole, None) else { continue };
+        let falls = errors(&*loaded.experiment, None, &effects).rms_training;
         let error = falls.get("effort").map_or(f64::INFINITY, |fall| fall.after);
         if best.is_none_or(|(_, least)| error < least) {
             best = Some((cutoff, error));
         }
     }
-    if let (Some((cutoff, _)), Some(log)) = (best, &request.validate)
-        && cutoff != answer.cutoff_hz
-    {
-        judged_at(cutoff, at(log, cutoff)?, answer);
+    let Some((cutoff, _)) = best.filter(|(cutoff, _)| *cutoff != answer.cutoff_hz) else { return Ok(()) };
+    whole.cutoff_hz = Some(cutoff);
+    let at = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
+    let train = measured.load(&request.log, &at, None)?;
+    let judge = request.validate.as_ref().map(|log| measured.load(log, &whole, None)).transpose()?;
+    let judge = judge.as_ref().map(|judge| &*judge.experiment);
+    let judged = |effects: &[Effect]| errors(&*train.experiment, judge, effects);
+    if answer.inertial_corrections.is_empty() {
+        let standing = answer.standing.len();
+        let falls = (0..=answer.steps.len()).map(|count| judged(&effects[..standing + count]).rms);
+        let after: Vec<f64> = falls.map(|rms| rms.get("effort").map_or(0.0, |fall| fall.after)).collect();
+        for (step, fall) in answer.steps.iter_mut().zip(after.windows(2)) {
+            (step.before, step.after) = (fall[0], fall[1]);
+        }
     }
-    Ok(())
-}
-
-/// The errors at another cut-off in the place of those at which the search went.
-fn judged_at(cutoff: f64, falls: BTreeMap<String, ErrorFall>, answer: &mut Diagnosis) {
-    if let Some(fall) = falls.get("effort") {
-        (answer.rms_before, answer.rms_after) = (fall.before, fall.after);
-    }
-    answer.rms = falls;
+    answer.take(judged(&effects));
     answer.judged_at_hz = Some(cutoff);
     answer.summary = summary(answer);
+    Ok(())
 }

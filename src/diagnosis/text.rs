@@ -13,6 +13,14 @@ pub fn text(d: &Diagnosis) -> String {
             3,
         ));
     }
+    if !d.inertial_corrections.is_empty() {
+        out.push('\n');
+        out.push_str(&table(
+            &["inertial correction", "parameter", "change", "95 % from", "to", "unit"],
+            d.inertial_corrections.iter().flat_map(correction_rows).collect(),
+            2,
+        ));
+    }
     out.push('\n');
     let rows = d
         .rows
@@ -28,6 +36,22 @@ pub fn text(d: &Diagnosis) -> String {
 
 fn bound(x: f64) -> String {
     if x.is_finite() { format!("{x:.5}") } else { "unknown".to_owned() }
+}
+
+/// Of a link: the changes that the data tell.
+fn correction_rows(found: &FoundEffect) -> Vec<Vec<String>> {
+    let effect = &found.effect;
+    let names = effect.kind.parameters.iter().map(|parameter| parameter.name);
+    let told = names.filter_map(|name| Some((name, found.ci95.get(name)?)));
+    let link = effect.location.link.clone().unwrap_or_default();
+    told.filter(|(_, [low, high])| (high - low).is_finite())
+        .enumerate()
+        .map(|(k, (name, [low, high]))| {
+            let first = if k == 0 { link.clone() } else { String::new() };
+            let value = format!("{:+.5}", effect.value(name));
+            vec![first, name.to_owned(), value, bound(*low), bound(*high), effect.unit(name).to_owned()]
+        })
+        .collect()
 }
 
 fn effect_rows(found: &FoundEffect) -> Vec<Vec<String>> {

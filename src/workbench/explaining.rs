@@ -2,7 +2,7 @@
 use super::Workbench;
 use crate::amendment::diagnosis::{Selection, propose};
 use crate::amendment::{Amended, description_path};
-use crate::diagnosis::{self, Diagnosed};
+use crate::diagnosis::{self, Diagnosed, Inertial};
 use crate::measurements::Log;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
@@ -31,7 +31,7 @@ pub struct Explained {
 impl Explained {
     /// Whether the last search found nothing more.
     pub fn is_complete(&self) -> bool {
-        self.last.effects.is_empty()
+        self.last.effects.is_empty() && self.last.inertial_corrections.is_empty()
     }
 }
 
@@ -60,19 +60,24 @@ impl Workbench {
                 tell(Event::Warnings(&last.warnings))?;
             }
             searches += 1;
-            if last.effects.is_empty() {
-                return Ok(Explained { last, searches });
+            let explained = Explained { last, searches };
+            if explained.is_complete() {
+                return Ok(explained);
             }
+            let last = &explained.last;
             let order: Vec<Effect> = last.steps.iter().map(|step| step.effect.clone()).collect();
-            for count in 1..order.len() {
+            // Inertial corrections belong to all effects together: then there are no steps between.
+            let between = if last.inertial_corrections.is_empty() { 1..order.len() } else { 0..0 };
+            let options = diagnosis::Options { inertial: Inertial::Known, ..options.clone() };
+            for count in between {
                 let (robot, logs) = (&bench.robot, (train, judge));
                 let progress = &*self.progress;
-                let partial = diagnosis::estimate(robot, &order[..count], logs, options, progress)?;
+                let partial = diagnosis::estimate(robot, &order[..count], logs, &options, progress)?;
                 self.take(&partial, tell)?;
             }
-            self.take(&last, tell)?;
+            self.take(last, tell)?;
             if searches == ROUNDS {
-                return Ok(Explained { last, searches });
+                return Ok(explained);
             }
         }
     }

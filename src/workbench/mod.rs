@@ -7,7 +7,7 @@ use crate::amendment::diagnosis::{Selection, propose};
 use crate::amendment::history::History;
 use crate::amendment::{self, Amended, Proposal, Undone};
 use crate::comparison::{self, Compared};
-use crate::diagnosis::{self, Diagnosed};
+use crate::diagnosis::{self, Diagnosed, Inertial};
 use crate::excitation::{
     self, DesignedMotion, PostureOptions, PostureSet, SeparateOptions, SeparatingMotion,
 };
@@ -214,7 +214,8 @@ impl Workbench {
         robot.description.effects.retain(|present| {
             !effects.iter().any(|e| e.kind == present.kind && e.location == present.location)
         });
-        let options = diagnosis::Options::default();
+        // What is not asked for does not change: neither do masses and inertias.
+        let options = diagnosis::Options { inertial: Inertial::Known, ..diagnosis::Options::default() };
         diagnosis::estimate(&robot, effects, (train, judge), &options, &*self.progress)
     }
 

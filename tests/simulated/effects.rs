@@ -29,6 +29,9 @@ fn at_joints(kind: &str) -> String {
         "payload" => link("mass = 1.2\nx = 0.05\ny = 0.0\nz = -0.1"),
         "com_offset" => link("x = 0.03\ny = 0.0\nz = -0.05"),
         "inertia_error" => link("ixx = 0.02\nixy = 0.0\nixz = 0.0\niyy = 0.08\niyz = 0.0\nizz = 0.07"),
+        "inertial_correction" => {
+            link("mass = 0.8\nx = 0.02\ny = 0.0\nz = -0.03\nixx = 0.01\niyy = 0.03\nizz = 0.03")
+        }
         "gravity_tilt" => own(kind, "roll = 0.0\npitch = 0.1"),
         "coupling" => {
             let pair = |a: &str, b: &str, rest: &str| {

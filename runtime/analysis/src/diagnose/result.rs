@@ -13,7 +13,8 @@ pub struct Diagnosis {
     /// Effects that stood from the start ([`Options::standing`](super::Options::standing)), with their new estimates.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub standing: Vec<FoundEffect>,
-    /// Corrections of masses, centres of mass and inertias as CAD errors explain them.
+    /// Masses, centres of mass and inertias that were estimated beside the effects, one `inertial_correction` per link;
+    /// all errors hold with them.
     pub inertial_corrections: Vec<FoundEffect>,
     /// Alternatives that this data cannot tell apart; each alternative is a list of effects, the first the one that
     /// stands in `effects`.
@@ -54,6 +55,16 @@ pub struct Diagnosis {
     pub judged_at_hz: Option<f64>,
     /// The answer in plain words.
     pub summary: String,
+}
+
+impl Diagnosis {
+    /// All that was estimated, in the order in which it acts: effects of the description, those that were found as they
+    /// entered, and inertial corrections.
+    pub fn estimated(&self) -> impl Iterator<Item = &Effect> {
+        let standing = self.standing.iter().map(|found| &found.effect);
+        let corrections = self.inertial_corrections.iter().map(|found| &found.effect);
+        standing.chain(self.steps.iter().map(|step| &step.effect)).chain(corrections)
+    }
 }
 
 /// An effect with its error bars.

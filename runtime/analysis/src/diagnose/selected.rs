@@ -3,7 +3,7 @@ use crate::experiments::{Experiment, Inertial, Row};
 use crate::log::names;
 use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
-use crate::robot::link_inertias::CadError;
+use crate::robot::LinkInertias;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Kind, Location};
 
@@ -77,19 +77,13 @@ impl Experiment for Selected<'_> {
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.inner.seeds(kind, location)
     }
-    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.inner.cad_directions(error)
-    }
-    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
-        self.inner.inertial_change(effect)
+    fn link_inertias(&self) -> Option<&LinkInertias> {
+        self.inner.link_inertias()
     }
     fn check(&self) -> Vec<Diagnostic> {
         self.inner.check()
     }
     fn motion(&self) -> JointPositions {
         self.inner.motion()
-    }
-    fn bodies(&self) -> &[String] {
-        self.inner.bodies()
     }
 }

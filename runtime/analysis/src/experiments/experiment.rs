@@ -1,7 +1,7 @@
 //! Measurements as the diagnosis sees them: residuals, and how effects would change them.
 use crate::measure::JointPositions;
-use crate::robot::InertialParameters;
 use crate::robot::link_inertias::CadError;
+use crate::robot::{InertialParameters, LinkInertias};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Evidence, Kind, Location, sought};
 use serde::Serialize;
@@ -140,15 +140,27 @@ pub trait Experiment: Sync {
         None
     }
 
+    /// The links behind the inertial parameters; `None` if these play no part.
+    fn link_inertias(&self) -> Option<&LinkInertias> {
+        None
+    }
+
     /// Directions of usual CAD errors in the space of the inertial parameters, each one standard deviation long:
     /// index of the body, ten numbers.
-    fn cad_directions(&self, _error: &CadError) -> Vec<(usize, [f64; 10])> {
-        Vec::new()
+    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
+        let directions = self.link_inertias().map_or_else(Vec::new, |links| links.cad_directions(error));
+        directions.into_iter().map(|(_, body, direction)| (body, direction)).collect()
     }
 
     /// What an effect on a link adds to the inertial parameters; empty if inertial parameters play no part.
-    fn inertial_change(&self, _effect: &Effect) -> InertialParameters {
-        InertialParameters::default()
+    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
+        let of = |links: &LinkInertias| links.change(std::slice::from_ref(effect));
+        self.link_inertias().map_or_else(InertialParameters::default, of)
+    }
+
+    /// Names of the bodies' main links, one per ten inertial parameters.
+    fn bodies(&self) -> &[String] {
+        self.link_inertias().map_or(&[], |links| &links.bodies)
     }
 
     /// What is wrong or odd with the data themselves, before anything is searched for: mixed-up channels, joints that
@@ -160,11 +172,6 @@ pub trait Experiment: Sync {
     /// How the joints moved, for telling whether motions repeat; empty in tables.
     fn motion(&self) -> JointPositions {
         JointPositions::default()
-    }
-
-    /// Names of the bodies' main links, one per ten inertial parameters.
-    fn bodies(&self) -> &[String] {
-        &[]
     }
 }
 

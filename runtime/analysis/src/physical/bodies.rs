@@ -78,6 +78,28 @@ fn ten(p: &Matrix4<f64>) -> [f64; 10] {
     ]
 }
 
+/// The pseudo-inertia of ten standard parameters.
+fn pseudo_inertia(parameters: &[f64; 10]) -> Matrix4<f64> {
+    let [m, x, y, z, xx, xy, xz, yy, yz, zz] = *parameters;
+    // Half the trace less the inertia is the second moment of the mass itself.
+    let half = 0.5 * (xx + yy + zz);
+    Matrix4::new(half - xx, -xy, -xz, x, -xy, half - yy, -yz, y, -xz, -yz, half - zz, z, x, y, z, m)
+}
+
+/// Whether a body can have these ten parameters: its pseudo-inertia is positive definite.
+pub fn is_possible(parameters: &[f64; 10]) -> bool {
+    pseudo_inertia(parameters).cholesky().is_some()
+}
+
+impl Inertia {
+    fn of_pseudo_inertia(p: &Matrix4<f64>) -> Self {
+        let mass = p[(3, 3)];
+        let center = Vector3::new(p[(0, 3)], p[(1, 3)], p[(2, 3)]) / mass;
+        let second = p.fixed_view::<3, 3>(0, 0) - center * center.transpose() * mass;
+        Self { mass, center, inertia: Matrix3::identity() * second.trace() - second }
+    }
+}
+
 impl Body {
     fn new(link: &Link) -> Self {
         let center = Vector3::from(link.center);
@@ -110,16 +132,18 @@ impl Body {
 
     /// Mass, centre and inertia.
     pub fn inertia(&self, x: &[f64]) -> Inertia {
-        let p = self.pseudo_inertia(x);
-        let mass = p[(3, 3)];
-        let center = Vector3::new(p[(0, 3)], p[(1, 3)], p[(2, 3)]) / mass;
-        let second = p.fixed_view::<3, 3>(0, 0) - center * center.transpose() * mass;
-        Inertia { mass, center, inertia: Matrix3::identity() * second.trace() - second }
+        Inertia::of_pseudo_inertia(&self.pseudo_inertia(x))
     }
 
     /// Ten parameters in the body's frame.
-    fn parameters(&self, x: &[f64]) -> [f64; 10] {
+    pub fn parameters(&self, x: &[f64]) -> [f64; 10] {
         ten(&(self.placement * self.pseudo_inertia(x) * self.placement.transpose()))
+    }
+
+    /// Mass, centre and inertia of a link whose ten parameters in the body's frame are these.
+    pub fn inertia_of(&self, parameters: &[f64; 10]) -> Inertia {
+        let back = self.placement.try_inverse().unwrap_or_else(Matrix4::identity);
+        Inertia::of_pseudo_inertia(&(back * pseudo_inertia(parameters) * back.transpose()))
     }
 
     /// Ten parameters in the link's frame.
@@ -178,6 +202,9 @@ mod tests {
         }
         let inertia = links.bodies[0].inertia(&[0.0; 10]);
         assert!((inertia.inertia - links.bodies[0].nominal.inertia).norm() < 1e-15);
+        let back = links.bodies[0].inertia_of(&found.try_into().unwrap());
+        assert!((back.center - inertia.center).norm() < 1e-14 && (back.mass - 2.0).abs() < 1e-14);
+        assert!((back.inertia - inertia.inertia).norm() < 1e-14);
         assert!(!links.bodies[0].mended);
     }
 

@@ -18,7 +18,7 @@ mod program;
 // For its symbols: clarabel calls BLAS and LAPACK by name.
 use bipedc_lapack as _;
 
-pub use bodies::{Body, COORDINATES, Inertia, Links};
+pub use bodies::{Body, COORDINATES, Inertia, Links, is_possible};
 pub use bounds::{Bound, Bounds};
 pub use check::{Consistency, check};
 pub use program::{Certificate, LeastSquares, Physical, Problem};

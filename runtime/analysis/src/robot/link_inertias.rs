@@ -74,6 +74,11 @@ fn product(m: &Matrix, x: [f64; 3]) -> [f64; 3] {
 }
 
 impl Link {
+    /// Ten parameters in the body's frame.
+    pub fn parameters(&self) -> [f64; 10] {
+        self.changed(0.0, [0.0; 3], &[[0.0; 3]; 3])
+    }
+
     /// A point of the link frame in the body's frame.
     fn point(&self, x: [f64; 3]) -> [f64; 3] {
         let turned = product(&self.rotation, x);

@@ -18,7 +18,6 @@ pub use trajectory::Trajectory;
 pub(crate) use trajectory::coordinate;
 
 use bipedc_effects::effect::{Effect, Location};
-use link_inertias::CadError;
 
 /// A robot: its functions, and the names and places behind them.
 #[derive(Clone, Copy)]
@@ -51,15 +50,6 @@ impl Robot<'_> {
     /// The effects of the description and further ones.
     pub(crate) fn with(&self, effects: &[Effect]) -> Vec<Effect> {
         self.effects.iter().chain(effects).cloned().collect()
-    }
-
-    /// Directions of usual CAD errors, as [`crate::experiments::Experiment::cad_directions`].
-    pub(crate) fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.link_inertias
-            .cad_directions(error)
-            .into_iter()
-            .map(|(_, body, direction)| (body, direction))
-            .collect()
     }
 
     /// One signal per joint: the last columns of `values`, `samples × width`.

@@ -16,7 +16,7 @@ impl Conclusion<'_> {
     /// of a second one.
     pub(super) fn alternatives(&self, found: &[FoundEffect], order: &[usize]) -> Vec<Vec<Vec<FoundEffect>>> {
         let active = &self.outcome.active;
-        if active.len() != self.refined.effects.len() {
+        if active.len() != self.settled.refined.effects.len() {
             return Vec::new();
         }
         let mut groups = Vec::new();

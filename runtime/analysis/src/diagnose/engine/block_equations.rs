@@ -5,6 +5,7 @@ use crate::experiments::Experiment;
 use crate::experiments::form::Column;
 use crate::robot::inertial_parameters::{InertialParameters, body_of, element_of, parameter_index};
 use nalgebra::DMatrix;
+use std::ops::Range;
 
 /// Samples that are multiplied at a time.
 const CHUNK: usize = 512;
@@ -49,6 +50,21 @@ impl Spread {
             }
         };
         Self { factors: covariances.into_iter().map(factor).collect(), corrects }
+    }
+
+    /// Nothing may be corrected.
+    pub fn none() -> Self {
+        Self { factors: Vec::new(), corrects: false }
+    }
+
+    /// The same with uncertainty in some bodies only.
+    pub fn only(&self, bodies: &[usize]) -> Self {
+        let factors = self.factors.iter().enumerate();
+        let kept = |(body, factor): (usize, &DMatrix<f64>)| match bodies.contains(&body) {
+            true => factor.clone(),
+            false => DMatrix::zeros(10, 10),
+        };
+        Self { factors: factors.map(kept).collect(), corrects: self.corrects }
     }
 
     /// Number of unknowns.
@@ -116,6 +132,11 @@ pub(super) fn block_limits(samples: usize, blocks: usize) -> Vec<usize> {
     (0..=blocks).map(|b| b * samples / blocks).collect()
 }
 
+/// Samples of a range that count at all.
+fn counted(emphasis: Option<&[f64]>, range: Range<usize>) -> usize {
+    emphasis.map_or(range.len(), |emphasis| emphasis[range].iter().filter(|e| **e > 0.0).count())
+}
+
 /// Forms all products of one row. `columns` have ids; those that do not touch the row are passed over. `emphasis`
 /// multiplies each sample.
 pub(super) fn block_equations(
@@ -143,7 +164,7 @@ pub(super) fn block_equations(
         bodies,
         ids: touching.iter().map(|(id, _)| *id).collect(),
         grams: Vec::with_capacity(blocks),
-        counts: limits.windows(2).map(|w| w[1] - w[0]).collect(),
+        counts: limits.windows(2).map(|w| counted(emphasis, w[0]..w[1])).collect(),
     };
     for block in limits.windows(2) {
         let mut gram = DMatrix::zeros(size, size);

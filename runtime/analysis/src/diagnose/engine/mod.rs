@@ -2,6 +2,7 @@
 mod alternatives;
 mod block_equations;
 mod candidates;
+mod corrections;
 mod exchange;
 mod fit;
 mod noise_floor;
@@ -16,5 +17,5 @@ mod smoother;
 mod text;
 mod unexplained;
 
-pub use run::{Options, diagnose, errors, estimate};
+pub use run::{Errors, Options, diagnose, errors, estimate};
 pub use text::summary;

@@ -4,8 +4,8 @@ use super::fit::{Corrections, NormalEquations, Term, fit};
 use super::parallel::parallel;
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
+use crate::robot::LinkInertias;
 use crate::robot::inertial_parameters::parameter_index;
-use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location, Role};
 use nalgebra::{DMatrix, DVector};
 
@@ -34,11 +34,6 @@ impl<'a> Amended<'a> {
         Self { inner, residual }
     }
 
-    /// The residual without any effect.
-    pub fn nominal(&self, row: usize) -> &[f64] {
-        self.inner.residual(row)
-    }
-
     /// Subtracts what a change of inertial parameters predicts.
     pub fn correct(&mut self, change: &[f64]) {
         for (row, residual) in self.residual.iter_mut().enumerate() {
@@ -48,6 +43,11 @@ impl<'a> Amended<'a> {
                 *r -= inertial.columns.iter().zip(y).map(|(c, y)| y * change[*c]).sum::<f64>();
             }
         }
+    }
+
+    /// The residual without any effect.
+    pub fn nominal(&self, row: usize) -> &[f64] {
+        self.inner.residual(row)
     }
 }
 
@@ -76,8 +76,8 @@ impl Experiment for Amended<'_> {
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         self.inner.signals(row)
     }
-    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.inner.cad_directions(error)
+    fn link_inertias(&self) -> Option<&LinkInertias> {
+        self.inner.link_inertias()
     }
 }
 
@@ -94,29 +94,43 @@ pub(super) struct Refined {
     pub effects: Vec<Effect>,
     /// Half widths of 95 % confidence intervals, by effect and parameter.
     pub half_width: Vec<Vec<(String, f64)>>,
-    /// Inertial corrections as multiples of the spread, with their posterior standard deviations; empty if there are
-    /// none.
+    /// Inertial corrections as multiples of the spread; empty if there are none.
     pub corrections: Vec<f64>,
-    pub corrections_sigma: Vec<f64>,
+    /// Their covariance, effects estimated along: the unit matrix where data tell nothing.
+    pub covariance: DMatrix<f64>,
 }
 
-/// Gauss–Newton from the search's estimate.
+/// What estimates are made from.
+#[derive(Clone, Copy)]
+pub(super) struct Data<'a> {
+    pub experiment: &'a dyn Experiment,
+    /// One per row.
+    pub weights: &'a [f64],
+    /// Whether a sample (of how many) counts.
+    pub teaches: &'a (dyn Fn(usize, usize) -> bool + Sync),
+}
+
+/// Gauss–Newton from the search's estimate, with inertial corrections as far as they spread, if they do. Effects that are
+/// `fixed` act and are not estimated.
 pub(super) fn refine(
-    experiment: &dyn Experiment,
+    data: Data<'_>,
     effects: Vec<Effect>,
-    spread: &Spread,
-    weights: &[f64],
-    corrected: bool,
+    fixed: &[Effect],
+    spread: Option<&Spread>,
 ) -> Refined {
+    let Data { experiment, weights, teaches } = data;
     let wanted = effects.len();
     let mut current = with_nuisances(experiment, effects);
     let unknowns = unknowns(&current);
+    current.extend_from_slice(fixed);
+    let nothing = Spread::none();
+    let (corrected, spread) = (spread.is_some(), spread.unwrap_or(&nothing));
     let mut error = f64::INFINITY;
     let mut last = None;
     for step_number in 0..STEPS {
         let amended = Amended::new(experiment, &current);
         let jacobian = jacobian(experiment, &current, &amended, &unknowns);
-        let equations = equations(&amended, spread, &jacobian);
+        let equations = equations(&amended, spread, &jacobian, teaches);
         let all: Vec<usize> = (0..BLOCKS).collect();
         let sums = NormalEquations::of(&equations, &all);
         let here: f64 = sums.rows.iter().zip(weights).map(|(row, w)| w * row.squares()).sum();
@@ -137,12 +151,12 @@ pub(super) fn refine(
         error = here;
         current = moved;
     }
-    let (sigmas, corrections, corrections_sigma) = match last {
+    let (sigmas, corrections, covariance) = match last {
         Some((equations, corrections)) => {
-            let (all, spread_sigma) = uncertainty(&equations, weights, unknowns.len(), &corrections);
-            (all, corrections, spread_sigma)
+            let (all, covariance) = uncertainty(&equations, weights, unknowns.len(), &corrections);
+            (all, corrections, covariance)
         }
-        None => (vec![f64::INFINITY; unknowns.len()], Vec::new(), Vec::new()),
+        None => (vec![f64::INFINITY; unknowns.len()], Vec::new(), DMatrix::zeros(0, 0)),
     };
     let mut half_width = vec![Vec::new(); current.len()];
     for (unknown, sigma) in unknowns.iter().zip(sigmas) {
@@ -150,7 +164,7 @@ pub(super) fn refine(
     }
     current.truncate(wanted);
     half_width.truncate(wanted);
-    Refined { effects: current, half_width, corrections, corrections_sigma }
+    Refined { effects: current, half_width, corrections, covariance }
 }
 
 /// The effects and what is estimated beside them without being reported.
@@ -225,12 +239,19 @@ fn jacobian(
     })
 }
 
-fn equations(experiment: &dyn Experiment, spread: &Spread, columns: &[Column]) -> Vec<BlockEquations> {
+fn equations(
+    experiment: &dyn Experiment,
+    spread: &Spread,
+    columns: &[Column],
+    teaches: &(dyn Fn(usize, usize) -> bool + Sync),
+) -> Vec<BlockEquations> {
     let flat: Vec<(usize, &Column)> = columns.iter().enumerate().collect();
     parallel(experiment.rows().len(), |row| {
         // Play is on one side or the other, or being crossed: absolute values, not squares.
         let play = experiment.rows()[row].channel == Channel::Transmission;
-        let emphasis = forgiveness(experiment.residual(row), if play { 0.1 } else { 2.0 });
+        let mut emphasis = forgiveness(experiment.residual(row), if play { 0.1 } else { 2.0 });
+        let count = emphasis.len();
+        emphasis.iter_mut().enumerate().filter(|(i, _)| !teaches(*i, count)).for_each(|(_, e)| *e = 0.0);
         block_equations(experiment, row, spread, &flat, BLOCKS, Some(&emphasis))
     })
 }
@@ -259,7 +280,7 @@ fn uncertainty(
     weights: &[f64],
     unknowns: usize,
     corrections: &[f64],
-) -> (Vec<f64>, Vec<f64>) {
+) -> (Vec<f64>, DMatrix<f64>) {
     let p = corrections.len();
     let n = p + unknowns;
     let mut information = DMatrix::<f64>::zeros(n, n);
@@ -297,7 +318,7 @@ fn uncertainty(
     let unseen: Vec<usize> = (0..n).filter(|&i| information[(i, i)] <= 0.0).collect();
     unseen.iter().for_each(|&i| information[(i, i)] = 1.0);
     let Some(inverse) = scaled_inverse(&information) else {
-        return (vec![f64::INFINITY; unknowns], vec![f64::INFINITY; p]);
+        return (vec![f64::INFINITY; unknowns], DMatrix::identity(p, p));
     };
     let sigma = |index: usize| {
         if unseen.contains(&index) {
@@ -308,7 +329,7 @@ fn uncertainty(
         let least = (row * &white * row.transpose())[0];
         robust.max(least).sqrt()
     };
-    ((p..n).map(sigma).collect(), (0..p).map(|i| inverse[(i, i)].sqrt()).collect())
+    ((p..n).map(sigma).collect(), inverse.view((0, 0), (p, p)).into_owned())
 }
 
 /// (local, global) indices of a row's columns among corrections and unknowns.

@@ -6,6 +6,7 @@ use super::noise_floor::noise_floor;
 use super::parallel::parallel;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
+use crate::physical::is_possible;
 use crate::robot::inertial_parameters::{InertialParameters, body_of, parameter_index};
 use bipedc_effects::effect::{Effect, Kind, Law, Location};
 
@@ -72,6 +73,17 @@ pub(super) struct ScoredFit {
     pub cost: f64,
 }
 
+/// Blocks that judge where there is no other log.
+fn is_held_out_block(block: usize) -> bool {
+    block % 3 == 1
+}
+
+/// Whether the `sample`-th of n lies in such a block.
+pub(super) fn is_held_out(sample: usize, n: usize) -> bool {
+    // The block that `block_limits` puts it into: the last that does not begin behind it.
+    is_held_out_block(((sample + 1) * BLOCKS).div_ceil(n.max(1)).saturating_sub(1))
+}
+
 impl<'a> Regression<'a> {
     /// Forms all sums; `progress` is told which part of it is done.
     pub fn new(
@@ -96,7 +108,7 @@ impl<'a> Regression<'a> {
         let candidates = candidates_of(train, forms, &columns, &spread);
         let own_blocks = validation.is_none();
         let (train_blocks, judge_blocks): (Vec<usize>, Vec<usize>) = if own_blocks {
-            (0..BLOCKS).partition(|b| b % 3 != 1)
+            (0..BLOCKS).partition(|b| !is_held_out_block(*b))
         } else {
             ((0..BLOCKS).collect(), (0..BLOCKS).collect())
         };
@@ -328,27 +340,7 @@ impl<'a> Regression<'a> {
             .zip(change.chunks_exact(InertialParameters::PER_BODY))
             .all(|(body, change)| {
                 let p: [f64; 10] = std::array::from_fn(|k| body[k] + change[k]);
-                // Half the trace less the inertia is the second moment of the mass itself.
-                let half = 0.5 * (p[4] + p[7] + p[9]);
-                let pseudo = nalgebra::Matrix4::new(
-                    half - p[4],
-                    -p[5],
-                    -p[6],
-                    p[1],
-                    -p[5],
-                    half - p[7],
-                    -p[8],
-                    p[2],
-                    -p[6],
-                    -p[8],
-                    half - p[9],
-                    p[3],
-                    p[1],
-                    p[2],
-                    p[3],
-                    p[0],
-                );
-                change.iter().all(|c| *c == 0.0) || pseudo.cholesky().is_some()
+                change.iter().all(|c| *c == 0.0) || is_possible(&p)
             });
         (!possible).then(|| "no body has such an inertia".to_owned())
     }

@@ -1,14 +1,15 @@
 //! The diagnosis of a log: search, final estimate, what is left, in numbers and words.
+use super::block_equations::Spread;
+use super::corrections::{Settled, settle};
 use super::parsimony::simplify;
-use super::refinement::{Amended, Refined, refine};
-use super::regression::{BLOCKS, Regression};
+use super::refinement::{Amended, Data, refine};
+use super::regression::{Regression, is_held_out};
 use super::search::{Outcome, search};
 use super::significance::{Insignificant, insignificant};
 use super::text;
 use super::unexplained::unexplained;
 use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Rejected, Step};
 use crate::experiments::{Channel, Experiment};
-use crate::robot::inertial_parameters::of_body;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use std::collections::BTreeMap;
@@ -69,9 +70,12 @@ pub fn diagnose(
     simplify(&regression, &mut outcome);
     progress(0.85);
     let mut retries = 4;
+    let own_blocks = regression.own_blocks;
+    let teaches = move |sample: usize, n: usize| !own_blocks || !is_held_out(sample, n);
     let refined = loop {
         let effects = estimates(&regression, &outcome);
-        let refined = refine(train, effects, &regression.spread, &regression.weights, outcome.corrected);
+        let refined =
+            refine(data(&regression, &teaches), effects, &[], spread(&regression, outcome.corrected));
         let Some(Insignificant { effect, impossible }) = insignificant(&regression, &refined) else {
             break refined;
         };
@@ -89,9 +93,11 @@ pub fn diagnose(
         let Some(scored) = regression.scored_fit(&fewer, outcome.corrected) else { break refined };
         (outcome.active, outcome.scored) = (fewer, scored);
     };
+    progress(0.9);
+    let settled = settle(data(&regression, &teaches), refined, &regression.spread, regression.free);
     progress(0.95);
     let mut diagnosis =
-        Conclusion { regression: &regression, outcome: &outcome, refined: &refined }.write(train, validation);
+        Conclusion { regression: &regression, outcome: &outcome, settled: &settled }.write(train, validation);
     diagnosis.warnings.extend(left_out.into_iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
     }));
@@ -114,20 +120,48 @@ pub fn estimate(
     let corrected = regression.has_corrections();
     let Some(scored) = regression.scored_fit(&[], corrected) else { return Diagnosis::default() };
     let outcome = Outcome { active: Vec::new(), scored, corrected, reasons: BTreeMap::new() };
-    let refined = refine(train, starts, &regression.spread, &regression.weights, corrected);
+    let teaches = |sample: usize, n: usize| !regression.own_blocks || !is_held_out(sample, n);
+    let data = data(&regression, &teaches);
+    let refined = refine(data, starts, &[], spread(&regression, corrected));
+    let settled = settle(data, refined, &regression.spread, regression.free);
     let mut diagnosis =
-        Conclusion { regression: &regression, outcome: &outcome, refined: &refined }.write(train, validation);
+        Conclusion { regression: &regression, outcome: &outcome, settled: &settled }.write(train, validation);
     diagnosis.summary = text::summary(&diagnosis);
     diagnosis
+}
+
+/// What the estimates of a regression are made from.
+fn data<'r>(regression: &'r Regression<'_>, teaches: &'r (dyn Fn(usize, usize) -> bool + Sync)) -> Data<'r> {
+    Data { experiment: regression.train, weights: &regression.weights, teaches }
+}
+
+/// How far inertial parameters may move, if they may.
+fn spread<'r>(regression: &'r Regression<'_>, corrected: bool) -> Option<&'r Spread> {
+    corrected.then_some(&regression.spread)
 }
 
 fn places_of(effects: &[Effect]) -> Vec<(&'static Kind, Location)> {
     effects.iter().map(|effect| (effect.kind, effect.location.clone())).collect()
 }
 
-/// Root mean square errors by kind of channel, without and with effects.
-pub fn errors(experiment: &dyn Experiment, effects: &[Effect]) -> BTreeMap<String, ErrorFall> {
-    grouped(experiment, &Amended::new(experiment, effects), &|_, _| true).1
+/// Errors of a list of effects, as a diagnosis states them: on `validation`, or on the blocks of `train` that were held out.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Errors {
+    /// By row.
+    pub rows: BTreeMap<String, ErrorFall>,
+    /// By kind of channel.
+    pub rms: BTreeMap<String, ErrorFall>,
+    /// The same on all samples of `train`.
+    pub rms_training: BTreeMap<String, ErrorFall>,
+}
+
+/// Root mean square errors without and with effects.
+pub fn errors(train: &dyn Experiment, validation: Option<&dyn Experiment>, effects: &[Effect]) -> Errors {
+    let judge = validation.unwrap_or(train);
+    let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
+    let (rows, rms) = grouped(judge, &Amended::new(judge, effects), &counts);
+    let rms_training = grouped(train, &Amended::new(train, effects), &|_, _| true).1;
+    Errors { rows, rms, rms_training }
 }
 
 /// Where the final estimate of an effect starts.
@@ -173,15 +207,15 @@ fn estimates(regression: &Regression<'_>, outcome: &Outcome) -> Vec<Effect> {
 pub(super) struct Conclusion<'s> {
     pub regression: &'s Regression<'s>,
     pub outcome: &'s Outcome,
-    pub refined: &'s Refined,
+    pub settled: &'s Settled,
 }
 
 impl Conclusion<'_> {
     fn write(&self, train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Diagnosis {
         let judge = validation.unwrap_or(train);
-        let counts = |i: usize, n: usize| validation.is_some() || (i * BLOCKS / n.max(1)) % 3 == 1;
-        let effects = &self.refined.effects;
-        let change = self.regression.spread.change(&self.refined.corrections);
+        let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
+        let effects = &self.settled.refined.effects;
+        let all = self.settled.all();
         let standing = self.regression.standing.len();
         let steps = self.sequence(judge, &counts);
         let order: Vec<usize> = {
@@ -189,26 +223,22 @@ impl Conclusion<'_> {
             order.sort_by(|a, b| steps[b - standing].0.total_cmp(&steps[a - standing].0));
             order
         };
-        let mut final_train = Amended::new(train, effects);
-        let mut final_judge = Amended::new(judge, effects);
-        if !change.is_empty() {
-            final_train.correct(&change);
-            final_judge.correct(&change);
-        }
         let mut diagnosis = Diagnosis::default();
-        (diagnosis.rows, diagnosis.rms) = grouped(judge, &final_judge, &counts);
-        diagnosis.rms_training = grouped(train, &final_train, &|_, _| true).1;
-        let main = main_channel(&diagnosis);
-        if let Some(fall) = diagnosis.rms.get(main) {
-            (diagnosis.rms_before, diagnosis.rms_after) = (fall.before, fall.after);
-        }
+        diagnosis.take(errors(train, validation, &all));
         for &k in &order {
             diagnosis.effects.push(self.found(k, steps[k - standing].0));
         }
         diagnosis.standing = (0..standing).map(|k| self.found(k, 0.0)).collect();
         diagnosis.steps = steps.into_iter().map(|(_, step)| step).collect();
-        diagnosis.inertial_corrections = self.corrections(train, &change);
+        diagnosis.inertial_corrections.clone_from(&self.settled.corrections);
+        if self.settled.impossible {
+            diagnosis.warnings.push(
+                "inertial corrections were left out: no physically possible ones near the estimate were found"
+                    .to_owned(),
+            );
+        }
         diagnosis.indistinguishable = self.alternatives(&diagnosis.effects, &order);
+        let (final_train, final_judge) = (Amended::new(train, &all), Amended::new(judge, &all));
         diagnosis.unexplained_parts = unexplained(&final_train, &final_judge, &counts, effects);
         diagnosis.unexplained = !diagnosis.unexplained_parts.is_empty();
         diagnosis.suspects = diagnosis.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
@@ -221,7 +251,7 @@ impl Conclusion<'_> {
         let weights = &self.regression.weights;
         let main = main_rows(judge);
         let errors = |count: usize| -> (f64, f64) {
-            let amended = Amended::new(judge, &self.refined.effects[..count]);
+            let amended = Amended::new(judge, &self.settled.refined.effects[..count]);
             let (mut weighted, mut plain, mut n) = (0.0, 0.0, 0usize);
             for (row, weight) in weights.iter().enumerate() {
                 let values = amended.residual(row);
@@ -237,13 +267,13 @@ impl Conclusion<'_> {
             (weighted, (plain / n.max(1) as f64).sqrt())
         };
         let standing = self.regression.standing.len();
-        let prefixes = standing..=self.refined.effects.len();
+        let prefixes = standing..=self.settled.refined.effects.len();
         let all: Vec<(f64, f64)> = match prefixes.clone().map(|n| self.corrected(n, &main)).collect() {
             Some(all) => all,
             None => prefixes.map(errors).collect(),
         };
         let nominal = all[0].1.powi(2).max(f64::MIN_POSITIVE);
-        (0..self.refined.effects.len() - standing)
+        (0..self.settled.refined.effects.len() - standing)
             .map(|k| {
                 let (before, after) = (all[k].1, all[k + 1].1);
                 let mut share = (before * before - after * after) / nominal;
@@ -251,7 +281,7 @@ impl Conclusion<'_> {
                     // An effect that shows in another kind of row only.
                     share = (all[k].0 - all[k + 1].0) / all[0].0.max(f64::MIN_POSITIVE);
                 }
-                (share, Step { effect: self.refined.effects[standing + k].clone(), before, after })
+                (share, Step { effect: self.settled.refined.effects[standing + k].clone(), before, after })
             })
             .collect()
     }
@@ -269,8 +299,8 @@ impl Conclusion<'_> {
     }
 
     fn found(&self, k: usize, share: f64) -> FoundEffect {
-        let effect = self.refined.effects[k].clone();
-        let widths = &self.refined.half_width[k];
+        let effect = self.settled.refined.effects[k].clone();
+        let widths = &self.settled.refined.half_width[k];
         let ci95 = widths
             .iter()
             .map(|(name, half)| {
@@ -280,27 +310,6 @@ impl Conclusion<'_> {
             .collect();
         let doubts = doubts(&effect, widths);
         FoundEffect { effect, ci95, share, doubts }
-    }
-
-    /// Corrections that matter, by link.
-    fn corrections(&self, train: &dyn Experiment, change: &[f64]) -> Vec<FoundEffect> {
-        if change.is_empty() {
-            return Vec::new();
-        }
-        let mut list: Vec<(f64, FoundEffect)> = Vec::new();
-        for (body, name) in train.bodies().iter().enumerate() {
-            let coordinates = &self.refined.corrections[of_body(body)];
-            let sigma = &self.refined.corrections_sigma[of_body(body)];
-            let evidence: f64 =
-                coordinates.iter().zip(sigma).map(|(x, s)| x * x * (1.0 - s * s).max(0.0)).sum();
-            if evidence < 0.5 {
-                continue;
-            }
-            let nominal = &train.inertial_parameters()[of_body(body)];
-            list.push((evidence, text::correction(name, nominal, &change[of_body(body)])));
-        }
-        list.sort_by(|a, b| b.0.total_cmp(&a.0));
-        list.into_iter().map(|(_, found)| found).collect()
     }
 
     /// Why other kinds at the places in question do not stand, one line per kind and place.
@@ -382,6 +391,16 @@ fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
         }
     }
     doubts
+}
+
+impl Diagnosis {
+    /// States these errors.
+    pub fn take(&mut self, errors: Errors) {
+        (self.rows, self.rms, self.rms_training) = (errors.rows, errors.rms, errors.rms_training);
+        if let Some(fall) = self.rms.get(main_channel(self)) {
+            (self.rms_before, self.rms_after) = (fall.before, fall.after);
+        }
+    }
 }
 
 /// The kind of channel that the table is about.

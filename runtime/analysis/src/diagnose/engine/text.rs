@@ -1,7 +1,6 @@
 //! A diagnosis as sentences.
 use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect};
-use bipedc_effects::effect::{Effect, Location, kinds};
-use std::collections::BTreeMap;
+use bipedc_effects::effect::Effect;
 use std::fmt::Write as _;
 
 /// A number with four significant digits.
@@ -35,7 +34,7 @@ pub fn summary(d: &Diagnosis) -> String {
             d.inertial_corrections.iter().filter_map(|f| f.effect.location.link.as_deref()).collect();
         let _ = writeln!(
             out,
-            "Masses and centres of mass are corrected, apart from the effects: {}.",
+            "Masses, centres of mass and inertias were estimated beside the effects, and differ: {}.",
             links.join(", ")
         );
     }
@@ -145,22 +144,11 @@ pub(crate) fn experiment(a: &Effect, b: &Effect) -> &'static str {
     a.kind.told_from(b.kind).or_else(|| b.kind.told_from(a.kind)).unwrap_or(a.kind.experiment)
 }
 
-/// A correction of one body: mass and centre of mass, from nominal parameters and their change.
-pub(super) fn correction(link: &str, nominal: &[f64], change: &[f64]) -> FoundEffect {
-    let mass = nominal[0] + change[0];
-    let mut parameters: BTreeMap<String, f64> = BTreeMap::from([("mass".to_owned(), change[0])]);
-    for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
-        let shift = (nominal[1 + k] + change[1 + k]) / mass - nominal[1 + k] / nominal[0];
-        parameters.insert(axis.to_owned(), shift);
-    }
-    let mut effect = Effect::new(&kinds::INERTIAL_CORRECTION, Location::link(link), &[]);
-    effect.parameters = parameters;
-    FoundEffect { effect, ci95: BTreeMap::new(), share: 0.0, doubts: Vec::new() }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bipedc_effects::effect::{Location, kinds};
+    use std::collections::BTreeMap;
 
     fn left(after: f64) -> Diagnosis {
         let fall = ErrorFall { unit: "N m".into(), before: 0.3, after, noise: 0.05 };

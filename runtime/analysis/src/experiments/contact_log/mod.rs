@@ -52,11 +52,11 @@ use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
+use crate::robot::LinkInertias;
 use crate::robot::Robot;
 use crate::robot::calls::ModelCalls;
 use crate::robot::feet::FootCalls;
 use crate::robot::inertial_parameters::body_of;
-use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place};
 use effects::Change;
@@ -202,13 +202,7 @@ impl Experiment for ContactExperiment<'_> {
         let positions = positions.into_iter().map(|(_, values)| self.recording.pick(&values)).collect();
         JointPositions { time: self.recording.pick(&self.recording.time), positions }
     }
-    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.robot.cad_directions(error)
-    }
-    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
-        self.robot.link_inertias.change(std::slice::from_ref(effect))
-    }
-    fn bodies(&self) -> &[String] {
-        &self.robot.link_inertias.bodies
+    fn link_inertias(&self) -> Option<&LinkInertias> {
+        Some(self.robot.link_inertias)
     }
 }

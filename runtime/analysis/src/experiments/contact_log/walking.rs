@@ -12,9 +12,9 @@ use crate::experiments::{Experiment, Inertial, MotionExperiment, Row};
 use crate::log::Log;
 use crate::measure::{Missing, Options, Recording};
 use crate::robot::InertialParameters;
+use crate::robot::LinkInertias;
 use crate::robot::Robot;
 use crate::robot::feet::Sole;
-use crate::robot::link_inertias::CadError;
 use bipedc_effects::diagnostic::Diagnostics;
 use bipedc_effects::effect::{Effect, Kind, Law, Location};
 use nalgebra::Vector3;
@@ -297,13 +297,7 @@ impl Experiment for WalkingExperiment<'_> {
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.joints.seeds(kind, location)
     }
-    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.base.cad_directions(error)
-    }
-    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
-        self.base.inertial_change(effect)
-    }
-    fn bodies(&self) -> &[String] {
-        self.base.bodies()
+    fn link_inertias(&self) -> Option<&LinkInertias> {
+        self.base.link_inertias()
     }
 }

@@ -5,8 +5,8 @@ use super::rigid::Rigid;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::JointPositions;
 use crate::measure::recording::Recording;
+use crate::robot::LinkInertias;
 use crate::robot::inertial_parameters::body_of;
-use crate::robot::link_inertias::{CadError, LinkInertias};
 use crate::robot::{BaseKind, JointLayout};
 use crate::robot::{InertialParameters, Trajectory};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -454,11 +454,8 @@ impl Experiment for MotionExperiment<'_> {
             Starts::None | Starts::At(_) => None,
         }
     }
-    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.link_inertias.cad_directions(error).into_iter().map(|(_, body, d)| (body, d)).collect()
-    }
-    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
-        self.link_inertias.change(std::slice::from_ref(effect))
+    fn link_inertias(&self) -> Option<&LinkInertias> {
+        Some(self.link_inertias)
     }
     fn check(&self) -> Vec<Diagnostic> {
         let torques = |states: &Trajectory| self.rigid.inverse_dynamics(&states.q, &states.v, &states.a);
@@ -474,8 +471,5 @@ impl Experiment for MotionExperiment<'_> {
             time: self.recording.time.clone(),
             positions: (0..self.layout.joints.len()).map(position).collect(),
         }
-    }
-    fn bodies(&self) -> &[String] {
-        &self.link_inertias.bodies
     }
 }

@@ -18,11 +18,11 @@ mod predict;
 use crate::experiments::experiment::sought_at;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::robot::InertialParameters;
+use crate::robot::LinkInertias;
 use crate::robot::Robot;
 use crate::robot::calls::ModelCalls;
 use crate::robot::feet::FootCalls;
 use crate::robot::inertial_parameters::body_of;
-use crate::robot::link_inertias::CadError;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Effect, Evidence, Kind, Law, Location, Place};
 pub(crate) use load::normalise;
@@ -163,16 +163,10 @@ impl Experiment for PostureExperiment<'_> {
     fn inertial(&self, row: usize) -> Option<&Inertial> {
         self.inertial.get(row)
     }
-    fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {
-        self.robot.cad_directions(error)
-    }
-    fn inertial_change(&self, effect: &Effect) -> InertialParameters {
-        self.robot.link_inertias.change(std::slice::from_ref(effect))
+    fn link_inertias(&self) -> Option<&LinkInertias> {
+        Some(self.robot.link_inertias)
     }
     fn signals(&self, _row: usize) -> Vec<(String, Vec<f64>)> {
         self.robot.joint_signals("position", &self.q, self.calls.nq)
-    }
-    fn bodies(&self) -> &[String] {
-        &self.robot.link_inertias.bodies
     }
 }
