@@ -1,6 +1,7 @@
-//! Physical effects that a model may lack, each defined once; the drive of a joint; and what answers text from outside:
-//! diagnostics with places, limits of magnitude, files read and written; random numbers; names that are
+//! Physical effects that a model may lack, each defined once; the drive of a joint, the kind of base; and what answers text
+//! from outside: diagnostics with places, limits of magnitude, files read and written; random numbers; names that are
 //! nearly right.
+pub mod base;
 pub mod diagnostic;
 pub mod drive;
 pub mod effect;

@@ -183,7 +183,7 @@ impl Plan {
 
     fn add_base(&mut self, layout: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
         let wanted: &[&str] = match layout.base {
-            BaseKind::Fixed => &[],
+            BaseKind::Fixed | BaseKind::Pivot => &[],
             BaseKind::Floating => &FLOATING,
             BaseKind::Planar => &PLANAR,
         };

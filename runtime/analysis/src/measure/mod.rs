@@ -1,5 +1,5 @@
 //! What was measured: columns of a log as states of the robot, recorded motions, their noise, motions that repeat themselves.
-pub(crate) mod base;
+mod base;
 pub(crate) mod columns;
 mod content;
 mod directions;

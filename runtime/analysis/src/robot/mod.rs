@@ -8,11 +8,12 @@ pub mod link_inertias;
 mod trajectory;
 pub(crate) mod world;
 
+pub use bipedc_effects::base::BaseKind;
 pub use calls::AnyModel;
 pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
 pub use feet::{Corner, Foot};
 pub use inertial_parameters::InertialParameters;
-pub use joints::{BaseKind, Joint, JointLayout};
+pub use joints::{Joint, JointLayout};
 pub use link_inertias::LinkInertias;
 pub use trajectory::Trajectory;
 pub(crate) use trajectory::coordinate;

@@ -3,7 +3,6 @@ use super::super::reading::Reading;
 use super::driven::Driven;
 use super::plan::Plan;
 use crate::log::Block;
-use crate::measure::base::rest;
 use crate::measure::filtered::{Filtered, unusable};
 use crate::measure::trajectory::Unusable;
 use crate::robot::JointLayout;
@@ -203,7 +202,10 @@ impl Maker<'_> {
             a: vec![0.0; count * (bv + joints)],
             motors: vec![Motor::default(); making.drives.len()],
         };
-        chunk.q.chunks_exact_mut((bq + joints).max(1)).for_each(|q| rest(making.layout.base, q));
+        chunk
+            .q
+            .chunks_exact_mut((bq + joints).max(1))
+            .for_each(|q| q[..bq].copy_from_slice(making.layout.base.rest()));
         for joint in 0..joints {
             let Some((column, factor)) = self.head.plan.angle(joint, making.drives) else { continue };
             let spline = self.spline(column, part)?;

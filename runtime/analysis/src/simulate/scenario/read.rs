@@ -242,11 +242,8 @@ impl Reading<'_> {
         let at = file.initial.as_ref().map_or(0, |start| start.span().start);
         let base = plant.layout.base;
         let joints = plant.layout.joints.len();
-        let (linear, angular) = match base {
-            BaseKind::Floating => (3, 3),
-            BaseKind::Planar => (2, 1),
-            BaseKind::Fixed => (0, 0),
-        };
+        let (linear, angular) = base.axes();
+        let (linear, angular) = (linear.len(), angular.len());
         let axes = if linear == 3 { "[x, y, z]" } else { "[x, z]" };
         let turns = if angular == 3 { "[roll, pitch, yaw]" } else { "[pitch]" };
         let position = self.vector("base_position", start.base_position.as_ref(), linear, axes);
@@ -261,7 +258,7 @@ impl Reading<'_> {
         }
         let (mut q, mut v) = (position, velocity);
         match base {
-            BaseKind::Fixed => {}
+            BaseKind::Fixed | BaseKind::Pivot => {}
             BaseKind::Planar => {
                 q.extend(rotation);
                 v.extend(turning);
