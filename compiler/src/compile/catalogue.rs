@@ -5,7 +5,7 @@ use super::{Context, families};
 use crate::description::model::Phase;
 use crate::program::Order;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::spelling::suggest;
 
 /// What a function is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -216,10 +216,7 @@ fn unknown_frame(context: &Context<'_, '_>, name: &str) -> Diagnostic {
 pub fn entry(name: &str) -> Result<&'static Entry, Diagnostic> {
     catalogue().iter().find(|entry| entry.name == name).ok_or_else(|| {
         let known: Vec<&str> = catalogue().iter().map(|entry| entry.name).collect();
-        let help = match did_you_mean(name, known.iter().copied()) {
-            Some(close) => format!("did you mean `{close}`?"),
-            None => format!("functions are: {}", known.join(", ")),
-        };
+        let help = suggest(name, known.iter().copied(), || format!("functions are: {}", known.join(", ")));
         Diagnostic::error(format!("there is no function `{name}`")).help(help)
     })
 }

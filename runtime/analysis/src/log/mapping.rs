@@ -11,7 +11,7 @@
 //! value = sign · scale · logged + offset; scale 1, sign 1 and offset 0 (in the SI unit of the result) by default.
 use super::names::is_known_form;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::spelling::{did_you_mean, suggest};
 use bipedc_effects::{input, magnitude};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -153,10 +153,8 @@ fn bad_entry(name: &str, value: toml::Value) -> Diagnostic {
     let unknown = value.as_table().and_then(|t| t.keys().find(|k| !KEYS.contains(&k.as_str())));
     match unknown {
         Some(key) => {
-            Diagnostic::error(format!("`{name}`: unknown key `{key}`")).help(match did_you_mean(key, KEYS) {
-                Some(meant) => format!("did you mean `{meant}`?"),
-                None => "keys: column, scale, offset, sign, frame".to_owned(),
-            })
+            let otherwise = || "keys: column, scale, offset, sign, frame".to_owned();
+            Diagnostic::error(format!("`{name}`: unknown key `{key}`")).help(suggest(key, KEYS, otherwise))
         }
         None => Diagnostic::error(format!(
             "`{name}`: expected a column name or {{ column, scale, offset, sign, frame }}"

@@ -4,7 +4,7 @@ use crate::simulate::Plant;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::formula::Formula;
 use bipedc_effects::effect::{Effect, KINDS, Kind, Law, Location, Place, Role, kind};
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::spelling::suggest;
 use std::collections::BTreeMap;
 use toml::{Spanned, Value};
 
@@ -20,10 +20,8 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
         None => return reading.wrong(at, "an [[effect]] has no `kind`", "add kind = \"coulomb_friction\""),
     };
     let Some(kind) = kind(name) else {
-        let help = match did_you_mean(name, KINDS.iter().map(|kind| kind.name)) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => "`bipedc effects` lists them".to_owned(),
-        };
+        let names = KINDS.iter().map(|kind| kind.name);
+        let help = suggest(name, names, || "`bipedc effects` lists them".to_owned());
         return reading.wrong(at, format!("there is no effect `{name}`"), help);
     };
     if let Some(why) = refused(kind, plant) {
@@ -132,9 +130,8 @@ fn set(effect: &mut Effect, kind: &Kind, plant: &Plant, key: &str, value: &Value
         if names.contains(&name) {
             return Ok(Some(name.to_owned()));
         }
-        let help = did_you_mean(name, names.iter().copied()).map(|meant| format!("did you mean `{meant}`?"));
-        Err(Diagnostic::error(format!("there is no {what} `{name}`"))
-            .help(help.unwrap_or_else(|| format!("there are: {}", names.join(", ")))))
+        let help = suggest(name, names.iter().copied(), || format!("there are: {}", names.join(", ")));
+        Err(Diagnostic::error(format!("there is no {what} `{name}`")).help(help))
     };
     let formula = kind.law == Law::Formula;
     match key {

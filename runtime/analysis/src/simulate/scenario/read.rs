@@ -6,7 +6,7 @@ use crate::robot::BaseKind;
 use crate::simulate::{Compliance, Cone, EffortSensor, Ground, Plant, Reference, Sine, Tolerance};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::spelling::suggest;
 use bipedc_effects::{input, magnitude};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
@@ -29,6 +29,13 @@ impl Reading<'_> {
         let (line, column) = place(self.text, at);
         self.errors.push(Diagnostic::error(message).in_file(self.file).at(line, column).help(help));
         None
+    }
+
+    /// Notes that the robot has no such joint.
+    pub(super) fn no_joint(&mut self, at: usize, name: &str, plant: &Plant) {
+        let otherwise = || format!("joints: {}", plant.joint_names().collect::<Vec<_>>().join(", "));
+        let help = suggest(name, plant.joint_names(), otherwise);
+        self.wrong::<()>(at, format!("the robot has no joint `{name}`"), help);
     }
 
     /// A number within bounds, or its default.
@@ -161,11 +168,7 @@ impl Reading<'_> {
         let control = file.control.as_ref().unwrap_or(&none);
         for (name, joint) in &file.joint {
             if plant.joint(name).is_none() {
-                let help = match did_you_mean(name, plant.joint_names()) {
-                    Some(meant) => format!("did you mean `{meant}`?"),
-                    None => format!("joints: {}", plant.joint_names().collect::<Vec<_>>().join(", ")),
-                };
-                self.wrong::<()>(joint.span().start, format!("the robot has no joint `{name}`"), help);
+                self.no_joint(joint.span().start, name, plant);
             }
         }
         let mut initial = self.initial(file, plant);
@@ -482,8 +485,7 @@ fn useless_column(names: &[String], plant: &Plant) -> Option<(String, String)> {
     }
     for joint in followed {
         if plant.joint(joint).is_none() {
-            let help = did_you_mean(joint, plant.joint_names())
-                .map_or_else(|| "take the column out".to_owned(), |meant| format!("did you mean `{meant}`?"));
+            let help = suggest(joint, plant.joint_names(), || "take the column out".to_owned());
             return Some((format!("the robot has no joint `{joint}`"), help));
         }
     }
