@@ -21,7 +21,6 @@ mod causes;
 mod data;
 mod fill;
 mod film;
-mod number;
 mod page;
 mod payload;
 mod sections;

@@ -1,7 +1,7 @@
 //! The robot at equal distances of time in one picture.
 use super::data::{Film, FilmPart, Form, Frame};
 use super::payload::side_name;
-use crate::report::number::significant;
+use crate::number::significant;
 use crate::report::svg::{outline, px};
 use maud::{Markup, html};
 
