@@ -2,7 +2,7 @@
 mod base;
 pub(crate) mod columns;
 mod content;
-mod directions;
+pub(crate) mod directions;
 pub(crate) mod filtered;
 pub(crate) mod noise;
 mod options;
