@@ -1,6 +1,6 @@
 //! `drives` and `[motor.JOINT]` of a scenario: what moves the joints.
 use super::file::{File, Motor, Number};
-use super::read::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
+use super::reading::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
 use crate::simulate::{Actuator, Plant};
 use bipedc_effects::drive::{Drive, Transmission};
 use toml::Spanned;

@@ -1,7 +1,7 @@
 //! `[[control.output]]`: virtual constraints as formulas.
 use super::JointServo;
 use super::file::{Control, Law};
-use super::read::{NOT_NEGATIVE, POSITIVE, Reading};
+use super::reading::{NOT_NEGATIVE, POSITIVE, Reading};
 use crate::simulate::Plant;
 use crate::simulate::control::{Feedback, Outputs, PhaseOutputs, Program, Signal, Step, signals};
 use bipedc_effects::effect::formula::Formula;
