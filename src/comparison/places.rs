@@ -1,6 +1,7 @@
 //! Where a model fails, for people: sentences, then tables.
 use crate::table;
 use bipedc_analysis::diagnose::{AT_NOISE, Breakdown, BreakdownPart, Window};
+use bipedc_analysis::number::four_decimals;
 
 /// Sentences about every row, then its error by motion, phase and time.
 pub fn text(rows: &[Breakdown]) -> String {
@@ -28,10 +29,10 @@ fn table(rows: &[Breakdown], parts: impl Fn(&Breakdown) -> &[BreakdownPart]) -> 
     let line = |row: &Breakdown| {
         let value = |name: &str| parts(row).iter().find(|part| part.name == name);
         let cells = names().map(|name| match value(name) {
-            Some(part) if part.samples > 0 => number(part.rms),
+            Some(part) if part.samples > 0 => four_decimals(part.rms),
             _ => "-".to_owned(),
         });
-        let ends = [number(row.noise), row.unit.clone()];
+        let ends = [four_decimals(row.noise), row.unit.clone()];
         [row.name.clone()].into_iter().chain(cells).chain(ends).collect()
     };
     let lines = rows.iter().filter(|row| !parts(row).is_empty()).map(line).collect();
@@ -45,12 +46,7 @@ fn windows(rows: &[Breakdown]) -> String {
     let head: Vec<&str> =
         ["rms from\u{2013}to"].into_iter().chain(spans.iter().map(String::as_str)).collect();
     let line = |row: &Breakdown| {
-        [row.name.clone()].into_iter().chain(row.windows.iter().map(|w| number(w.rms))).collect()
+        [row.name.clone()].into_iter().chain(row.windows.iter().map(|w| four_decimals(w.rms))).collect()
     };
     format!("\n{}", table::table(&head, rows.iter().map(line).collect(), 1))
-}
-
-/// Four decimals as long as they show something.
-fn number(x: f64) -> String {
-    if x != 0.0 && x.abs() < 0.01 { format!("{x:.2e}") } else { format!("{x:.4}") }
 }

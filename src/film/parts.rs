@@ -1,7 +1,7 @@
 //! What the robot looks like: boxes, cylinders, spheres and hulls of the meshes of its URDF; lines where it states none.
 use super::meshes::mesh;
-use bipedc_analysis::report::{FilmPart, Form, Side};
-use bipedc_analysis::robot::Foot;
+use bipedc_analysis::report::{FilmPart, Form};
+use bipedc_analysis::robot::{Foot, Side};
 use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{Placement, Rotation, Tree};
 use roxmltree::Node;
@@ -17,8 +17,8 @@ const LATITUDES: usize = 5;
 
 /// All parts: solids from `<visual>` (else `<collision>`) elements, of meshes that are found their convex hull; a body without
 /// any is drawn as lines to what it carries, as is a foot whose solids are apart from its joint.
-pub fn parts(robot: &Robot, tree: &Tree, sides: &[Side]) -> Vec<FilmPart> {
-    let side = |body: Option<usize>| body.and_then(|b| sides.get(b)).copied().unwrap_or_default();
+pub fn parts(robot: &Robot, tree: &Tree, sides: &[Option<Side>]) -> Vec<FilmPart> {
+    let side = |body: Option<usize>| body.and_then(|b| sides.get(b).copied().flatten());
     let size = size(tree);
     let mut parts: Vec<FilmPart> = Vec::new();
     let folder = robot.sources.urdf_path.parent().unwrap_or(Path::new(""));
@@ -56,19 +56,19 @@ fn bounds<'a>(corners: impl Iterator<Item = &'a [f64; 3]>) -> [[f64; 3]; 2] {
 }
 
 /// The leg of every body: that of the foot that it carries, if it carries one side alone.
-pub fn side_of_bodies(tree: &Tree, feet: &[Foot]) -> Vec<Side> {
+pub fn side_of_bodies(tree: &Tree, feet: &[Foot]) -> Vec<Option<Side>> {
     let mut carried = vec![[false; 2]; tree.bodies.len()];
     for point in &tree.points {
         let foot = point.name.split('/').next().unwrap_or_default();
-        let left = feet.iter().find(|other| other.name == foot).and_then(|foot| foot.left);
-        if let (Some(left), Some(body)) = (left, point.body) {
-            tree.path_to_root(body).for_each(|body| carried[body][usize::from(left)] = true);
+        let side = feet.iter().find(|other| other.name == foot).and_then(|foot| foot.side);
+        if let (Some(side), Some(body)) = (side, point.body) {
+            tree.path_to_root(body).for_each(|body| carried[body][usize::from(side == Side::Left)] = true);
         }
     }
     let side = |[right, left]: [bool; 2]| match (right, left) {
-        (true, false) => Side::Right,
-        (false, true) => Side::Left,
-        _ => Side::Middle,
+        (true, false) => Some(Side::Right),
+        (false, true) => Some(Side::Left),
+        _ => None,
     };
     carried.into_iter().map(side).collect()
 }

@@ -2,7 +2,7 @@
 use super::parts::{parts, side_of_bodies};
 use super::poses::poses;
 use crate::robot::feet;
-use bipedc_analysis::report::{Curve, Film, FilmFoot, FilmPoint, Frame, Plot, Side};
+use bipedc_analysis::report::{Curve, Film, FilmFoot, FilmPoint, Frame, Plot};
 use bipedc_analysis::robot::Foot;
 use bipedc_analysis::simulate::{Mechanics, Sample};
 use bipedc_compiler::robot::Robot;
@@ -177,12 +177,7 @@ fn plots_of_joint(name: &str, prismatic: bool) -> [Plot; 2] {
 }
 
 fn film_feet(feet: &[Foot]) -> Vec<FilmFoot> {
-    let side = |left: Option<bool>| match left {
-        Some(true) => Side::Left,
-        Some(false) => Side::Right,
-        None => Side::Middle,
-    };
-    feet.iter().map(|foot| FilmFoot { name: foot.name.clone(), side: side(foot.left) }).collect()
+    feet.iter().map(|foot| FilmFoot { name: foot.name.clone(), side: foot.side }).collect()
 }
 
 fn film_points(tree: &Tree, feet: &[Foot]) -> Vec<FilmPoint> {

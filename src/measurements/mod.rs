@@ -11,7 +11,6 @@ use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::measure::{DataSource, Options, Recording};
-use bipedc_analysis::robot;
 use bipedc_analysis::robot::inertial_parameters;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
 use bipedc_analysis::robot::{Foot, JointLayout, Robot};
@@ -123,12 +122,7 @@ impl Measured {
     /// Centre of mass in the root's frame for inertial parameters (ten per body), m.
     pub fn center(&self, joints: &[f64], parameters: &[f64]) -> [f64; 3] {
         let model: &dyn Model<f64> = &self.model;
-        let mut q = vec![0.0; model.nq()];
-        let first = q.len().saturating_sub(joints.len());
-        if self.layout.base == robot::BaseKind::Floating {
-            q[6] = 1.0;
-        }
-        q[first..].copy_from_slice(joints);
+        let q = [self.layout.base.rest(), joints].concat();
         let mut columns = vec![0.0; 3 * parameters.len()];
         let function = model.function("center_of_mass_regressor");
         let state = State::new().with(Argument::Q, &q);

@@ -1,11 +1,10 @@
 //! Feet as tools that read measurements know them.
-use bipedc_analysis::robot::{Corner, Foot};
+use bipedc_analysis::robot::Foot;
 use bipedc_compiler::compile::{distinct, identifier};
-use bipedc_compiler::description::model::{ContactPoint, RobotDescription, Side};
+use bipedc_compiler::description::model::RobotDescription;
 
 /// All feet with their corners, in the order of the description.
 pub fn feet(description: &RobotDescription) -> Vec<Foot> {
-    let corner = |p: &ContactPoint| Corner { name: p.name.clone(), position: p.position };
     let feet = description.feet.iter();
     // As functions about these links are named when they are asked for in this order.
     let mut links: Vec<&str> = Vec::new();
@@ -16,8 +15,8 @@ pub fn feet(description: &RobotDescription) -> Vec<Foot> {
     feet.map(|foot| Foot {
         name: foot.name.clone(),
         frame: frame(&foot.link).unwrap_or_default(),
-        left: foot.side.map(|side| side == Side::Left),
-        corners: foot.points.iter().map(corner).collect(),
+        side: foot.side,
+        corners: foot.points.clone(),
     })
     .collect()
 }

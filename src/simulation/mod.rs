@@ -8,9 +8,8 @@ mod walking;
 
 pub use run::{Options, Outcome, Scene, Simulated};
 
-use crate::robot::feet;
-use bipedc_analysis::robot;
-use bipedc_analysis::robot::{Foot, Joint, JointLayout};
+use crate::robot::{feet, joint_layout};
+use bipedc_analysis::robot::Foot;
 use bipedc_analysis::simulate::control::POINT_FUNCTIONS;
 use bipedc_analysis::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
 use bipedc_analysis::simulate::{FUNCTIONS, Plant, World};
@@ -26,19 +25,10 @@ use bipedc_effects::effect::{Acts, Effect, Law};
 /// # Errors
 /// A base that cannot be simulated.
 pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagnostic> {
-    let base = match tree.base {
-        BaseKind::Floating => robot::BaseKind::Floating,
-        BaseKind::Planar => robot::BaseKind::Planar,
-        BaseKind::Fixed => robot::BaseKind::Fixed,
-        BaseKind::Pivot => {
-            return Err(Diagnostic::error(
-                "a robot on a pivot is not simulated: its contact could not let go",
-            )
-            .help("choose another base with --base floating|planar|fixed"));
-        }
-    };
-    let joints = tree.joints.iter();
-    let joints = joints.map(|joint| Joint { name: joint.name.clone(), prismatic: joint.prismatic }).collect();
+    if tree.base == BaseKind::Pivot {
+        let message = "a robot on a pivot is not simulated: its contact could not let go";
+        return Err(Diagnostic::error(message).help("choose another base with --base floating|planar|fixed"));
+    }
     let of_urdf = |name: &str| description.joints.iter().find(|joint| joint.name == name);
     let limits =
         |name: &str| of_urdf(name).and_then(|joint| joint.position_limits).map(|(low, high)| [low, high]);
@@ -56,7 +46,7 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         actuated: actuated(description, tree),
         drives: tree.joints.iter().map(|joint| description.drive(&joint.name).copied()).collect(),
         gravity: description.gravity,
-        layout: JointLayout { joints, base },
+        layout: joint_layout(tree)?,
     })
 }
 
@@ -158,7 +148,7 @@ pub struct Walker {
     /// In the order of the model's contact points.
     pub feet: Vec<Foot>,
     /// How it hangs in the world.
-    pub base: robot::BaseKind,
+    pub base: BaseKind,
 }
 
 /// The phases of a description with their functions and endings.

@@ -1,14 +1,13 @@
 //! A robot whose samples are computed instead of measured.
 use crate::identify::support::project;
 use bipedc::identification::base_regressor;
-use bipedc::{ProgramRegressor, link_inertias};
+use bipedc::robot::{ProgramRegressor, joint_layout, link_inertias};
 use bipedc_analysis::identify::{BaseSet, Design, Extra, Law, Settings, Sums, fold};
 use bipedc_analysis::measure::Recording;
 use bipedc_analysis::robot::Trajectory;
-use bipedc_analysis::robot::{BaseKind, Joint, JointLayout, LinkInertias};
+use bipedc_analysis::robot::{BaseKind, JointLayout, LinkInertias};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
-use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_runtime::nalgebra::DVector;
 use bipedc_runtime::{Argument, Model, State};
 
@@ -47,14 +46,7 @@ impl Simulated {
         let robot = Robot::read(&project().join("robots").join(name)).unwrap();
         let robot = robot.with_base(base, None).unwrap().without_effects();
         let tree = robot.tree().unwrap();
-        let joint =
-            |j: &bipedc_compiler::tree::TreeJoint| Joint { name: j.name.clone(), prismatic: j.prismatic };
-        let base = match tree.base {
-            Kind::Floating => BaseKind::Floating,
-            Kind::Planar => BaseKind::Planar,
-            _ => BaseKind::Fixed,
-        };
-        let layout = JointLayout { joints: tree.joints.iter().map(joint).collect(), base };
+        let layout = joint_layout(&tree).unwrap();
         let rows: Vec<usize> = (0..tree.nv).collect();
         let (base, regressor) = base_regressor(&robot.description, &tree, &rows).unwrap();
         let request = FunctionRequest::of_robot("inverse_dynamics");
@@ -120,7 +112,7 @@ impl Simulated {
                 q.extend(raw.map(|x| x / length));
             }
             BaseKind::Planar => q.extend([0, 1, 2].map(|k: usize| at(&waves[k], 0))),
-            BaseKind::Fixed => {}
+            BaseKind::Fixed | BaseKind::Pivot => {}
         }
     }
 

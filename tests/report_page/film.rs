@@ -4,7 +4,8 @@ use super::example::root;
 use super::{PHONE, WIDE, assert_quiet, browser, folder};
 use bipedc::film::Recorder;
 use bipedc::simulation::{filmed_model, plant};
-use bipedc_analysis::report::{Film, LARGEST_PAGE, Side, render_film, write_film, write_strobe};
+use bipedc_analysis::report::{Film, LARGEST_PAGE, render_film, write_film, write_strobe};
+use bipedc_analysis::robot::Side;
 use bipedc_analysis::simulate::{Mechanics, Run, Scenario, Simulation};
 use bipedc_compiler::Robot;
 use std::sync::OnceLock;
@@ -55,8 +56,10 @@ fn time(browser: &mut Browser) -> f64 {
 fn what_is_shown_is_what_happened() {
     let film = drop();
     assert_eq!((film.frames.len(), film.time.len()), (36, 600));
-    let legs = |side: Side| film.parts.iter().filter(|part| part.side == side).count();
-    assert!(legs(Side::Left) > 4 && legs(Side::Left) == legs(Side::Right) && legs(Side::Middle) == 4);
+    let legs = |side: Option<Side>| film.parts.iter().filter(|part| part.side == side).count();
+    assert!(
+        legs(Some(Side::Left)) > 4 && legs(Some(Side::Left)) == legs(Some(Side::Right)) && legs(None) == 4
+    );
     let fall = (2.0 * 0.1 / 9.81_f64).sqrt();
     let landing = film.time.iter().zip(&film.loads[0]).find(|(_, load)| **load > 1.0).unwrap().0;
     assert!((landing - fall).abs() < 0.003, "{landing} s for a fall of {fall} s");

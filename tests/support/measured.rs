@@ -1,10 +1,9 @@
 //! Robots with measurements: what the experiments need, from a description.
 use super::{project, read_robot};
-use bipedc::{feet, link_inertias};
+use bipedc::robot::{feet, joint_layout, link_inertias};
 use bipedc_analysis::experiments::Experiment;
-use bipedc_analysis::robot::{AnyModel, BaseKind, Foot, Joint, JointLayout, LinkInertias, Robot};
+use bipedc_analysis::robot::{AnyModel, Foot, JointLayout, LinkInertias, Robot};
 use bipedc_compiler::Robot as Described;
-use bipedc_compiler::tree::BaseKind as Kind;
 use bipedc_effects::effect::Effect;
 use std::path::PathBuf;
 
@@ -18,15 +17,8 @@ pub struct Subjects {
 impl Subjects {
     pub fn of(described: &Described) -> Self {
         let tree = described.tree().unwrap();
-        let joint =
-            |j: &bipedc_compiler::tree::TreeJoint| Joint { name: j.name.clone(), prismatic: j.prismatic };
-        let base = match tree.base {
-            Kind::Floating => BaseKind::Floating,
-            Kind::Planar => BaseKind::Planar,
-            _ => BaseKind::Fixed,
-        };
         Self {
-            layout: JointLayout { joints: tree.joints.iter().map(joint).collect(), base },
+            layout: joint_layout(&tree).unwrap(),
             link_inertias: link_inertias(&described.description, &tree),
             feet: feet(&described.description),
         }

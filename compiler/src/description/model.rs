@@ -1,6 +1,7 @@
 //! The checked description of a robot: plain data, names resolved by string, SI units.
 use bipedc_effects::drive::Drive;
 use bipedc_effects::effect::Effect;
+pub use bipedc_effects::feet::{ContactPoint, Side};
 
 /// A URDF and its `biped.toml`, read and checked; nothing in it refers to something undefined.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,15 +145,6 @@ pub enum Base {
     },
 }
 
-/// Left or right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
-    /// y > 0
-    Left,
-    /// y < 0
-    Right,
-}
-
 /// A foot and its contact points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Foot {
@@ -166,15 +158,6 @@ pub struct Foot {
     pub points: Vec<ContactPoint>,
     /// Edges about which the foot can tip; derived from the corners where not stated.
     pub edges: Vec<FootEdge>,
-}
-
-/// A point fixed to a link.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContactPoint {
-    /// Name within the foot: `heel`, `toe`, `front_left`, …
-    pub name: String,
-    /// Position in the link frame, m.
-    pub position: [f64; 3],
 }
 
 /// A line through two contact points.

@@ -1,6 +1,6 @@
 //! Texts with their line numbers, and the collection of everything found wrong in them.
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::spelling;
 use std::path::{Path, PathBuf};
 
 /// A text and where its lines begin, so that a byte offset becomes line and column in logarithmic time.
@@ -94,10 +94,7 @@ pub fn suggest<'c>(
     candidates: impl IntoIterator<Item = &'c str> + Clone,
     what: &str,
 ) -> String {
-    match did_you_mean(written, candidates.clone()) {
-        Some(candidate) => format!("did you mean `{candidate}`?"),
-        None => format!("{what}: {}", list_names(candidates)),
-    }
+    spelling::suggest(written, candidates.clone(), || format!("{what}: {}", list_names(candidates)))
 }
 
 /// The first names of a list, quoted.

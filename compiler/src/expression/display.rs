@@ -1,5 +1,6 @@
 //! Expressions as people write them: infix, with names for what is used twice.
-use super::graph::{Expr, Graph, Input, Node};
+use super::graph::Graph;
+use super::node::{Expr, Input, Node};
 use std::collections::HashMap;
 
 /// Expressions in words.

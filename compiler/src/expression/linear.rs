@@ -1,6 +1,7 @@
 //! Separation of what is linear in the inertial parameters (thesis 5.1–5.6, Algorithm 5.1), on the graph
 //! instead of on expanded text.
-use super::graph::{Expr, Graph, Node};
+use super::graph::Graph;
+use super::node::{Expr, Node};
 use bipedc_runtime::Argument;
 use std::collections::BTreeMap;
 

@@ -1,5 +1,6 @@
 //! Expressions with operators.
-use super::graph::{Call, Expr, Graph};
+use super::graph::Graph;
+use super::node::{Call, Expr};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// An expression together with its graph, so that formulas read like formulas.

@@ -59,12 +59,7 @@ impl Tree {
         let root = find_root(description, base)?;
         let movable: Vec<&Joint> =
             description.joints.iter().filter(|joint| joint.kind != JointKind::Fixed).collect();
-        let (nq0, nv0) = match root.kind {
-            BaseKind::Floating => (7, 6),
-            BaseKind::Planar => (3, 3),
-            BaseKind::Fixed => (0, 0),
-            BaseKind::Pivot => (1, 1),
-        };
+        let (nq0, nv0) = (root.kind.nq(), root.kind.nv());
         let mut builder = Builder {
             description,
             bodies: Vec::new(),

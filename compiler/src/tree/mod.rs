@@ -7,6 +7,7 @@ mod placement;
 mod rates;
 mod right_angles;
 
+pub use bipedc_effects::base::BaseKind;
 pub use inertia::Inertia;
 pub(crate) use placement::NEARLY_RIGHT;
 pub use placement::{Placement, Rotation, matrix_vector};
@@ -82,19 +83,6 @@ pub struct Frame {
     pub placement: Placement,
 }
 
-/// Which generalised coordinates the base adds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BaseKind {
-    /// Position and quaternion, twist in the root's axes.
-    Floating,
-    /// x, z, pitch.
-    Planar,
-    /// None.
-    Fixed,
-    /// One angle.
-    Pivot,
-}
-
 /// A joint of the robot as the user knows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TreeJoint {
@@ -139,12 +127,7 @@ pub struct Tree {
 impl Tree {
     /// Number of base coordinates in `v`.
     pub fn base_nv(&self) -> usize {
-        match self.base {
-            BaseKind::Floating => 6,
-            BaseKind::Planar => 3,
-            BaseKind::Fixed => 0,
-            BaseKind::Pivot => 1,
-        }
+        self.base.nv()
     }
 
     /// A link or contact point by name.

@@ -5,6 +5,7 @@ pub mod experiments;
 pub mod identify;
 pub mod log;
 pub mod measure;
+pub mod number;
 pub mod physical;
 pub mod report;
 pub mod robot;

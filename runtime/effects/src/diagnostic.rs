@@ -103,6 +103,13 @@ impl From<Diagnostic> for Diagnostics {
     }
 }
 
+/// Line and column (from 1) of a byte offset in a text.
+pub fn line_and_column(text: &str, offset: usize) -> (usize, usize) {
+    let before = text.get(..offset).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    (line, before.rsplit('\n').next().unwrap_or("").chars().count() + 1)
+}
+
 /// Up to `most` names in backquotes, separated by commas; the rest as a count.
 pub fn list<'a>(names: impl IntoIterator<Item = &'a str>, most: usize) -> String {
     let names: Vec<_> = names.into_iter().collect();

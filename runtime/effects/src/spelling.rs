@@ -21,6 +21,15 @@ pub fn did_you_mean<'c>(written: &str, candidates: impl IntoIterator<Item = &'c 
     nearest.map(|(_, name)| name).or(likest.map(|(_, name)| name))
 }
 
+/// "did you mean `x`?", or what else there is to say.
+pub fn suggest<'c>(
+    written: &str,
+    candidates: impl IntoIterator<Item = &'c str>,
+    otherwise: impl FnOnce() -> String,
+) -> String {
+    did_you_mean(written, candidates).map_or_else(otherwise, |meant| format!("did you mean `{meant}`?"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

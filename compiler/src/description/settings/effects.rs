@@ -5,6 +5,7 @@ use super::table::{Entry, Section};
 use crate::description::model::Foot;
 use crate::description::source::{Messages, Place as At, list_names, short, suggest};
 use bipedc_effects::effect::{self, Effect, KINDS, Kind, Law, Location, Parameter, Place, Role};
+use bipedc_effects::spelling;
 
 /// All keys that say where.
 const PLACES: [&str; 4] = ["joint", "other_joint", "link", "sensor"];
@@ -58,10 +59,7 @@ fn read_kind(section: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<&
     let found = effect::kind(&name);
     if found.is_none() {
         let message = format!("`kind` in [[effect]]: there is no effect `{}`", short(&name));
-        let help = match suggest(&name, names(), "") {
-            close if close.starts_with("did you mean") => close,
-            _ => format!("kinds are: {}", names().join(", ")),
-        };
+        let help = spelling::suggest(&name, names(), || format!("kinds are: {}", names().join(", ")));
         messages.error(at, message, help);
     }
     found

@@ -2,10 +2,11 @@
 use super::check_identifier;
 use super::effects::range;
 use super::table::{Entry, Section};
-use crate::description::source::{Messages, short, suggest};
+use crate::description::source::{Messages, short};
 use crate::expression::ValuedFormula;
 use bipedc_effects::effect::formula::{Formula, SMOOTHING};
 use bipedc_effects::effect::{Effect, OwnParameter, VARIABLES};
+use bipedc_effects::spelling::suggest;
 
 /// Keys of a formula beside its place and its settings.
 pub(super) const KEYS: [&str; 3] = ["name", "torque", "parameters"];
@@ -122,12 +123,9 @@ fn check_names(
         if !known.contains(&name.as_str()) {
             let message =
                 format!("{}: `{}` is neither a variable nor a parameter", entry.name(), short(name));
-            let help = match suggest(name, known.iter().copied(), "") {
-                close if close.starts_with("did you mean") => close,
-                _ => {
-                    format!("add `parameters.{} = 1.0`; variables are: {}", short(name), VARIABLES.join(", "))
-                }
-            };
+            let help = suggest(name, known.iter().copied(), || {
+                format!("add `parameters.{} = 1.0`; variables are: {}", short(name), VARIABLES.join(", "))
+            });
             messages.error(entry.inside_text(at(), messages), message, help);
         } else if name.starts_with("other_")
             && VARIABLES.contains(&name.as_str())

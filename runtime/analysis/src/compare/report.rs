@@ -1,5 +1,6 @@
 //! The result of a comparison, for people and for programs.
 use crate::measure::Missing;
+use crate::number::four_decimals;
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -143,7 +144,7 @@ impl Comparison {
         )?;
         for c in &self.channels {
             let relative = c.relative.map_or_else(|| "-".to_owned(), |r| format!("{:.2} %", 100.0 * r));
-            let [rms, max, noise] = [c.rms, c.max, c.noise].map(number);
+            let [rms, max, noise] = [c.rms, c.max, c.noise].map(four_decimals);
             writeln!(
                 f,
                 "{:name$}  {rms:>9} {:unit$}  {max:>9} {:unit$}  {noise:>9} {:unit$}  {relative:>10}  {:>8}",
@@ -151,17 +152,12 @@ impl Comparison {
             )?;
         }
         if self.kinds.len() <= 1 {
-            return writeln!(f, "{:name$}  {:>9} {:unit$}", "total", number(self.rms), self.unit);
+            return writeln!(f, "{:name$}  {:>9} {:unit$}", "total", four_decimals(self.rms), self.unit);
         }
         for (kind, total) in &self.kinds {
             let title = format!("all of {kind}");
-            writeln!(f, "{title:name$}  {:>9} {:unit$}", number(total.rms), total.unit)?;
+            writeln!(f, "{title:name$}  {:>9} {:unit$}", four_decimals(total.rms), total.unit)?;
         }
         Ok(())
     }
-}
-
-/// Four decimals as long as they show something and are no crowd.
-fn number(x: f64) -> String {
-    if x == 0.0 || (0.01..1e7).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
 }

@@ -2,6 +2,7 @@
 //! is structured in it, in words.
 use super::signature::{self, Feature};
 use crate::experiments::{Experiment, Row};
+use crate::number::counting;
 use serde::Serialize;
 
 /// Windows that a log is cut into.
@@ -263,11 +264,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Three digits that count.
 pub(super) fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let digits = (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
-    format!("{value:.digits$}")
+    counting(value, 3)
 }
 
 #[cfg(test)]

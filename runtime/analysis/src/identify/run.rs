@@ -8,9 +8,8 @@ use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, check,
 use super::picture;
 use super::reading::Reading;
 use super::result::Identification;
-use super::summary::SummaryInput;
+use super::summary::{Steps, SummaryInput};
 use super::survey::Survey;
-use super::triangle::Triangle;
 use super::unknowns::{BaseSet, ExtraChoice};
 use crate::experiments::Experiment;
 use crate::experiments::plotted::Row;
@@ -134,17 +133,9 @@ pub fn identify(
     let one = |diagnostic: Diagnostic| Diagnostics(vec![diagnostic]);
     let design = design(parts, feed, options);
     let motions = Motions::new(parts.surveys);
-    let settings = Settings {
-        decimate: options.decimate,
-        slow: options.slow,
-        speed: fastest(parts),
-        threads: std::thread::available_parallelism().map_or(1, usize::from).min(8),
-    };
+    let settings = settings(parts, options);
     let raw = feed.pass((&design, parts.base), &motions, &settings, None)?;
-    match options.scarce {
-        true => enough_together(&design, &raw).map_err(one)?,
-        false => enough(&design, &raw).map_err(one)?,
-    }
+    enough(&design, &raw, options.scarce).map_err(one)?;
     progress(0.3);
     let nominal = nominal(&design, &parts.link_inertias.parameters(), &options.extras);
     let (estimate, sums) =
@@ -168,40 +159,47 @@ pub fn identify(
     let models = [&nominal, &fit.theta, &essential_theta, &physical.theta];
     let found =
         SummaryInput { design: &design, motions: &motions, raw: &raw, estimate: &estimate, fit: &fit };
-    let validation = match judge {
-        Some(judge) => Some(found.validation(parts, judge, &settings, models)?),
-        None => None,
-    };
+    let validation = judge.map(|judge| found.validation(parts, judge, &settings, models)).transpose()?;
     progress(1.0);
-    let physical_summary = found.physical(&problem, &physical, choice);
-    let new = links.bodies.iter().zip(physical.coordinates.chunks_exact(InertialParameters::PER_BODY));
-    let links = new.map(|(body, x)| (body.name.clone(), body.inertia(x))).collect();
-    let identification = Identification {
-        method: options.method,
-        logs: found.logs(parts.files, parts.surveys),
-        rows: raw.cells.iter().flatten().map(Triangle::rows).sum(),
-        repetitions: motions.repetitions.clone(),
-        different_motions: motions.different(),
-        assumptions: assumptions(parts.surveys),
-        warnings: found.warnings(parts.files, parts.surveys, &problem),
-        condition_number: condition(&estimate.singular_values()),
-        singular_values: estimate.singular_values(),
-        parameters: found.parameters(&nominal, &essential),
-        unseen: found.unseen(),
-        pairs: found.pairs(),
-        essential: found.essential(&essential),
-        channels: found.channels(&nominal, &physical.theta, &folds),
-        physical: physical_summary,
+    let steps = Steps {
+        nominal: &nominal,
+        essential: &essential,
+        problem: &problem,
+        physical: &physical,
+        choice,
         validation,
     };
+    let identification = found.identification(parts, options.method, steps);
     let shown = judge.map_or(feed, |judge| &judge.feed);
-    let pictures = match shown {
-        Feed::Logs([reading, ..]) if options.pictures => {
-            picture::of_log(&design, reading, &settings.speed, [&nominal, &fit.theta])?
-        }
-        _ => Vec::new(),
-    };
+    let pictures = pictures(shown, options, &design, &settings, [&nominal, &fit.theta])?;
+    let new = links.bodies.iter().zip(physical.coordinates.chunks_exact(InertialParameters::PER_BODY));
+    let links = new.map(|(body, x)| (body.name.clone(), body.inertia(x))).collect();
     Ok(IdentificationResult { identification, links, pictures })
+}
+
+fn settings(parts: &RobotAndLogs<'_>, options: &Options) -> Settings {
+    Settings {
+        decimate: options.decimate,
+        slow: options.slow,
+        speed: fastest(parts),
+        threads: std::thread::available_parallelism().map_or(1, usize::from).min(8),
+    }
+}
+
+/// Torques over time, if they are wanted and the feed has any.
+fn pictures(
+    feed: &Feed<'_>,
+    options: &Options,
+    design: &Design<'_>,
+    settings: &Settings,
+    models: [&DVector<f64>; 2],
+) -> Result<Vec<Row>, Diagnostics> {
+    match feed {
+        Feed::Logs([reading, ..]) if options.pictures => {
+            picture::of_log(design, reading, &settings.speed, models)
+        }
+        _ => Ok(Vec::new()),
+    }
 }
 
 /// The fit, if the data tell anything and all of it is a number.
@@ -248,8 +246,11 @@ pub(super) fn nominal(design: &Design<'_>, parameters: &[f64], extras: &ExtraCho
     DVector::from_iterator(design.unknowns.len(), design.sums().map(value))
 }
 
-/// Refuses channels with fewer rows than unknowns.
-fn enough(design: &Design<'_>, sums: &Sums) -> Result<(), Diagnostic> {
+/// Refuses channels with fewer rows than unknowns; of scarce rows, all channels together.
+fn enough(design: &Design<'_>, sums: &Sums, scarce: bool) -> Result<(), Diagnostic> {
+    if scarce {
+        return enough_together(design, sums);
+    }
     for (index, channel) in design.channels.iter().enumerate() {
         let rows = sums.rows(index);
         if rows < 2 * channel.places.len() {
@@ -309,21 +310,6 @@ fn estimated(
         estimate = Estimate::new(design, &sums, &scale, nominal.clone());
     }
     Ok((estimate, sums))
-}
-
-fn condition(values: &[f64]) -> f64 {
-    let (most, least) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
-    most / least.max(f64::MIN_POSITIVE)
-}
-
-fn assumptions(surveys: &[Survey]) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for assumption in surveys.iter().flat_map(|s| &s.assumptions) {
-        if !all.contains(assumption) {
-            all.push(assumption.clone());
-        }
-    }
-    all
 }
 
 /// Judged again from the numbers alone.

@@ -2,12 +2,13 @@
 use super::accumulate::{Settings, Sums};
 use super::design::Design;
 use super::essential::Essential;
-use super::estimate::{Estimate, Fit, HeldOutError, by_channel, errors};
+use super::estimate::{Estimate, Fit, HeldOutError, Method, by_channel, errors};
 use super::motions::{Motions, Repetition};
 use super::physical::{Choice, Inertia, Physical, Problem, check};
 use super::result::*;
 use super::run::{Judge, RobotAndLogs};
 use super::survey::Survey;
+use super::triangle::Triangle;
 use crate::robot::inertial_parameters::InertialParameters;
 use bipedc_effects::diagnostic::Diagnostics;
 use nalgebra::{DMatrix, DVector};
@@ -27,7 +28,46 @@ pub(super) struct SummaryInput<'a> {
     pub fit: &'a Fit,
 }
 
+/// What the later steps came to.
+pub(super) struct Steps<'a> {
+    pub nominal: &'a DVector<f64>,
+    pub essential: &'a Essential,
+    pub problem: &'a Problem<'a>,
+    pub physical: &'a Physical,
+    pub choice: Choice,
+    pub validation: Option<Validation>,
+}
+
 impl SummaryInput<'_> {
+    /// The answer, from all steps.
+    pub fn identification(
+        &self,
+        parts: &RobotAndLogs<'_>,
+        method: Method,
+        steps: Steps<'_>,
+    ) -> Identification {
+        let Steps { nominal, essential, problem, physical, choice, validation } = steps;
+        let singular_values = self.estimate.singular_values();
+        Identification {
+            method,
+            logs: self.logs(parts.files, parts.surveys),
+            rows: self.raw.cells.iter().flatten().map(Triangle::rows).sum(),
+            repetitions: self.motions.repetitions.clone(),
+            different_motions: self.motions.different(),
+            assumptions: assumptions(parts.surveys),
+            warnings: self.warnings(parts.files, parts.surveys, problem),
+            condition_number: condition(&singular_values),
+            singular_values,
+            parameters: self.parameters(nominal, essential),
+            unseen: self.unseen(),
+            pairs: self.pairs(),
+            essential: self.essential(essential),
+            channels: self.channels(nominal, &physical.theta, &self.motions.folds()),
+            physical: self.physical(problem, physical, choice),
+            validation,
+        }
+    }
+
     pub fn logs(&self, files: &[PathBuf], surveys: &[Survey]) -> Vec<LogSummary> {
         let summary = |(file, survey): (&PathBuf, &Survey)| LogSummary {
             file: file.display().to_string(),
@@ -246,6 +286,21 @@ impl SummaryInput<'_> {
         }));
         all
     }
+}
+
+fn condition(values: &[f64]) -> f64 {
+    let (most, least) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
+    most / least.max(f64::MIN_POSITIVE)
+}
+
+fn assumptions(surveys: &[Survey]) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for assumption in surveys.iter().flat_map(|s| &s.assumptions) {
+        if !all.contains(assumption) {
+            all.push(assumption.clone());
+        }
+    }
+    all
 }
 
 /// Mass, centre, xx, xy, xz, yy, yz, zz.

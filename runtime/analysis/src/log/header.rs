@@ -5,7 +5,7 @@ use super::mapping::{ForceFrame, Mapping};
 use super::names::{list, shorten};
 use super::reader::MOST_ERRORS;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::spelling::suggest;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
@@ -151,10 +151,8 @@ fn unknown_source(mapping: &Mapping, position: (usize, usize), wanted: &str, nam
     if let Some(file) = &mapping.file {
         error = error.in_file(file).at(position.0, position.1);
     }
-    error.help(match did_you_mean(wanted, names.iter().copied()) {
-        Some(meant) => format!("did you mean `{meant}`?"),
-        None => format!("columns of the log: {}", list(names.iter().copied(), 12)),
-    })
+    let otherwise = || format!("columns of the log: {}", list(names.iter().copied(), 12));
+    error.help(suggest(wanted, names.iter().copied(), otherwise))
 }
 
 fn wrong_separator(line: &str, names: &[&str]) -> Option<Diagnostic> {

@@ -10,8 +10,8 @@
 //!
 //! value = sign · scale · logged + offset; scale 1, sign 1 and offset 0 (in the SI unit of the result) by default.
 use super::names::is_known_form;
-use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, line_and_column};
+use bipedc_effects::spelling::{did_you_mean, suggest};
 use bipedc_effects::{input, magnitude};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -90,13 +90,13 @@ impl Mapping {
     /// As [`Mapping::open`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, Diagnostics> {
         let entries: BTreeMap<String, Spanned<toml::Value>> = toml::from_str(text).map_err(|e| {
-            let (line, column) = place(text, e.span().map_or(0, |s| s.start));
+            let (line, column) = line_and_column(text, e.span().map_or(0, |s| s.start));
             Diagnostics(vec![Diagnostic::error(e.message().to_owned()).in_file(path).at(line, column)])
         })?;
         let mut mapping = Self { file: Some(path.to_path_buf()), ..Self::default() };
         let mut errors = Vec::new();
         for (name, value) in entries {
-            let position = place(text, value.span().start);
+            let position = line_and_column(text, value.span().start);
             if let Err(error) = mapping.add(&name, value.into_inner(), position) {
                 errors.push(error.in_file(path).at(position.0, position.1));
             }
@@ -153,10 +153,8 @@ fn bad_entry(name: &str, value: toml::Value) -> Diagnostic {
     let unknown = value.as_table().and_then(|t| t.keys().find(|k| !KEYS.contains(&k.as_str())));
     match unknown {
         Some(key) => {
-            Diagnostic::error(format!("`{name}`: unknown key `{key}`")).help(match did_you_mean(key, KEYS) {
-                Some(meant) => format!("did you mean `{meant}`?"),
-                None => "keys: column, scale, offset, sign, frame".to_owned(),
-            })
+            let otherwise = || "keys: column, scale, offset, sign, frame".to_owned();
+            Diagnostic::error(format!("`{name}`: unknown key `{key}`")).help(suggest(key, KEYS, otherwise))
         }
         None => Diagnostic::error(format!(
             "`{name}`: expected a column name or {{ column, scale, offset, sign, frame }}"
@@ -176,12 +174,4 @@ fn unknown_name(name: &str) -> Diagnostic {
             "columns are named like `left_knee/position` or `left_foot/force/z`".to_owned()
         }),
     )
-}
-
-/// Line and column (from 1) of a byte offset.
-fn place(text: &str, offset: usize) -> (usize, usize) {
-    let before = text.get(..offset).unwrap_or(text);
-    let line = before.matches('\n').count() + 1;
-    let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-    (line, column)
 }

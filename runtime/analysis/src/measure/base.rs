@@ -13,7 +13,7 @@ pub(super) fn fill(
     a: &mut [f64],
 ) -> Option<()> {
     match kind {
-        BaseKind::Fixed => {}
+        BaseKind::Fixed | BaseKind::Pivot => {}
         BaseKind::Planar => {
             for (i, m) in motion.iter().enumerate() {
                 (q[i], v[i], a[i]) = (m[0], m[1], m[2]);
@@ -42,11 +42,4 @@ pub(super) fn fill(
         }
     }
     Some(())
-}
-
-/// The base at the origin, upright, at rest.
-pub(crate) fn rest(kind: BaseKind, q: &mut [f64]) {
-    if kind == BaseKind::Floating {
-        q[6] = 1.0;
-    }
 }

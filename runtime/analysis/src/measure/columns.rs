@@ -3,7 +3,7 @@ use crate::log::{Kind, Reader, names};
 use crate::measure::{Options, VelocitySource};
 use crate::robot::{BaseKind, JointLayout};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::spelling::suggest;
 use serde::Serialize;
 
 /// A joint that could not be compared.
@@ -117,10 +117,8 @@ impl Plan {
         for joint in unknown {
             let message =
                 format!("columns of `{}` are ignored: the robot has no such joint", names::shorten(joint));
-            let help = match did_you_mean(joint, known()) {
-                Some(meant) => format!("did you mean `{meant}`?"),
-                None => format!("joints of the robot: {}", names::list(known(), 40)),
-            };
+            let help =
+                suggest(joint, known(), || format!("joints of the robot: {}", names::list(known(), 40)));
             self.warnings.push(Diagnostic::warning(message).in_file(reader.file()).at(1, 0).help(help));
         }
         Ok(())
@@ -183,7 +181,7 @@ impl Plan {
 
     fn add_base(&mut self, layout: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
         let wanted: &[&str] = match layout.base {
-            BaseKind::Fixed => &[],
+            BaseKind::Fixed | BaseKind::Pivot => &[],
             BaseKind::Floating => &FLOATING,
             BaseKind::Planar => &PLANAR,
         };

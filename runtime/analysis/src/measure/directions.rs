@@ -1,4 +1,4 @@
-//! Which way joints turn, as dry friction feels it, after the filter that efforts pass.
+//! Which way joints and motors turn, as dry friction feels it, after the filter that efforts pass.
 //!
 //! The friction of a joint that turns round jumps, and the filter rounds that jump in the measured effort. A sharp sign beside it
 //! would be wrong around every reversal, always to the same side: too little dry friction, too much viscous friction. So signs
@@ -43,7 +43,8 @@ impl Direction {
 }
 
 /// What makes directions of the speeds of one block.
-pub(super) struct Turning<'a> {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turning<'a> {
     pub filter: &'a Butterworth,
     /// Cut-off, Hz.
     pub cutoff_hz: f64,
@@ -54,16 +55,36 @@ pub(super) struct Turning<'a> {
 impl Turning<'_> {
     /// Of speeds on an even grid; `fastest`: the largest of the log, `noise`: of the position, standard deviation.
     pub fn of(&self, speeds: &[f64], fastest: f64, noise: f64) -> Direction {
-        let signs: Vec<f64> = speeds.iter().map(|v| if *v == 0.0 { 0.0 } else { v.signum() }).collect();
         // Of white noise, what an ideal low-pass leaves of its derivative.
         let noise = noise * TAU * self.cutoff_hz * (2.0 / 3.0 * self.cutoff_hz * self.step).sqrt();
         let known = self.known(speeds, (STILL * fastest).max(NOISE * noise));
-        Direction { sign: self.filter.zero_phase(&signs), known }
+        Direction { sign: self.sign(speeds), known }
+    }
+
+    /// The sign of the speed after the filter.
+    pub fn sign(&self, speeds: &[f64]) -> Vec<f64> {
+        let signs: Vec<f64> = speeds.iter().map(|v| if *v == 0.0 { 0.0 } else { v.signum() }).collect();
+        self.filter.zero_phase(&signs)
+    }
+
+    /// Stricter than [`Direction::known`]: samples around which nothing is slower than a limit, not even in a reversal, as
+    /// far as the filter carries a jump.
+    pub fn nowhere_slow(&self, speeds: &[f64], slow: f64) -> Vec<bool> {
+        if slow <= 0.0 {
+            return vec![true; speeds.len()];
+        }
+        let reach = self.samples(REACH);
+        let mut before = Vec::with_capacity(speeds.len() + 1);
+        before.push(0_usize);
+        for speed in speeds {
+            before.push(before[before.len() - 1] + usize::from(speed.abs() < slow));
+        }
+        let last = speeds.len();
+        (0..last).map(|i| before[(i + reach + 1).min(last)] == before[i.saturating_sub(reach)]).collect()
     }
 
     fn known(&self, speeds: &[f64], still: f64) -> Vec<bool> {
-        let samples = |periods: f64| (periods / (self.cutoff_hz * self.step)).ceil() as usize;
-        let (pause, reach) = (samples(PAUSE), samples(REACH));
+        let (pause, reach) = (self.samples(PAUSE), self.samples(REACH));
         let mut known = vec![true; speeds.len()];
         let mut first = 0;
         for stretch in speeds.chunk_by(|a, b| (a.abs() < still) == (b.abs() < still)) {
@@ -74,6 +95,10 @@ impl Turning<'_> {
             first = last;
         }
         known
+    }
+
+    fn samples(&self, periods: f64) -> usize {
+        (periods / (self.cutoff_hz * self.step)).ceil() as usize
     }
 }
 

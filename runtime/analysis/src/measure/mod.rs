@@ -1,8 +1,8 @@
 //! What was measured: columns of a log as states of the robot, recorded motions, their noise, motions that repeat themselves.
-pub(crate) mod base;
+mod base;
 pub(crate) mod columns;
 mod content;
-mod directions;
+pub(crate) mod directions;
 pub(crate) mod filtered;
 pub(crate) mod noise;
 mod options;

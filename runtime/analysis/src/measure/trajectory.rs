@@ -127,7 +127,7 @@ impl Even {
             let v = &mut states.v[i * nv..(i + 1) * nv];
             let a = &mut states.a[i * nv..(i + 1) * nv];
             match &plan.base {
-                None => base::rest(layout.base, q),
+                None => q[..layout.base.nq()].copy_from_slice(layout.base.rest()),
                 Some(columns) => {
                     base_motion.clear();
                     for column in &columns.0 {

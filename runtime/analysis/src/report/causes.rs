@@ -1,7 +1,7 @@
 //! The ranked causes.
-use super::number::{joined, percent, significant, with_interval, with_unit};
 use super::svg;
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
+use crate::number::{joined, percent, significant, with_interval, with_unit};
 use bipedc_effects::effect::{Effect, Location};
 use maud::{Markup, html};
 

@@ -21,7 +21,6 @@ mod causes;
 mod data;
 mod fill;
 mod film;
-mod number;
 mod page;
 mod payload;
 mod sections;
@@ -33,7 +32,7 @@ pub use crate::experiments::plotted::{Row, RowPart, Series, Signal};
 pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, Report};
 pub use fill::rows_of;
 pub use film::{
-    Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Plot, Pose, Side, render_film, write_film,
+    Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Plot, Pose, render_film, write_film,
     write_strobe,
 };
 pub use page::render;

@@ -1,8 +1,8 @@
 //! The page as a whole.
 use super::data::Report;
-use super::number::{percent, with_unit};
 use super::{causes, payload, sections, svg};
 use crate::experiments::plotted::Row;
+use crate::number::{percent, with_unit};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const PLOT_LIBRARY: &str = include_str!("assets/vendor/uplot/uPlot.iife.min.js");

@@ -1,8 +1,8 @@
 //! Words, history, and what all of it rests on.
 use super::causes::lines;
 use super::data::Report;
-use super::number::with_unit;
 use super::svg;
+use crate::number::with_unit;
 use maud::{Markup, html};
 
 /// The answer in plain words, and the figures that matter most.

@@ -49,10 +49,8 @@ impl<'a> ModelCalls<'a> {
 
     /// The base at the origin, upright; all joints at zero.
     pub fn rest(&self, base: BaseKind) -> Vec<f64> {
-        let mut q = vec![0.0; self.nq];
-        if base == BaseKind::Floating {
-            q[6] = 1.0;
-        }
+        let mut q = base.rest().to_vec();
+        q.resize(self.nq, 0.0);
         q
     }
 }
@@ -69,7 +67,7 @@ pub(crate) fn gravity(calls: &ModelCalls<'_>, base: BaseKind, mass: f64) -> Resu
         BaseKind::Floating => Vector3::new(tau[0], tau[1], tau[2]),
         BaseKind::Planar => Vector3::new(tau[0], 0.0, tau[1]),
         // A fixed base tells nothing of gravity: upright on Earth.
-        BaseKind::Fixed => return Ok(Vector3::new(0.0, 0.0, -9.81)),
+        BaseKind::Fixed | BaseKind::Pivot => return Ok(Vector3::new(0.0, 0.0, -9.81)),
     };
     let gravity = -force / mass;
     if gravity.norm() > 0.0 && gravity.norm().is_finite() {
@@ -82,7 +80,7 @@ pub(crate) fn gravity(calls: &ModelCalls<'_>, base: BaseKind, mass: f64) -> Resu
 /// The base's rows of `v` in the words of measurements: name after `base/`, whether it is a force row.
 pub(crate) fn base_rows(base: BaseKind) -> &'static [(&'static str, bool)] {
     match base {
-        BaseKind::Fixed => &[],
+        BaseKind::Fixed | BaseKind::Pivot => &[],
         BaseKind::Planar => &[("x", true), ("z", true), ("y", false)],
         BaseKind::Floating => {
             &[("x", true), ("y", true), ("z", true), ("x", false), ("y", false), ("z", false)]

@@ -1,6 +1,7 @@
 //! Feet and the functions of a model that tell where they are.
 use crate::robot::calls::ModelCalls;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::feet::{ContactPoint, Side};
 use nalgebra::{Matrix3, Vector3};
 
 /// A foot as the measurements know it.
@@ -10,19 +11,10 @@ pub struct Foot {
     pub name: String,
     /// The link's part of the model's function names: `left_tibia` for `position_of_left_tibia`.
     pub frame: String,
-    /// `Some(true)`: on the left, `Some(false)`: on the right.
-    pub left: Option<bool>,
-    /// Where it may touch the ground.
-    pub corners: Vec<Corner>,
-}
-
-/// A contact point of a foot.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Corner {
-    /// Within the foot: `front_left`.
-    pub name: String,
-    /// In the link frame, m.
-    pub position: [f64; 3],
+    /// Of the body.
+    pub side: Option<Side>,
+    /// Its contact points, the corners of its sole.
+    pub corners: Vec<ContactPoint>,
 }
 
 impl Foot {
@@ -69,7 +61,7 @@ pub fn choose(feet: &[Foot], name: Option<&str>, role: &str) -> Result<(usize, O
                 .help(format!("feet of the robot: {}", known()))),
         };
     }
-    let right = feet.iter().position(|f| f.left == Some(false));
+    let right = feet.iter().position(|f| f.side == Some(Side::Right));
     match right.or(if feet.len() == 1 { Some(0) } else { None }) {
         Some(index) => {
             let said = format!("the {role} foot is taken to be `{}`: none was named", feet[index].name);

@@ -1,4 +1,5 @@
 //! Joints and base: what the coordinates of a robot are called.
+use bipedc_effects::base::BaseKind;
 
 /// A joint of the model.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -17,36 +18,6 @@ impl Joint {
     /// Of its effort.
     pub fn unit(&self) -> &'static str {
         if self.prismatic { "N" } else { "N m" }
-    }
-}
-
-/// The coordinates before those of the joints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BaseKind {
-    /// None.
-    Fixed,
-    /// q: position, quaternion x y z w; v: linear, angular in the base's axes.
-    Floating,
-    /// q: x, z, pitch; v: their rates.
-    Planar,
-}
-
-impl BaseKind {
-    /// Number of coordinates in `q`.
-    pub const fn nq(self) -> usize {
-        match self {
-            Self::Fixed => 0,
-            Self::Floating => 7,
-            Self::Planar => 3,
-        }
-    }
-    /// Number of coordinates in `v`.
-    pub const fn nv(self) -> usize {
-        match self {
-            Self::Fixed => 0,
-            Self::Floating => 6,
-            Self::Planar => 3,
-        }
     }
 }
 

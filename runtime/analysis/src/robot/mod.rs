@@ -8,11 +8,13 @@ pub mod link_inertias;
 mod trajectory;
 pub(crate) mod world;
 
+pub use bipedc_effects::base::BaseKind;
+pub use bipedc_effects::feet::{ContactPoint, Side};
 pub use calls::AnyModel;
 pub use dynamics::{Batch, EvaluationError, InverseDynamics, ModelTorques};
-pub use feet::{Corner, Foot};
+pub use feet::Foot;
 pub use inertial_parameters::InertialParameters;
-pub use joints::{BaseKind, Joint, JointLayout};
+pub use joints::{Joint, JointLayout};
 pub use link_inertias::LinkInertias;
 pub use trajectory::Trajectory;
 pub(crate) use trajectory::coordinate;

@@ -44,18 +44,9 @@ pub(super) struct Inertial {
     now: Moment,
 }
 
-/// Axes that a log of this base has.
-fn axes(base: BaseKind) -> (&'static [usize], &'static [usize]) {
-    match base {
-        BaseKind::Fixed => (&[], &[]),
-        BaseKind::Planar => (&[0, 2], &[1]),
-        BaseKind::Floating => (&[0, 1, 2], &[0, 1, 2]),
-    }
-}
-
 /// Names of its columns.
 pub(super) fn columns(base: BaseKind) -> Vec<String> {
-    let (linear, angular) = axes(base);
+    let (linear, angular) = base.axes();
     let name = |quantity: &str, axis: &usize| format!("imu/{quantity}/{}", ["x", "y", "z"][*axis]);
     let linear = linear.iter().map(|axis| name("linear_acceleration", axis));
     linear.chain(angular.iter().map(|axis| name("angular_velocity", axis))).collect()
@@ -76,7 +67,7 @@ impl Inertial {
     fn moment(&self, motion: &MotionState) -> Moment {
         let (q, v) = (&motion.q, &motion.v);
         let (orientation, linear, angular, own) = match self.base {
-            BaseKind::Fixed => ([0.0, 0.0, 0.0, 1.0], [0.0; 3], [0.0; 3], true),
+            BaseKind::Fixed | BaseKind::Pivot => ([0.0, 0.0, 0.0, 1.0], [0.0; 3], [0.0; 3], true),
             BaseKind::Planar => {
                 let (sine, cosine) = (0.5 * q[2]).sin_cos();
                 ([0.0, sine, 0.0, cosine], [v[0], 0.0, v[1]], [0.0, v[2], 0.0], false)
@@ -104,7 +95,7 @@ impl Inertial {
         let mounted = UnitQuaternion::from_euler_angles(roll, pitch, yaw).inverse();
         let acceleration = mounted * Vector3::from(rotate([-x, -y, -z, w], specific));
         let angular = mounted * Vector3::from(now.angular);
-        let (linear_axes, angular_axes) = axes(self.base);
+        let (linear_axes, angular_axes) = self.base.axes();
         let imu = &self.imu;
         for &i in linear_axes {
             row.push(acceleration[i] + imu.acceleration_bias[i] + imu.acceleration_noise * random.normal());

@@ -172,7 +172,7 @@ pub(super) fn advance(base: BaseKind, joints: usize, (q, v): (&mut [f64], &[f64]
     }
     match base {
         BaseKind::Fixed => {}
-        BaseKind::Planar => (0..3).for_each(|i| q[i] += time * v[i]),
+        BaseKind::Planar | BaseKind::Pivot => (0..base.nq()).for_each(|i| q[i] += time * v[i]),
         BaseKind::Floating => {
             let start = [q[3], q[4], q[5], q[6]];
             let end = turned(start, [time * v[3], time * v[4], time * v[5]]);

@@ -135,7 +135,7 @@ impl<'a> Sensing<'a> {
             }
         }
         let base: &[&str] = match self.plant.layout.base {
-            BaseKind::Fixed => &[],
+            BaseKind::Fixed | BaseKind::Pivot => &[],
             BaseKind::Planar => &[
                 "position/x",
                 "position/z",

@@ -1,15 +1,16 @@
 //! Moreau's time stepping: impulses over a step, no matter whether something strikes, slides or lets go in it.
+mod contact;
 mod energy_accounting;
 mod extended;
+mod free_motion;
 mod rows;
 
 use super::dense::{self, Stretch};
 use super::drives::Coupled;
 use super::ground::{Ground, JointLaw};
-use super::implicit::Relaxed;
 use super::mechanics::{Frame, Mechanics};
-use super::motors::{Motors, embed};
-use super::problem::{Block, Law, Problem};
+use super::motors::Motors;
+use super::problem::Problem;
 use super::proximal::{Solved, Solver, Tolerance};
 use super::servo::DriveServo;
 use super::soles::Soles;
@@ -263,211 +264,6 @@ impl<'a> Stepper<'a> {
         self.mechanics.advance(&mut motion.q, &motion.v, 0.5 * time, Frame::End);
         self.motors.advance(0.5 * time);
         motion.time += time;
-    }
-
-    /// Factors D at the midpoint; `drive` becomes `L⁻ᵀ h (τ − H)`.
-    fn free_motion(&mut self, motion: &MotionState, force: &[f64], time: f64) -> Result<(), Diagnostic> {
-        let (nv, n) = (self.mechanics.nv(), self.size());
-        let first = nv - self.joints.len();
-        if n == nv {
-            self.mechanics.mass_matrix(&motion.q, &mut self.mass);
-        } else {
-            self.mechanics.mass_matrix(&motion.q, &mut self.inner);
-            embed(&self.inner, nv, &mut self.mass, n);
-        }
-        for (j, joint) in self.joints.iter().enumerate() {
-            let i = first + j;
-            self.mass[i * n + i] += joint.rotor_inertia + 0.5 * time * (joint.damping + joint.slope);
-        }
-        for pair in &self.coupled {
-            let [a, b] = pair.joints;
-            self.mass[(first + a.max(b)) * n + first + a.min(b)] += pair.inertia;
-        }
-        self.motors.add_inertia(&mut self.mass, n, first, time);
-        for (axis, inertia) in self.inertia.iter_mut().enumerate() {
-            *inertia = self.mass[(first + axis) * (n + 1)];
-        }
-        if !dense::factor(&mut self.mass, n) {
-            return Err(too_long(motion.time));
-        }
-        self.push(motion, force, time, false);
-        self.middle.copy_from_slice(&self.drive);
-        dense::backward(&self.mass, n, &mut self.middle);
-        for (middle, v) in self.middle.iter_mut().zip(&self.speed) {
-            *middle = v + 0.5 * *middle;
-        }
-        self.push(motion, force, time, true);
-        Ok(())
-    }
-
-    /// `drive = L⁻ᵀ h (τ − H(q_M, v) − damping)`, with the velocity `middle` in H or the present one.
-    fn push(&mut self, motion: &MotionState, force: &[f64], time: f64, middle: bool) {
-        let (nv, n, joints) = (self.mechanics.nv(), self.size(), self.joints.len());
-        let first = nv - joints;
-        let v = if middle { &self.middle } else { &self.speed };
-        self.mechanics.bias(&motion.q, &v[..nv], &mut self.bias);
-        for (drive, force) in self.drive.iter_mut().zip(force) {
-            *drive = time * force;
-        }
-        for (drive, bias) in self.drive.iter_mut().zip(&self.bias) {
-            *drive -= time * bias;
-        }
-        for (j, joint) in self.joints.iter().enumerate() {
-            self.drive[first + j] -= time * joint.damping * motion.v[first + j];
-        }
-        let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[first..]);
-        self.motors.add_impulses(&mut self.drive, first, q, v, time);
-        if !middle {
-            // Servos and friction give about what they gave before: without them the middle's velocity, and with it H, would
-            // be of first order only.
-            for axis in 0..self.inertia.len() {
-                let slot = self.slot_of_axis(axis);
-                self.drive[first + axis] += self.memory[slot] + self.memory[slot + 3];
-            }
-        }
-        dense::forward_one(&self.mass, n, &mut self.drive);
-    }
-
-    /// Finds the closed points and limits at the midpoint and makes place for them.
-    fn close(&mut self, motion: &MotionState, time: f64) {
-        self.mechanics.distances(&motion.q, &mut self.gaps);
-        self.sources.clear();
-        let mut rows = self.touch();
-        let first = motion.q.len() - self.joints.len();
-        let before = self.sources.len();
-        let reach = self.reach(time);
-        for (j, joint) in self.joints.iter().enumerate() {
-            let q = motion.q[first + j];
-            let near = |upper: bool| joint.way(upper, q).is_some_and(|way| way <= reach);
-            let closed = [
-                (joint.dry != [0.0; 2], RowSource::Dry(j)),
-                (near(false), RowSource::Lower(j)),
-                (near(true), RowSource::Upper(j)),
-            ];
-            self.sources.extend(closed.into_iter().filter(|(closed, _)| *closed).map(|(_, source)| source));
-        }
-        for (k, motor) in self.motors.laws.iter().enumerate() {
-            let (axis, plays) = (self.joints.len() + k, motor.gap > 0.0);
-            let closed = [
-                (motor.dry != [0.0; 2], RowSource::Dry(axis)),
-                (plays, RowSource::Lower(axis)),
-                (plays, RowSource::Upper(axis)),
-            ];
-            self.sources.extend(closed.into_iter().filter(|(closed, _)| *closed).map(|(_, source)| source));
-        }
-        self.sources.extend((0..self.servos.len()).map(RowSource::Servo));
-        rows += self.sources.len() - before;
-        self.problem.clear(rows);
-    }
-
-    /// Delassus' matrix, free velocities, laws and the guess.
-    fn assemble(&mut self, motion: &MotionState, time: f64) {
-        let (n, rows) = (self.size(), self.problem.rows());
-        self.directions.clear();
-        self.directions.resize(n * rows, 0.0);
-        if matches!(self.sources.first(), Some(RowSource::Point(_) | RowSource::Normal(_))) {
-            self.mechanics.directions(&motion.q, &mut self.normal, &mut self.tangential);
-            if !self.soles.points.is_empty() {
-                self.mechanics.positions(&motion.q, &mut self.soles.places);
-            }
-        }
-        let mut row = 0;
-        for index in 0..self.sources.len() {
-            let source = self.sources[index];
-            let law = self.law(source, time);
-            self.direct(source, row);
-            let block = Block { first: row, law };
-            let slot = self.slot(source);
-            let guess = &self.memory[slot..slot + block.size()];
-            self.problem.impulse[row..row + block.size()].copy_from_slice(guess);
-            self.problem.blocks.push(block);
-            row += block.size();
-        }
-        self.free_velocities();
-        dense::gram(&self.directions, rows, &self.stretches, &mut self.problem.delassus);
-        self.soften(motion, time);
-    }
-
-    fn free_velocities(&mut self) {
-        let (n, rows) = (self.size(), self.problem.rows());
-        self.before.clear();
-        self.before.resize(rows, 0.0);
-        for (w, v) in self.directions.chunks_exact(rows).zip(&self.speed) {
-            self.before.iter_mut().zip(w).for_each(|(gamma, w)| *gamma += w * v);
-        }
-        self.stretches.clear();
-        self.stretches.extend(self.directions.chunks_exact(rows).map(Stretch::of));
-        dense::forward(&self.mass, n, &mut self.directions, rows, &mut self.stretches);
-        self.problem.free.copy_from_slice(&self.before);
-        for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
-            self.problem.free.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
-        }
-        if self.ground.compliance.is_some() {
-            return;
-        }
-        let [normal, tangential] = [self.ground.normal_restitution, self.ground.tangential_restitution];
-        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
-            let (first, size) = (block.first, block.size());
-            // Where the tangential rows begin.
-            let slides = match source {
-                RowSource::Point(_) | RowSource::Normal(_) => {
-                    self.problem.free[first] += normal * self.before[first];
-                    first + 1
-                }
-                RowSource::Sole(_) => first,
-                _ => continue,
-            };
-            for row in slides..first + size {
-                self.problem.free[row] += tangential * self.before[row];
-            }
-        }
-    }
-
-    /// Relaxed rows: soft ground, springs behind play, servos.
-    ///
-    /// Spring and damper below each corner are taken at the end of the step: `λ = −k (κ_M + ½ h γ⁺) − d γ⁺`, written as
-    /// `γ⁺ + Λ/(h (½ h k + d)) + k κ_M/(½ h k + d) = 0`, the relaxed constraint of (4.17). And the recovery from
-    /// penetration of hard ground.
-    fn soften(&mut self, motion: &MotionState, time: f64) {
-        let (rows, joints) = (self.problem.rows(), self.joints.len());
-        let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
-        for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
-            let row = block.first;
-            let relaxed = match *source {
-                RowSource::Point(point) | RowSource::Normal(point) => {
-                    Some(self.ground.relaxed(self.gaps[point], time))
-                }
-                RowSource::Lower(axis) | RowSource::Upper(axis) if axis >= joints => {
-                    self.motors.stop(axis - joints, matches!(source, RowSource::Upper(_)), q, v)
-                }
-                // The way that is left would last as long as a step: as at the ends of play, see `Motors::stop`. A joint that is
-                // beyond is held where it is; pushed out it would rebound.
-                RowSource::Lower(axis) | RowSource::Upper(axis) => {
-                    let way = self.joints[axis].way(matches!(source, RowSource::Upper(_)), q[axis]);
-                    way.map(|way| Relaxed { softness: 0.0, offset: way.max(0.0) / time })
-                }
-                RowSource::Servo(index) => {
-                    let (servo, axis) = (&self.servos[index], self.servos[index].axis);
-                    let state = match axis.checked_sub(joints) {
-                        Some(k) => [self.motors.angle[k], self.motors.rate[k]],
-                        None => [q[axis], v[axis]],
-                    };
-                    let relaxed = servo.relaxed(state, 1.0 / self.inertia[axis], time);
-                    self.asked[axis] = relaxed.map_or(0.0, |relaxed| relaxed.softness);
-                    if relaxed.is_none() {
-                        // Without gains what is left is constant.
-                        let given = time * servo.bias.max(servo.limits[0]).min(servo.limits[1]);
-                        block.law = Law::Limited { low: given, high: given };
-                    }
-                    relaxed
-                }
-                _ => None,
-            };
-            if let Some(relaxed) = relaxed {
-                self.problem.delassus[row * rows + row] += relaxed.softness;
-                self.problem.free[row] += relaxed.offset;
-            }
-        }
     }
 
     /// Adds the impulses to `drive` (in the coordinates `L⁻ᵀ`), remembers them, and gives the work of those of

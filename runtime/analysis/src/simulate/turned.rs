@@ -64,7 +64,7 @@ impl Turned {
         let [x, y, z, w] = [turn.i, turn.j, turn.k, turn.w];
         let own = [x, y, z, w];
         match self.base {
-            BaseKind::Fixed => {}
+            BaseKind::Fixed | BaseKind::Pivot => {}
             BaseKind::Planar => {
                 for values in [&mut q[..2], &mut v[..2]] {
                     let turned = rotate(own, [values[0], 0.0, values[1]]);

@@ -1,16 +1,16 @@
 //! The body of the fuzz target `scenario`.
-use bipedc_analysis::robot::{BaseKind, Corner, Foot, Joint, JointLayout};
+use bipedc_analysis::robot::{BaseKind, ContactPoint, Foot, Joint, JointLayout, Side};
 use bipedc_analysis::simulate::{Plant, Scenario};
 use bipedc_effects::drive::Drive;
 use std::path::Path;
 
 /// A small robot on this base.
 fn plant(base: BaseKind) -> Plant {
-    let corner = |name: &str, x: f64| Corner { name: name.to_owned(), position: [x, 0.0, -0.1] };
+    let corner = |name: &str, x: f64| ContactPoint { name: name.to_owned(), position: [x, 0.0, -0.1] };
     let foot = |name: &str| Foot {
         name: name.to_owned(),
         frame: name.to_owned(),
-        left: Some(name.starts_with("left")),
+        side: Some(if name.starts_with("left") { Side::Left } else { Side::Right }),
         corners: vec![corner("heel", -0.1), corner("toe", 0.15)],
     };
     Plant {

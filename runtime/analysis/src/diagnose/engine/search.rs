@@ -174,6 +174,23 @@ fn best(
     best
 }
 
+/// Why a candidate cannot stand beside these, whatever it lowers.
+fn excluded(regression: &Regression<'_>, active: &[usize], c: usize) -> Option<String> {
+    let candidate = &regression.candidates[c];
+    let same = |a: &usize| {
+        let other = &regression.candidates[*a].form;
+        other.kind == candidate.form.kind && other.location == candidate.form.location
+    };
+    if regression.banned.contains(&c) {
+        return Some("its exact estimate is impossible".to_owned());
+    }
+    if active.iter().any(same) {
+        return Some("it stands already".to_owned());
+    }
+    let other = *active.iter().find(|&&a| shares(regression, a, c))?;
+    Some(format!("{} stands there and has the same part", regression.candidates[other].form.kind))
+}
+
 /// Whether a candidate may enter: the reason if not.
 pub(super) fn consider(
     regression: &Regression<'_>,
@@ -184,18 +201,8 @@ pub(super) fn consider(
     c: usize,
 ) -> Result<ScoredFit, String> {
     let candidate = &regression.candidates[c];
-    let same = |a: &usize| {
-        let other = &regression.candidates[*a].form;
-        other.kind == candidate.form.kind && other.location == candidate.form.location
-    };
-    if regression.banned.contains(&c) {
-        return Err("its exact estimate is impossible".to_owned());
-    }
-    if active.iter().any(same) {
-        return Err("it stands already".to_owned());
-    }
-    if let Some(&other) = active.iter().find(|&&a| shares(regression, a, c)) {
-        return Err(format!("{} stands there and has the same part", regression.candidates[other].form.kind));
+    if let Some(reason) = excluded(regression, active, c) {
+        return Err(reason);
     }
     let mut with = active.to_vec();
     with.push(c);

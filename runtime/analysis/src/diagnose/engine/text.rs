@@ -1,15 +1,12 @@
 //! A diagnosis as sentences.
 use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect};
+use crate::number::counting;
 use bipedc_effects::effect::Effect;
 use std::fmt::Write as _;
 
 /// A number with four significant digits.
 fn short(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return format!("{x}");
-    }
-    let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    format!("{x:.digits$}")
+    counting(x, 4)
 }
 
 /// The whole answer, from its numbers.

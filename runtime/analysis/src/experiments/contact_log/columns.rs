@@ -144,7 +144,7 @@ impl Columns {
         const ANGLES: [&str; 3] = ["base/orientation/roll", "base/orientation/pitch", "base/orientation/yaw"];
         let quaternion = ["x", "y", "z", "w"].map(|axis| format!("base/orientation/{axis}"));
         let mut wanted: Vec<String> = match base {
-            BaseKind::Fixed => {
+            BaseKind::Fixed | BaseKind::Pivot => {
                 return Err(Diagnostic::error(
                     "the base of the model is fixed: forces on its feet tell nothing of it",
                 )

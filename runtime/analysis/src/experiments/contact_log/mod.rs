@@ -80,7 +80,7 @@ pub struct ContactExperiment<'a> {
     residual: Vec<Vec<f64>>,
     inertial: Vec<Inertial>,
     /// Corners with a row of their own, after the rows of `kinds`.
-    soles: Vec<soles::Corner>,
+    soles: Vec<soles::SoleCorner>,
     /// When each foot stands.
     stances: Vec<Vec<std::ops::Range<usize>>>,
 }

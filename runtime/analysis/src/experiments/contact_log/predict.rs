@@ -28,7 +28,7 @@ impl ContactExperiment<'_> {
         match self.robot.layout.base {
             BaseKind::Floating => orientation(q).to_rotation_matrix().into_inner(),
             BaseKind::Planar => Rotation3::new(Vector3::y() * q[2]).into_inner(),
-            BaseKind::Fixed => Matrix3::identity(),
+            BaseKind::Fixed | BaseKind::Pivot => Matrix3::identity(),
         }
     }
 
@@ -37,7 +37,7 @@ impl ContactExperiment<'_> {
         match self.robot.layout.base {
             BaseKind::Floating => Vector3::new(q[0], q[1], q[2]),
             BaseKind::Planar => Vector3::new(q[0], 0.0, q[1]),
-            BaseKind::Fixed => Vector3::zeros(),
+            BaseKind::Fixed | BaseKind::Pivot => Vector3::zeros(),
         }
     }
 
@@ -51,7 +51,9 @@ impl ContactExperiment<'_> {
             BaseKind::Planar => {
                 BaseWrench { force: Vector3::new(tau[0], 0.0, tau[1]), moment: Vector3::y() * tau[2] }
             }
-            BaseKind::Fixed => BaseWrench { force: Vector3::zeros(), moment: Vector3::zeros() },
+            BaseKind::Fixed | BaseKind::Pivot => {
+                BaseWrench { force: Vector3::zeros(), moment: Vector3::zeros() }
+            }
         }
     }
 
@@ -100,7 +102,7 @@ impl ContactExperiment<'_> {
                     (vector[0], vector[1]) = (turned.x, turned.z);
                 }
             }
-            BaseKind::Fixed => {}
+            BaseKind::Fixed | BaseKind::Pivot => {}
         }
         [q, v, a]
     }

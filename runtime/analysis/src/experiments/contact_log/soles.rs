@@ -31,9 +31,9 @@ pub(super) struct Soil {
     pub damping: f64,
 }
 
-/// One corner of one foot.
+/// Which corner of which foot.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Corner {
+pub(super) struct SoleCorner {
     foot: usize,
     corner: usize,
 }
@@ -44,22 +44,22 @@ impl ContactExperiment<'_> {
         let planar = self.robot.planar();
         let feet = self.robot.feet.iter().zip(&self.recording.feet).enumerate();
         let feet = feet.filter(|(_, (foot, record))| record.is_logged && foot.is_flat(planar) && !planar);
-        let corners =
-            feet.flat_map(|(foot, (of, _))| (0..of.corners.len()).map(move |corner| Corner { foot, corner }));
+        let corners = feet
+            .flat_map(|(foot, (of, _))| (0..of.corners.len()).map(move |corner| SoleCorner { foot, corner }));
         self.soles = corners.collect();
         self.stances = (0..self.robot.feet.len()).map(|foot| self.stances_of(foot)).collect();
         let stances = &self.stances;
         self.soles.retain(|sole| !stances[sole.foot].is_empty());
         let nominal = self.change(&[]);
         for residual in self.sole_residuals(&nominal) {
-            let Corner { foot: at, corner } = self.soles[self.rows.len() - self.kinds.len()];
+            let SoleCorner { foot: at, corner } = self.soles[self.rows.len() - self.kinds.len()];
             let foot = &self.robot.feet[at];
             self.rows.push(Row {
                 name: format!("{}/{}/height", foot.name, foot.corners[corner].name),
                 channel: Channel::Sole,
                 unit: "m",
                 joint: None,
-                noise: self.height_noise(Corner { foot: at, corner }, &nominal).max(SMALLEST),
+                noise: self.height_noise(SoleCorner { foot: at, corner }, &nominal).max(SMALLEST),
             });
             self.residual.push(residual);
         }
@@ -137,7 +137,7 @@ impl ContactExperiment<'_> {
     }
 
     /// What the noise of base and joints makes of a corner's height, m.
-    fn height_noise(&self, at: Corner, change: &Change) -> f64 {
+    fn height_noise(&self, at: SoleCorner, change: &Change) -> f64 {
         let of = &self.robot.feet[at.foot];
         let place = |q: &[f64]| {
             let sole = self.feet[at.foot].sole(&self.calls, of, q);
@@ -220,13 +220,13 @@ impl Plate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::feet::Corner as Point;
+    use crate::robot::ContactPoint;
 
     #[test]
     fn a_plate_carries_force_and_moments() {
-        let point = |x: f64, y: f64| Point { name: String::new(), position: [x, y, -0.05] };
+        let point = |x: f64, y: f64| ContactPoint { name: String::new(), position: [x, y, -0.05] };
         let corners = vec![point(0.13, 0.04), point(0.13, -0.05), point(-0.07, 0.04), point(-0.06, -0.05)];
-        let foot = Foot { name: "foot".into(), frame: "foot".into(), left: None, corners };
+        let foot = Foot { name: "foot".into(), frame: "foot".into(), side: None, corners };
         let mut signals = [0.0; SIGNALS];
         (signals[2], signals[5], signals[8]) = (100.0, 3.0, -1.2);
         let forces = Plate::new(&foot).forces(&signals);

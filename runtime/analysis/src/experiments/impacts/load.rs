@@ -52,7 +52,7 @@ impl<'a> ImpactExperiment<'a> {
 /// Names of the coordinates of `q` and of those of `v`, as tables have them (without `/before`, `/after`).
 fn coordinates(robot: &Robot<'_>) -> (Vec<String>, Vec<String>) {
     let base: &[&str] = match robot.layout.base {
-        BaseKind::Fixed => &[],
+        BaseKind::Fixed | BaseKind::Pivot => &[],
         BaseKind::Planar => &["base/position/x", "base/position/z", "base/orientation/pitch"],
         BaseKind::Floating => &[
             "base/position/x",

@@ -365,7 +365,7 @@ fn add_inertial(inertial: &Inertial, change: &[f64], rigid: &mut [f64]) {
 /// Turns the base: true orientation = R_y(pitch) R_x(roll) times the logged one.
 fn tilt(base: BaseKind, q: &mut [f64], roll: f64, pitch: f64) {
     match base {
-        BaseKind::Fixed => {}
+        BaseKind::Fixed | BaseKind::Pivot => {}
         BaseKind::Planar => q[2] += pitch,
         BaseKind::Floating => {
             let ((sr, cr), (sp, cp)) = ((0.5 * roll).sin_cos(), (0.5 * pitch).sin_cos());

@@ -101,7 +101,7 @@ fn configurations(
     assumptions: &mut Vec<String>,
 ) -> Result<(Vec<f64>, bool), Diagnostic> {
     let base: &[(usize, &str)] = match robot.layout.base {
-        BaseKind::Fixed => &[],
+        BaseKind::Fixed | BaseKind::Pivot => &[],
         BaseKind::Planar => &[(2, "base/orientation/pitch")],
         BaseKind::Floating => &[
             (3, "base/orientation/x"),

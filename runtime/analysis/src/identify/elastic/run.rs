@@ -13,11 +13,12 @@ use super::fold::{Folded, Folding, fold};
 use super::laws::{Estimator, Laws, Steps};
 use super::look::Look;
 use super::picture;
-use super::solve::Solver;
+use super::solve::{Solved, Solver};
 use super::summary::{DriveSummary, SummaryInput};
 use crate::experiments::plotted::Row;
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
+use nalgebra::DVector;
 use serde::Serialize;
 
 /// Rows that a motor's regression needs per unknown.
@@ -86,8 +87,8 @@ pub fn identify_elastic(
     let (parts, layout) = (&all.parts, all.parts.layout);
     let warnings = checked(all, judge, options)?;
     let joints: Vec<usize> = parts.rows.iter().filter_map(|row| row.checked_sub(layout.base.nv())).collect();
-    let extras =
-        ExtraChoice { exactly: Some(extras(all.drives, &joints, options.laws)), ..ExtraChoice::none() };
+    let extras = extras(all.drives, &joints, options.laws);
+    let extras = ExtraChoice { exactly: Some(extras), ..ExtraChoice::none() };
     let design = Design::new(layout, parts.base, parts.regressor, extras.list(&joints), parts.rows);
     let slow: Vec<f64> = (0..all.drives.len()).map(|t| options.slow * fastest(all.looks, t)).collect();
     let folding = Folding {
@@ -98,28 +99,12 @@ pub fn identify_elastic(
         instruments: options.estimator == Estimator::Instrumental,
     };
     let folded = fold(&folding, all.logs, &Motions::new(parts.surveys))?;
-    let judged = match judge {
-        Some((reading, look)) => {
-            let own = Motions::new(std::slice::from_ref(&look.survey));
-            Some(fold(&folding, std::slice::from_ref(reading), &own)?)
-        }
-        None => None,
-    };
+    let judged = judge.map(|judge| folded_judge(&folding, judge)).transpose()?;
     enough(&folded, &folding, options.slow).map_err(one)?;
     progress(0.2);
     let nominal = nominal(&design, &parts.link_inertias.parameters(), &extras);
-    let solver = Solver {
-        design: &design,
-        folded: &folded,
-        drives: all.drives,
-        layout,
-        steps: options.steps,
-        estimator: options.estimator,
-        nominal: nominal.clone(),
-    };
-    let solved = solver.solve().map_err(one)?;
+    let solved = solved(all, options, &folding, &folded, &nominal).map_err(one)?;
     progress(0.3);
-    let shown = judge.map(|(reading, _)| reading);
     let bodies = Bodies {
         design: &design,
         folded: &folded,
@@ -142,11 +127,39 @@ pub fn identify_elastic(
     identification.warnings.extend(warnings);
     identification.warnings.extend(drives.joints.iter().flat_map(|joint| joint.warnings()));
     identification.assumptions.extend(assumptions(all.drives, &joints, layout));
-    let pictures = match shown.or(all.logs.first()) {
-        Some(reading) if options.pictures => picture::of_log(&folding, reading, &solved, &nominal)?,
-        _ => Vec::new(),
-    };
+    let shown = judge.map(|(reading, _)| reading).or(all.logs.first()).filter(|_| options.pictures);
+    let pictures = shown.map(|reading| picture::of_log(&folding, reading, &solved, &nominal)).transpose()?;
+    let pictures = pictures.unwrap_or_default();
     Ok(ElasticAnswer { identification, drives, links, pictures })
+}
+
+/// Motors, springs and joints.
+fn solved(
+    all: &ElasticParts<'_>,
+    options: &Elastic,
+    folding: &Folding<'_, '_>,
+    folded: &Folded,
+    nominal: &DVector<f64>,
+) -> Result<Solved, Diagnostic> {
+    let solver = Solver {
+        design: folding.design,
+        folded,
+        drives: all.drives,
+        layout: all.parts.layout,
+        steps: options.steps,
+        estimator: options.estimator,
+        nominal: nominal.clone(),
+    };
+    solver.solve()
+}
+
+/// The log that judges, cut by its own motions.
+fn folded_judge(
+    folding: &Folding<'_, '_>,
+    (reading, look): (&Reading<'_>, &Look),
+) -> Result<Folded, Diagnostics> {
+    let own = Motions::new(std::slice::from_ref(&look.survey));
+    fold(folding, std::slice::from_ref(reading), &own)
 }
 
 /// Looks for mixed-up signals; what does not stop becomes a warning.

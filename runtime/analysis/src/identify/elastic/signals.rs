@@ -3,16 +3,13 @@ use super::super::reading::Reading;
 use super::driven::Driven;
 use super::plan::Plan;
 use crate::log::Block;
-use crate::measure::base::rest;
+use crate::measure::directions::Turning;
 use crate::measure::filtered::{Filtered, unusable};
 use crate::measure::trajectory::Unusable;
 use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, resample};
 use bipedc_effects::diagnostic::Diagnostics;
 use std::ops::Range;
-
-/// A motor counts as turning where it is not slow within this time, in periods of the cut-off.
-const REACH: f64 = 0.5;
 
 /// Signals of consecutive samples.
 #[derive(Debug, Clone, Default)]
@@ -203,7 +200,10 @@ impl Maker<'_> {
             a: vec![0.0; count * (bv + joints)],
             motors: vec![Motor::default(); making.drives.len()],
         };
-        chunk.q.chunks_exact_mut((bq + joints).max(1)).for_each(|q| rest(making.layout.base, q));
+        chunk
+            .q
+            .chunks_exact_mut((bq + joints).max(1))
+            .for_each(|q| q[..bq].copy_from_slice(making.layout.base.rest()));
         for joint in 0..joints {
             let Some((column, factor)) = self.head.plan.angle(joint, making.drives) else { continue };
             let spline = self.spline(column, part)?;
@@ -242,34 +242,19 @@ impl Maker<'_> {
         let places: Vec<f64> = range.clone().map(|sample| self.place(sample, part)).collect();
         let own = self.even.grid.count.saturating_sub(part).div_ceil(self.parts());
         let speeds: Vec<f64> = (0..own).map(|i| factor * spline.at_sample(i)[1]).collect();
-        let signs: Vec<f64> = speeds.iter().map(|v| if *v == 0.0 { 0.0 } else { v.signum() }).collect();
-        let sign = self.filter.zero_phase(&signs);
-        let turning = self.turning(&speeds, self.making.slow[index]);
+        let turning = Turning { filter: self.filter, cutoff_hz: self.head.cutoff_hz, step: self.step() };
+        let sign = turning.sign(&speeds);
+        let turns = turning.nowhere_slow(&speeds, self.making.slow[index]);
         Some(Motor {
             motion: places.iter().map(|t| spline.at(*t).map(|x| factor * x)).collect(),
             sign: places.iter().map(|t| between(&sign, t / self.step())).collect(),
             current: places.iter().map(|t| current.at(*t)[0]).collect(),
             turns: places
                 .iter()
-                .map(|t| turning.get((t / self.step()).round().max(0.0) as usize).copied().unwrap_or(false))
+                .map(|t| turns.get((t / self.step()).round().max(0.0) as usize).copied().unwrap_or(false))
                 .collect(),
             elongation: Vec::new(),
         })
-    }
-
-    /// Samples of the grid near which the motor is nowhere slow: as near as the filter carries a jump of friction.
-    fn turning(&self, speeds: &[f64], slow: f64) -> Vec<bool> {
-        if slow <= 0.0 {
-            return vec![true; speeds.len()];
-        }
-        let reach = (REACH / (self.head.cutoff_hz * self.step())).ceil() as usize;
-        let mut before = Vec::with_capacity(speeds.len() + 1);
-        before.push(0_usize);
-        for speed in speeds {
-            before.push(before[before.len() - 1] + usize::from(speed.abs() < slow));
-        }
-        let last = speeds.len();
-        (0..last).map(|i| before[(i + reach + 1).min(last)] == before[i.saturating_sub(reach)]).collect()
     }
 }
 

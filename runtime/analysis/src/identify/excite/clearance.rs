@@ -245,7 +245,7 @@ fn nearest(a: [Vector3<f64>; 2], b: [Vector3<f64>; 2]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Corner;
+    use crate::robot::ContactPoint;
 
     /// The distance of two segments by brute force.
     fn searched(a: [Vector3<f64>; 2], b: [Vector3<f64>; 2]) -> f64 {
@@ -275,11 +275,11 @@ mod tests {
 
     #[test]
     fn a_sole_is_its_middle_line_and_half_its_width() {
-        let corner = |x: f64, y: f64| Corner { name: String::new(), position: [x, y, -0.05] };
+        let corner = |x: f64, y: f64| ContactPoint { name: String::new(), position: [x, y, -0.05] };
         let foot = Foot {
             name: "foot".to_owned(),
             frame: "foot".to_owned(),
-            left: None,
+            side: None,
             corners: vec![corner(0.15, 0.04), corner(0.15, -0.04), corner(-0.05, 0.04), corner(-0.05, -0.04)],
         };
         let sole = Sole::new(&foot, 0);

@@ -1,5 +1,6 @@
 //! What a film shows. All quantities in SI units, world axes x forward, y left, z up; the ground is z = 0.
 use crate::report::data::Fact;
+use crate::robot::Side;
 
 /// A simulated motion: everything on its page; what is empty is left out of it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,25 +33,13 @@ pub struct Film {
     pub plots: Vec<Plot>,
 }
 
-/// Which leg something belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Side {
-    /// The left leg.
-    Left,
-    /// The right leg.
-    Right,
-    /// Neither.
-    #[default]
-    Middle,
-}
-
 /// A foot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmFoot {
     /// As in the description.
     pub name: String,
-    /// Its leg.
-    pub side: Side,
+    /// Its leg; `None`: neither.
+    pub side: Option<Side>,
 }
 
 /// A contact point.
@@ -69,8 +58,8 @@ pub struct FilmPoint {
 pub struct FilmPart {
     /// Index of the body; `None`: the world.
     pub body: Option<usize>,
-    /// Its leg.
-    pub side: Side,
+    /// Its leg; `None`: neither.
+    pub side: Option<Side>,
     /// What it looks like, in the body's frame.
     pub form: Form,
 }

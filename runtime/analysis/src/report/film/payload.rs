@@ -1,7 +1,8 @@
 //! What the page's script plays, as JSON: frames as whole numbers, plots thinned.
-use super::data::{Film, Form, Frame, Plot, Side};
+use super::data::{Film, Form, Frame, Plot};
 use crate::report::payload::{harmless, rounded};
 use crate::report::thin::thin;
+use crate::robot::Side;
 use serde::Serialize;
 
 /// Frames per metre of resolution: tenths of millimetres.
@@ -31,8 +32,8 @@ struct Payload<'a> {
     per_unit: f64,
     per_newton: f64,
     weight: f64,
-    feet: Vec<Foot<'a>>,
-    points: Vec<Point>,
+    feet: Vec<PlayedFoot<'a>>,
+    points: Vec<PlayedPoint>,
     parts: Vec<PlayedPart>,
     times: Vec<f64>,
     /// Seven numbers per body: position, quaternion.
@@ -46,7 +47,7 @@ struct Payload<'a> {
 }
 
 #[derive(Serialize)]
-struct Foot<'a> {
+struct PlayedFoot<'a> {
     name: &'a str,
     side: &'static str,
     /// Stretches of time in which it is loaded, s.
@@ -54,7 +55,7 @@ struct Foot<'a> {
 }
 
 #[derive(Serialize)]
-struct Point {
+struct PlayedPoint {
     foot: usize,
     body: Option<usize>,
     place: [f64; 3],
@@ -94,7 +95,7 @@ pub(super) fn json(film: &Film) -> String {
         points: film
             .points
             .iter()
-            .map(|p| Point { foot: p.foot, body: p.body, place: p.place.map(short) })
+            .map(|p| PlayedPoint { foot: p.foot, body: p.body, place: p.place.map(short) })
             .collect(),
         parts: film.parts.iter().map(|part| played(part.body, part.side, &part.form)).collect(),
         times: frames.iter().map(|frame| (frame.time * 1e5).round() / 1e5).collect(),
@@ -147,15 +148,15 @@ fn short(x: f64) -> f64 {
     (x * 1e5).round() / 1e5
 }
 
-pub(super) fn side_name(side: Side) -> &'static str {
+pub(super) fn side_name(side: Option<Side>) -> &'static str {
     match side {
-        Side::Left => "left",
-        Side::Right => "right",
-        Side::Middle => "middle",
+        Some(Side::Left) => "left",
+        Some(Side::Right) => "right",
+        None => "middle",
     }
 }
 
-fn played(body: Option<usize>, side: Side, form: &Form) -> PlayedPart {
+fn played(body: Option<usize>, side: Option<Side>, form: &Form) -> PlayedPart {
     let corners = form.corners().iter().map(|corner| corner.map(short)).collect();
     let (faces, width) = match form {
         Form::Solid { faces, .. } => (faces.clone(), 0.0),
@@ -164,9 +165,9 @@ fn played(body: Option<usize>, side: Side, form: &Form) -> PlayedPart {
     PlayedPart { body, side: side_name(side), corners, faces, width }
 }
 
-fn feet(film: &Film) -> Vec<Foot<'_>> {
+fn feet(film: &Film) -> Vec<PlayedFoot<'_>> {
     let feet = film.feet.iter().enumerate();
-    feet.map(|(index, foot)| Foot {
+    feet.map(|(index, foot)| PlayedFoot {
         name: &foot.name,
         side: side_name(foot.side),
         loaded: film

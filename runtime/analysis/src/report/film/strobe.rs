@@ -1,7 +1,7 @@
 //! The robot at equal distances of time in one picture.
 use super::data::{Film, FilmPart, Form, Frame};
 use super::payload::side_name;
-use crate::report::number::significant;
+use crate::number::significant;
 use crate::report::svg::{outline, px};
 use maud::{Markup, html};
 
@@ -223,7 +223,7 @@ pub(super) fn moved_apart(film: &Film, view: View) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::film::data::{FilmFoot, FilmPoint, Pose, Side};
+    use crate::report::film::data::{FilmFoot, FilmPoint, Pose};
 
     /// A cube of 20 cm that slides forward.
     pub(super) fn slide(speed: f64) -> Film {
@@ -240,9 +240,9 @@ mod tests {
         };
         Film {
             weight: 10.0,
-            feet: vec![FilmFoot { name: "sole".to_owned(), side: Side::Middle }],
+            feet: vec![FilmFoot { name: "sole".to_owned(), side: None }],
             points: vec![FilmPoint { foot: 0, body: Some(0), place: [0.0, 0.0, -0.1] }],
-            parts: vec![FilmPart { body: Some(0), side: Side::Middle, form }],
+            parts: vec![FilmPart { body: Some(0), side: None, form }],
             frames: (0..=16).map(frame).collect(),
             ..Film::default()
         }

@@ -1,6 +1,6 @@
 //! A plot with two axes.
 use super::px;
-use crate::report::number::significant;
+use crate::number::significant;
 use maud::{Markup, html};
 
 /// What one axis says and spans.

@@ -1,8 +1,8 @@
 //! Values with their confidence.
 use super::px;
 use crate::diagnose::FoundEffect;
+use crate::number::{joined, percent, with_interval};
 use crate::report::causes::ordered;
-use crate::report::number::{joined, percent, with_interval};
 use maud::{Markup, html};
 
 /// A value on the scale of its plausible range: range as a bar, 95 % interval as a line, value as a diamond.

@@ -1,8 +1,8 @@
 //! The robot from the front and from its right, joints coloured by how much of their torque is unexplained.
 use super::px;
 use crate::experiments::plotted::Row;
+use crate::number::percent;
 use crate::report::data::{Bone, Drawing, Hull, Report};
-use crate::report::number::percent;
 use maud::{Markup, html};
 
 /// Limits between the degrees of [`degree`], as fractions.

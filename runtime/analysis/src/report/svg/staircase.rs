@@ -3,8 +3,8 @@ use super::chart::{Axis, Chart};
 use super::px;
 use super::rows::keys;
 use crate::diagnose::{Diagnosis, ErrorFall};
+use crate::number::with_unit;
 use crate::report::data::{HistoryStep, Report};
-use crate::report::number::with_unit;
 use maud::{Markup, html};
 
 /// The history, or else the steps of the diagnosis.

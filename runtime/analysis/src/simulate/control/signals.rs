@@ -23,11 +23,7 @@ pub enum Signal {
 pub fn signals(plant: &Plant) -> Vec<(String, Signal)> {
     let mut list: Vec<(String, Signal)> =
         plant.joint_names().enumerate().map(|(j, name)| (name.to_owned(), Signal::Joint(j))).collect();
-    let (axes, angles): (&[usize], &[usize]) = match plant.layout.base {
-        BaseKind::Fixed => (&[], &[]),
-        BaseKind::Planar => (&[0, 2], &[1]),
-        BaseKind::Floating => (&[0, 1, 2], &[0, 1, 2]),
-    };
+    let (axes, angles) = plant.layout.base.axes();
     list.extend(axes.iter().map(|&axis| (format!("base_{}", ["x", "y", "z"][axis]), Signal::Position(axis))));
     let angle = |&k: &usize| (format!("base_{}", ["roll", "pitch", "yaw"][k]), Signal::Angle(k));
     list.extend(angles.iter().map(angle));

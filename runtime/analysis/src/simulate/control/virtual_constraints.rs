@@ -3,6 +3,7 @@ use super::feedback::Feedback;
 use super::program::{Program, Work};
 use super::signals::{Reader, Signal};
 use crate::robot::BaseKind;
+use crate::simulate::dense::{eliminate, substitute};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::{Argument, Model, State};
@@ -66,6 +67,8 @@ struct Workspace {
     matrix: Vec<f64>,
     right: Vec<f64>,
     small: Vec<f64>,
+    /// Row exchanges of the elimination.
+    order: Vec<usize>,
 }
 
 impl<'a> VirtualConstraints<'a> {
@@ -105,6 +108,7 @@ impl<'a> VirtualConstraints<'a> {
             matrix: Vec::with_capacity(drives * drives),
             right: Vec::with_capacity(drives),
             small: Vec::with_capacity(drives * drives),
+            order: Vec::with_capacity(drives),
         };
         Ok(Self { model, outputs, dynamics, workspace })
     }
@@ -137,7 +141,7 @@ impl<'a> VirtualConstraints<'a> {
         workspace.demand(*model, wanted, (size, outputs.actuated.len()), (q, v));
         let (count, drives) = (wanted.program.outputs(), outputs.actuated.len());
         let solved = if count == drives {
-            solve(&mut workspace.matrix, &mut workspace.right)
+            solve(&mut workspace.matrix, &mut workspace.right, &mut workspace.order)
         } else {
             least(workspace, count, drives)
         };
@@ -229,7 +233,7 @@ fn least(workspace: &mut Workspace, outputs: usize, drives: usize) -> bool {
         let dot = |b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         workspace.small.extend(workspace.matrix.chunks_exact(drives).map(dot));
     }
-    if !solve(&mut workspace.small, &mut workspace.right) {
+    if !solve(&mut workspace.small, &mut workspace.right, &mut workspace.order) {
         return false;
     }
     workspace.small.clear();
@@ -242,34 +246,15 @@ fn least(workspace: &mut Workspace, outputs: usize, drives: usize) -> bool {
     true
 }
 
-/// `A x = b` into `b` by Gaussian elimination, A row after row; `false`: A is singular.
-fn solve(a: &mut [f64], b: &mut [f64]) -> bool {
+/// `A x = b` into `b`, A row after row; `false`: A is singular.
+fn solve(a: &mut [f64], b: &mut [f64], order: &mut Vec<usize>) -> bool {
     let n = b.len();
     let largest = a.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    for k in 0..n {
-        let Some(pivot) = (k..n).max_by(|&i, &j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs())) else {
-            return false;
-        };
-        let size = a[pivot * n + k].abs();
-        if size.is_nan() || size <= SINGULAR * largest {
-            return false;
-        }
-        if pivot != k {
-            (0..n).for_each(|j| a.swap(k * n + j, pivot * n + j));
-            b.swap(k, pivot);
-        }
-        for i in k + 1..n {
-            let factor = a[i * n + k] / a[k * n + k];
-            for j in k + 1..n {
-                a[i * n + j] -= factor * a[k * n + j];
-            }
-            b[i] -= factor * b[k];
-        }
+    if !eliminate(a, n, order) || (0..n).any(|k| a[k * n + k].abs() <= SINGULAR * largest) {
+        return false;
     }
-    for k in (0..n).rev() {
-        let rest: f64 = (k + 1..n).map(|j| a[k * n + j] * b[j]).sum();
-        b[k] = (b[k] - rest) / a[k * n + k];
-    }
+    // What is no number in `b` stays none: that is not the matrix's fault.
+    substitute(a, n, order, b);
     true
 }
 
@@ -283,9 +268,10 @@ mod tests {
         let x = [1.0, -2.0, 0.5];
         let mut b: Vec<f64> =
             a.chunks_exact(3).map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect();
-        assert!(solve(&mut a.clone(), &mut b));
+        let mut order = Vec::new();
+        assert!(solve(&mut a.clone(), &mut b, &mut order));
         assert!(b.iter().zip(x).all(|(b, x)| (b - x).abs() < 1e-14), "{b:?}");
-        assert!(!solve(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 1.0]));
-        assert!(!solve(&mut [f64::NAN], &mut [1.0]));
+        assert!(!solve(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 1.0], &mut order));
+        assert!(!solve(&mut [f64::NAN], &mut [1.0], &mut order));
     }
 }

@@ -301,7 +301,9 @@ impl Phased for PhasedRobot<'_> {
         rates[q.len() - joints..].copy_from_slice(&v[v.len() - joints..]);
         match self.base {
             BaseKind::Fixed => {}
-            BaseKind::Planar => rates[..3].copy_from_slice(&v[..3]),
+            BaseKind::Planar | BaseKind::Pivot => {
+                rates[..self.base.nv()].copy_from_slice(&v[..self.base.nv()]);
+            }
             BaseKind::Floating => {
                 let turn = [q[3], q[4], q[5], q[6]];
                 rates[..3].copy_from_slice(&rotate(turn, [v[0], v[1], v[2]]));

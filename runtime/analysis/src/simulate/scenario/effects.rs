@@ -1,10 +1,11 @@
 //! `[[effect]]` of a scenario: what is hidden. Written as in `biped.toml`.
-use super::read::Reading;
+use super::reading::Reading;
+use crate::robot::{BaseKind, Foot};
 use crate::simulate::Plant;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::formula::Formula;
-use bipedc_effects::effect::{Effect, KINDS, Kind, Law, Location, Place, Role, kind};
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::effect::{Effect, KINDS, Kind, Law, Location, Parameter, Place, Role, kind};
+use bipedc_effects::spelling::suggest;
 use std::collections::BTreeMap;
 use toml::{Spanned, Value};
 
@@ -20,10 +21,8 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
         None => return reading.wrong(at, "an [[effect]] has no `kind`", "add kind = \"coulomb_friction\""),
     };
     let Some(kind) = kind(name) else {
-        let help = match did_you_mean(name, KINDS.iter().map(|kind| kind.name)) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => "`bipedc effects` lists them".to_owned(),
-        };
+        let names = KINDS.iter().map(|kind| kind.name);
+        let help = suggest(name, names, || "`bipedc effects` lists them".to_owned());
         return reading.wrong(at, format!("there is no effect `{name}`"), help);
     };
     if let Some(why) = refused(kind, plant) {
@@ -52,7 +51,7 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
 
 /// Why a kind has no place in a simulation.
 fn refused(kind: &Kind, plant: &Plant) -> Option<&'static str> {
-    let fixed = plant.layout.base == crate::robot::BaseKind::Fixed;
+    let fixed = plant.layout.base == BaseKind::Fixed;
     match kind.law {
         Law::PointFeet | Law::NoImpact | Law::SingleMass | Law::DecoupledPlanes => {
             Some("it is an assumption about models, nothing that a robot does")
@@ -67,7 +66,7 @@ fn refused(kind: &Kind, plant: &Plant) -> Option<&'static str> {
 
 /// What must be so and is not, besides missing parameters.
 fn impossible(kind: &Kind, effect: &Effect, plant: &Plant) -> Option<(String, String)> {
-    let planar = plant.layout.base == crate::robot::BaseKind::Planar;
+    let planar = plant.layout.base == BaseKind::Planar;
     match kind.law {
         Law::GroundSlope | Law::GravityTilt if planar && effect.value("roll") != 0.0 => {
             Some(("`roll` of a robot in the plane".to_owned(), "write roll = 0.0".to_owned()))
@@ -112,76 +111,81 @@ fn own_parameters(effect: &mut Effect, value: &Value) -> Result<(), Diagnostic> 
 }
 
 fn set(effect: &mut Effect, kind: &Kind, plant: &Plant, key: &str, value: &Value) -> Result<(), Diagnostic> {
-    let number = value.as_float().or_else(|| value.as_integer().map(|x| x as f64));
     if let Some(parameter) = kind.parameter(key) {
-        let (low, high) = parameter.bounds;
-        let number = number.filter(|x| x.is_finite() && *x >= low && *x <= high);
-        let Some(number) = number else {
-            let unit = parameter.unit;
-            return Err(Diagnostic::error(format!("`{key}` of `{}` has no possible value", kind.name))
-                .help(format!("the {} is a number from {low} to {high} {unit}", parameter.meaning)));
-        };
+        let number = possible(kind, parameter, value)?;
         effect.parameters.insert(key.to_owned(), number);
         return Ok(());
     }
-    let text = || {
-        value.as_str().map(str::to_owned).ok_or_else(|| Diagnostic::error(format!("`{key}` is not a text")))
-    };
-    let known = |name: &str, what: &str, list: &mut dyn Iterator<Item = &str>| {
-        let names: Vec<&str> = list.collect();
-        if names.contains(&name) {
-            return Ok(Some(name.to_owned()));
-        }
-        let help = did_you_mean(name, names.iter().copied()).map(|meant| format!("did you mean `{meant}`?"));
-        Err(Diagnostic::error(format!("there is no {what} `{name}`"))
-            .help(help.unwrap_or_else(|| format!("there are: {}", names.join(", ")))))
-    };
-    let formula = kind.law == Law::Formula;
     match key {
-        "torque" if formula => {
-            effect.torque = Some(text()?);
-            return Ok(());
-        }
-        "name" if formula => {
-            effect.name = Some(text()?);
-            return Ok(());
-        }
-        "parameters" if formula => return own_parameters(effect, value),
-        _ => {}
+        "torque" if kind.law == Law::Formula => effect.torque = Some(text(key, value)?),
+        "name" if kind.law == Law::Formula => effect.name = Some(text(key, value)?),
+        "parameters" if kind.law == Law::Formula => own_parameters(effect, value)?,
+        _ => set_place(&mut effect.location, kind, plant, key, value)?,
     }
-    let location = &mut effect.location;
-    match (key, kind.place) {
-        ("other_joint", _) if formula => {
-            location.other_joint = known(&text()?, "joint", &mut plant.joint_names())?;
+    Ok(())
+}
+
+fn text(key: &str, value: &Value) -> Result<String, Diagnostic> {
+    value.as_str().map(str::to_owned).ok_or_else(|| Diagnostic::error(format!("`{key}` is not a text")))
+}
+
+/// A number within the parameter's bounds.
+fn possible(kind: &Kind, parameter: &Parameter, value: &Value) -> Result<f64, Diagnostic> {
+    let number = value.as_float().or_else(|| value.as_integer().map(|x| x as f64));
+    let (low, high) = parameter.bounds;
+    number.filter(|x| x.is_finite() && *x >= low && *x <= high).ok_or_else(|| {
+        let unit = parameter.unit;
+        Diagnostic::error(format!("`{}` of `{}` has no possible value", parameter.name, kind.name))
+            .help(format!("the {} is a number from {low} to {high} {unit}", parameter.meaning))
+    })
+}
+
+/// Where an effect is: a name that the robot has.
+fn set_place(
+    location: &mut Location,
+    kind: &Kind,
+    plant: &Plant,
+    key: &str,
+    value: &Value,
+) -> Result<(), Diagnostic> {
+    let (wanted, what, names): (_, _, Vec<String>) = match (key, kind.place) {
+        ("other_joint", _) if kind.law == Law::Formula => {
+            (&mut location.other_joint, "joint", plant.joint_names().map(str::to_owned).collect())
         }
         ("joint", Place::Joint | Place::JointPair) => {
-            location.joint = known(&text()?, "joint", &mut plant.joint_names())?;
+            (&mut location.joint, "joint", plant.joint_names().map(str::to_owned).collect())
         }
         ("other_joint", Place::JointPair) => {
-            location.other_joint = known(&text()?, "joint", &mut plant.joint_names())?;
+            (&mut location.other_joint, "joint", plant.joint_names().map(str::to_owned).collect())
         }
-        ("link", Place::Link) => {
-            location.link = known(&text()?, "link", &mut plant.links.iter().map(String::as_str))?;
-        }
-        ("sensor", Place::Sensor) => {
-            let corner = |foot: &crate::robot::Foot, name: &str| format!("{}/{name}", foot.name);
-            let all: Vec<String> = plant
-                .feet
-                .iter()
-                .flat_map(|foot| {
-                    let corners = foot.corners.iter().map(|c| corner(foot, &c.name));
-                    std::iter::once(foot.name.clone()).chain(corners).collect::<Vec<_>>()
-                })
-                .collect();
-            location.sensor = known(&text()?, "foot or corner", &mut all.iter().map(String::as_str))?;
-        }
+        ("link", Place::Link) => (&mut location.link, "link", plant.links.clone()),
+        ("sensor", Place::Sensor) => (&mut location.sensor, "foot or corner", sensors(plant)),
         _ => {
             let names: Vec<&str> = kind.parameters.iter().map(|p| p.name).collect();
             return Err(Diagnostic::error(format!("`{}` has no `{key}`", kind.name))
                 .help(format!("its parameters: {}", names.join(", "))));
         }
-    }
+    };
+    *wanted = Some(known(text(key, value)?, what, &names)?);
     Ok(())
+}
+
+/// Feet and their corners.
+fn sensors(plant: &Plant) -> Vec<String> {
+    let of = |foot: &Foot| {
+        let corners = foot.corners.iter().map(|corner| format!("{}/{}", foot.name, corner.name));
+        std::iter::once(foot.name.clone()).chain(corners).collect::<Vec<_>>()
+    };
+    plant.feet.iter().flat_map(of).collect()
+}
+
+fn known(name: String, what: &str, names: &[String]) -> Result<String, Diagnostic> {
+    if names.contains(&name) {
+        return Ok(name);
+    }
+    let help =
+        suggest(&name, names.iter().map(String::as_str), || format!("there are: {}", names.join(", ")));
+    Err(Diagnostic::error(format!("there is no {what} `{name}`")).help(help))
 }
 
 /// Settings that were left out, so that the truth says everything.

@@ -1,6 +1,6 @@
 //! `[imu]` of a scenario.
 use super::file::Inertial;
-use super::read::{NOT_NEGATIVE, Reading};
+use super::reading::{NOT_NEGATIVE, Reading};
 use crate::robot::BaseKind;
 use crate::simulate::{Imu, Plant};
 use toml::Spanned;

@@ -1,10 +1,15 @@
 //! What is simulated: how long, from where, under which control, with which hidden effects and sensors.
 mod effects;
 mod file;
+mod ground;
 mod imu;
+mod initial;
 mod motor;
 mod outputs;
 mod read;
+mod reading;
+mod sensors;
+mod servos;
 mod walk;
 
 use super::actuation::EffortSensor;

@@ -1,9 +1,8 @@
 //! `drives` and `[motor.JOINT]` of a scenario: what moves the joints.
 use super::file::{File, Motor, Number};
-use super::read::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
+use super::reading::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
 use crate::simulate::{Actuator, Plant};
 use bipedc_effects::drive::{Drive, Transmission};
-use bipedc_effects::spelling::did_you_mean;
 use toml::Spanned;
 
 impl Reading<'_> {
@@ -27,11 +26,7 @@ impl Reading<'_> {
     /// Motors by joint.
     pub(super) fn motors(&mut self, file: &File, plant: &Plant) -> Vec<Option<Actuator>> {
         for (name, motor) in file.motor.iter().filter(|(name, _)| plant.joint(name).is_none()) {
-            let help = match did_you_mean(name, plant.joint_names()) {
-                Some(meant) => format!("did you mean `{meant}`?"),
-                None => format!("joints: {}", plant.joint_names().collect::<Vec<_>>().join(", ")),
-            };
-            self.wrong::<()>(motor.span().start, format!("the robot has no joint `{name}`"), help);
+            self.no_joint(motor.span().start, name, plant);
         }
         let described = self.choice("drives", file.drives.as_ref(), ["ideal", "described"]) == 1;
         if let Some(drives) =

@@ -1,11 +1,11 @@
 //! `[[control.output]]`: virtual constraints as formulas.
 use super::JointServo;
 use super::file::{Control, Law};
-use super::read::{NOT_NEGATIVE, POSITIVE, Reading};
+use super::reading::{NOT_NEGATIVE, POSITIVE, Reading};
 use crate::simulate::Plant;
 use crate::simulate::control::{Feedback, Outputs, PhaseOutputs, Program, Signal, Step, signals};
 use bipedc_effects::effect::formula::Formula;
-use bipedc_effects::spelling::did_you_mean;
+use bipedc_effects::spelling::suggest;
 use std::collections::BTreeMap;
 use toml::Spanned;
 
@@ -184,10 +184,7 @@ impl Reading<'_> {
             .chain(names.parameters.keys().copied())
             .chain(quantities.keys().map(String::as_str))
             .collect();
-        let help = match did_you_mean(name, known.iter().copied()) {
-            Some(meant) => format!("did you mean `{meant}`?"),
-            None => format!("known are: {}", known.join(", ")),
-        };
+        let help = suggest(name, known.iter().copied(), || format!("known are: {}", known.join(", ")));
         self.wrong(text.span().start, format!("`{name}` is nothing that a formula can speak of"), help)
     }
 

@@ -1,6 +1,6 @@
 //! Keys of a scenario that say how a robot walks from event to event.
 use super::file::{Checks, File};
-use super::read::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
+use super::reading::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
 use super::{EventDriven, World};
 use crate::robot::BaseKind;
 use crate::simulate::Plant;

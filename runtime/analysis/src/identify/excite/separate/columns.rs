@@ -4,7 +4,6 @@ use crate::experiments::form::effect_columns;
 use crate::experiments::{Experiment, MotionExperiment};
 use crate::identify::excite::Machine;
 use crate::measure::Recording;
-use crate::robot::BaseKind;
 use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Effect, Kind, Law, Location, Place, Size};
@@ -162,17 +161,17 @@ impl<'r, 'm> Bench<'r, 'm> {
     fn recording(&self, motion: &Trajectory) -> Result<Recording, Diagnostic> {
         let joints = self.machine.layout.joints.len();
         let tau = self.machine.torques(motion)?;
-        let (rest_q, rest_v): (&[f64], usize) = match self.pair.layout.base {
-            BaseKind::Fixed => (&[], 0),
-            BaseKind::Planar => (&[0.0; 3], 3),
-            BaseKind::Floating => (&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 6),
-        };
+        let base = self.pair.layout.base;
         let with = |rest: &[f64], values: &[f64]| -> Vec<f64> {
             values.chunks_exact(joints).flat_map(|x| rest.iter().chain(x)).copied().collect()
         };
-        let still = vec![0.0; rest_v];
+        let still = vec![0.0; base.nv()];
         let mut trajectory = Trajectory::new(self.pair.layout);
-        trajectory.extend([&with(rest_q, &motion.q), &with(&still, &motion.v), &with(&still, &motion.a)]);
+        trajectory.extend([
+            &with(base.rest(), &motion.q),
+            &with(&still, &motion.v),
+            &with(&still, &motion.a),
+        ]);
         let step = self.duration / (motion.len().max(2) - 1) as f64;
         let effort = |joint: usize| {
             let measured = self.pair.measured.contains(&joint);

@@ -1,7 +1,21 @@
-//! Numbers for people.
+//! Numbers for people: in plain text, and set for pages with real minus signs.
 
-/// About `digits` significant digits, without an exponent where that is readable; `–` if not finite.
-pub(super) fn significant(value: f64, digits: i32) -> String {
+/// Four decimals as long as they show something and are no crowd.
+pub fn four_decimals(x: f64) -> String {
+    if x == 0.0 || (0.01..1e7).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
+}
+
+/// So many digits that count, in plain text, at most nine decimals and no exponent.
+pub(crate) fn counting(x: f64, digits: i32) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return x.to_string();
+    }
+    let decimals = (digits - 1 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{x:.decimals$}")
+}
+
+/// For pages: about `digits` significant digits, without an exponent where that is readable; `–` if not finite.
+pub(crate) fn significant(value: f64, digits: i32) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }
@@ -16,12 +30,12 @@ pub(super) fn significant(value: f64, digits: i32) -> String {
 }
 
 /// Three significant digits and the unit; the unit `1` is not shown.
-pub(super) fn with_unit(value: f64, unit: &str) -> String {
+pub(crate) fn with_unit(value: f64, unit: &str) -> String {
     joined(significant(value, 3), unit)
 }
 
 /// A number as text and its unit.
-pub(super) fn joined(number: String, unit: &str) -> String {
+pub(crate) fn joined(number: String, unit: &str) -> String {
     if unit.is_empty() || unit == "1" {
         return number;
     }
@@ -30,7 +44,7 @@ pub(super) fn joined(number: String, unit: &str) -> String {
 }
 
 /// A value and its interval with as many digits as the interval's width deserves.
-pub(super) fn with_interval(value: f64, interval: Option<[f64; 2]>) -> (String, Option<[String; 2]>) {
+pub(crate) fn with_interval(value: f64, interval: Option<[f64; 2]>) -> (String, Option<[String; 2]>) {
     let Some([low, high]) = interval else { return (significant(value, 3), None) };
     let width = (high - low).abs() / 2.0;
     if !(width.is_finite() && width > 0.0) {
@@ -46,7 +60,7 @@ pub(super) fn with_interval(value: f64, interval: Option<[f64; 2]>) -> (String, 
 }
 
 /// A fraction as per cent; `–` if not finite.
-pub(super) fn percent(fraction: f64) -> String {
+pub(crate) fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     if !percent.is_finite() {
         "–".to_owned()
@@ -65,6 +79,16 @@ fn signed(text: String) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn plain_numbers_show_something() {
+        assert_eq!(
+            [0.0, 0.012_34, 0.001_234, -3.0].map(four_decimals),
+            ["0.0000", "0.0123", "1.23e-3", "-3.0000"]
+        );
+        assert_eq!([0.0, 0.012_345, 12_345.6].map(|x| counting(x, 4)), ["0", "0.01235", "12346"]);
+        assert_eq!([1e-12, f64::INFINITY].map(|x| counting(x, 3)), ["0.000000000", "inf"]);
+    }
 
     #[test]
     fn digits_are_those_that_matter() {
