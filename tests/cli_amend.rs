@@ -175,8 +175,6 @@ fn diagnosis(folder: &Path) -> PathBuf {
     let source = |file: &str| json!({"file": file, "hash": "00000000deadbeef", "samples": 20000});
     let value = json!({
         "effects": [viscous, coulomb],
-        "inertial_corrections": [{"kind": "com_offset", "link": "torso",
-            "parameters": {"x": 0.002, "y": 0.0, "z": -0.001}}],
         "rms": {"base_force": {"unit": "N", "before": 3.0, "after": 2.0},
             "effort": {"unit": "N m", "before": 0.52, "after": 0.06, "noise": 0.05}},
         "rms_training": {"effort": {"unit": "N m", "before": 0.5, "after": 0.055}},
@@ -193,10 +191,8 @@ fn diagnosis(folder: &Path) -> PathBuf {
 fn a_diagnosis_is_taken_with_its_errors() {
     let folder = robot("amend_from");
     let file = diagnosis(&folder);
-    let run = bipedc(&["amend", text(&folder), "--from", text(&file), "--with-corrections"]).ok();
-    for words in
-        ["0.4313 N m  (95 %: 0.41 to 0.45)", "held-out effort 0.52 → 0.06 N m", "Offset of the centre"]
-    {
+    let run = bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+    for words in ["0.4313 N m  (95 %: 0.41 to 0.45)", "held-out effort 0.52 → 0.06 N m"] {
         assert!(run.out.contains(words), "no `{words}` in {}", run.out);
     }
     let toml = read(&folder, "biped.toml");
@@ -222,22 +218,42 @@ fn a_diagnosis_is_taken_with_its_errors() {
     assert!(paths == 3 && svg.contains("Coulomb friction at left_knee_pitch"), "{svg}");
 }
 
+/// What was fitted beside the effects is written with them, and added to what stands; of a selection only on request.
 #[test]
-fn corrections_of_inertias_are_refused_with_what_to_change() {
+fn corrections_of_inertias_are_written_and_add_up() {
     let folder = robot("amend_corrections");
     let file = diagnosis(&folder);
     let mut value: Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
     value["inertial_corrections"] = json!([{"kind": "inertial_correction", "link": "torso",
-        "parameters": {"mass": 0.25, "x": 0.002, "y": 0.0, "z": -0.001}}]);
+        "parameters": {"mass": 0.25, "x": 0.002, "y": 0.0, "z": -0.001, "iyy": 0.01},
+        "ci95": {"mass": [0.2, 0.3], "x": [null, null]}}]);
     std::fs::write(&file, value.to_string()).unwrap();
     let before = read(&folder, "biped.toml");
-    bipedc(&["amend", text(&folder), "--from", text(&file), "--with-corrections"]).fails_with(&[
-        "no words for corrections",
-        "torso +0.2500 kg, centre of mass +0.00200 +0.00000 -0.00100 m",
-        "--write-urdf",
-    ]);
+    let amend = |more: &[&str]| {
+        bipedc(&[&["amend", text(&folder), "--from", text(&file)][..], more].concat()).ok();
+        read(&folder, "biped.toml")
+    };
+    assert!(!amend(&["--only", "1"]).contains("inertial_correction"));
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    assert!(amend(&["--only", "1", "--with-corrections"]).contains("inertial_correction"));
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    let once = amend(&[]);
+    for words in
+        ["mass = 0.25  # kg, 95 %: 0.2 to 0.3", "x = 0.002  # m, not determined", "iyy = 0.01  # kg m²"]
+    {
+        assert!(once.contains(words), "no `{words}` in {once}");
+    }
+    let history = bipedc(&["history", text(&folder), "--json"]).ok().json();
+    let stairs = history["stairs"].as_array().unwrap();
+    assert_eq!(stairs.len(), 1, "no effect has an error of its own beside corrections: {stairs:?}");
+    assert_eq!((&stairs[0]["before"], &stairs[0]["after"]), (&json!(0.52), &json!(0.06)));
+    let twice = amend(&[]);
+    assert!(twice.contains("mass = 0.5  # kg, 95 %: 0.45 to 0.55"), "{twice}");
+    assert_eq!(twice.matches("inertial_correction").count(), 1);
+    for _ in 0..2 {
+        bipedc(&["amend", text(&folder), "--undo"]).ok();
+    }
     assert_eq!(read(&folder, "biped.toml"), before);
-    bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
 }
 
 #[cfg(unix)]
@@ -270,7 +286,6 @@ fn the_history_speaks_json() {
     assert_eq!(step["errors"][0]["channel"], "effort");
     assert_eq!(step["errors"][0]["held_out"], json!({"before": 0.52, "after": 0.06}));
     assert_eq!(step["errors"][0]["training"], json!({"before": 0.5, "after": 0.055}));
-    assert!(step["note"].as_str().unwrap().contains("--with-corrections"));
     for key in ["date", "tool", "origin", "before", "after"] {
         assert!(!step[key].is_null(), "no `{key}` in {step}");
     }

@@ -9,4 +9,5 @@ mod controller;
 mod explain;
 mod library;
 mod measured;
+mod one_number;
 mod simulated;

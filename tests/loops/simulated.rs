@@ -46,14 +46,14 @@ fn rotor() -> String {
 }
 
 /// A robot that may be amended, and its two logs.
-struct Hidden {
-    robot: PathBuf,
-    train: PathBuf,
-    judge: PathBuf,
+pub(super) struct Hidden {
+    pub robot: PathBuf,
+    pub train: PathBuf,
+    pub judge: PathBuf,
 }
 
 impl Hidden {
-    fn simulated(name: &str, effects: &str) -> Self {
+    pub fn simulated(name: &str, effects: &str) -> Self {
         let robot = scratch(&format!("simulated_{name}"));
         for file in ["robot.urdf", "biped.toml"] {
             std::fs::copy(Path::new("robots/five_link").join(file), robot.join(file)).unwrap();

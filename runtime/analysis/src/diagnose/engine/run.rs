@@ -290,7 +290,7 @@ impl Conclusion<'_> {
     /// weighted, and root mean square of the main ones. `None` where nothing was corrected: then nothing but effects
     /// explains.
     fn corrected(&self, count: usize, main: &[usize]) -> Option<(f64, f64)> {
-        let active = self.outcome.active.get(..count).filter(|_| self.outcome.corrected)?;
+        let active = self.outcome.active.get(..count).filter(|_| !self.settled.corrections.is_empty())?;
         let errors = self.regression.scored_fit(active, true)?.errors;
         let weighted = errors.iter().zip(&self.regression.weights).map(|(e, w)| e * w).sum();
         let samples: usize = main.iter().map(|&row| self.regression.judge_sums.rows[row].count).sum();

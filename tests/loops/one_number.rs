@@ -1,0 +1,166 @@
+//! One number: what `diagnose` states as the held-out error is what `amend` prints and notes, what the comment in the description
+//! says, what `history` shows and what `compare` measures with the amended description on the same log.
+use super::simulated::Hidden;
+use crate::loops::cli::{bipedc, scratch, text};
+use serde_json::Value;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+/// A robot that may be amended, its logs, and further words for every command.
+struct Case {
+    robot: PathBuf,
+    train: PathBuf,
+    judge: PathBuf,
+    base: &'static [&'static str],
+}
+
+impl Case {
+    /// Another simulator's logs.
+    fn example(name: &str) -> Self {
+        let robot = scratch(&format!("one_number_{name}"));
+        for file in ["robot.urdf", "biped.toml"] {
+            std::fs::copy(Path::new("robots/tulip").join(file), robot.join(file)).unwrap();
+        }
+        let log = |file: &str| Path::new("tests/data/examples").join(name).join(file);
+        Self { robot, train: log("train.csv.gz"), judge: log("validation.csv.gz"), base: &[] }
+    }
+
+    /// The halves of a log made with Pinocchio.
+    fn arm() -> Self {
+        let (robot, data) = (scratch("one_number_arm"), Path::new("tests/data/identify"));
+        for file in ["robot.urdf", "biped.toml"] {
+            std::fs::copy(data.join("arm").join(file), robot.join(file)).unwrap();
+        }
+        let mut whole = String::new();
+        let file = std::fs::File::open(data.join("0.csv.gz")).unwrap();
+        flate2::read::GzDecoder::new(file).read_to_string(&mut whole).unwrap();
+        let lines: Vec<&str> = whole.lines().collect();
+        let half = |name: &str, rows: &[&str]| {
+            let file = robot.join(name);
+            std::fs::write(&file, [&lines[..1], rows].concat().join("\n")).unwrap();
+            file
+        };
+        let (first, second) = lines[1..].split_at(lines.len() / 2);
+        let (train, judge) = (half("train.csv", first), half("judge.csv", second));
+        Self { robot, train, judge, base: &[] }
+    }
+
+    /// Our own.
+    fn simulated(name: &str, effects: &str) -> Self {
+        let Hidden { robot, train, judge } = Hidden::simulated(name, effects);
+        Self { robot, train, judge, base: &["--base", "fixed"] }
+    }
+
+    fn run(&self, words: &[&str]) -> crate::cli::Run {
+        bipedc(&[words, self.base].concat()).ok()
+    }
+
+    fn compared(&self) -> f64 {
+        let compared = self.run(&["compare", text(&self.robot), text(&self.judge), "--json"]).json();
+        compared["rms"].as_f64().unwrap()
+    }
+
+    fn diagnosed(&self, inertial: &str) -> Value {
+        let logs = [text(&self.train), "--validate", text(&self.judge)];
+        let words = [&["diagnose", text(&self.robot)], &logs[..], &["--inertial", inertial, "--json"]];
+        self.run(&words.concat()).json()
+    }
+
+    /// One diagnosis, and everything that speaks of it.
+    fn check(&self, inertial: &str) -> (Value, f64) {
+        let before = std::fs::read_to_string(self.robot.join("biped.toml")).unwrap();
+        let answer = self.diagnosed(inertial);
+        let fall = &answer["rms"]["effort"];
+        let (was, is) = (fall["before"].as_f64().unwrap(), fall["after"].as_f64().unwrap());
+        let file = self.robot.join("diagnosis.json");
+        std::fs::write(&file, answer.to_string()).unwrap();
+
+        let amend = ["amend", text(&self.robot), "--from", text(&file), "--json"];
+        let step = bipedc(&amend).ok().json();
+        assert_eq!(step["errors"][0]["held_out"], serde_json::json!({"before": was, "after": is}));
+        let history = bipedc(&["history", text(&self.robot), "--json"]).ok().json();
+        let stairs = history["stairs"].as_array().unwrap();
+        assert_eq!((&stairs[0]["before"], &stairs[stairs.len() - 1]["after"]), (&was.into(), &is.into()));
+        for pair in stairs.windows(2) {
+            assert_eq!(pair[0]["after"], pair[1]["before"], "{stairs:?}");
+        }
+        let compared = self.compared();
+        println!("{}, {inertial}: {was:.4} -> {is:.4}, compared {compared:.4} N m", self.robot.display());
+        assert!((compared / is - 1.0).abs() < 1e-6, "{inertial}: {is} is said, {compared} is so");
+        let toml = std::fs::read_to_string(self.robot.join("biped.toml")).unwrap();
+        let said = toml.rsplit("held-out effort ").next().unwrap().split(" → ").nth(1).unwrap();
+        let said: f64 = said.split(' ').next().unwrap().parse().unwrap();
+        assert!((said / is - 1.0).abs() < 1e-3, "{said} stands in the comment, {is} is so");
+
+        bipedc(&["amend", text(&self.robot), "--undo"]).ok();
+        assert_eq!(std::fs::read_to_string(self.robot.join("biped.toml")).unwrap(), before);
+        (answer, is)
+    }
+
+    /// The loop by itself ends at the error of its last step.
+    fn explained(&self, inertial: &str) -> f64 {
+        let logs = [text(&self.train), "--validate", text(&self.judge), "--until-explained"];
+        self.run(&[&["diagnose", text(&self.robot)], &logs[..], &["--inertial", inertial]].concat());
+        let history = bipedc(&["history", text(&self.robot), "--json"]).ok().json();
+        let last = history["stairs"].as_array().unwrap().last().unwrap()["after"].as_f64().unwrap();
+        let compared = self.compared();
+        println!("{}, {inertial}: explained to {last:.4}, compared {compared:.4}", self.robot.display());
+        assert!((compared / last - 1.0).abs() < 1e-6, "{last} is said, {compared} is so");
+        last
+    }
+}
+
+fn corrections(answer: &Value) -> usize {
+    answer["inertial_corrections"].as_array().unwrap().len()
+}
+
+#[test]
+fn with_a_hidden_payload() {
+    let payload =
+        "[[effect]]\nkind = \"payload\"\nlink = \"left_tibia\"\nmass = 0.8\nx = 0.05\ny = 0.0\nz = -0.1\n";
+    let case = Case::simulated("one_number", payload);
+    let (free, error) = case.check("free");
+    assert!(corrections(&free) > 0, "inertias that are free are written");
+    let noise = free["rms"]["effort"]["noise"].as_f64().unwrap();
+    assert!(error < 1.5 * noise, "{error} with free inertias, noise {noise}");
+    case.check("none");
+    case.check("prior");
+    case.explained("free");
+}
+
+#[test]
+fn with_friction_by_other_simulators() {
+    for inertial in ["free", "prior", "none"] {
+        Case::example("coulomb").check(inertial);
+        Case::arm().check(inertial);
+    }
+    Case::example("coulomb").explained("none");
+    Case::arm().explained("prior");
+}
+
+/// Masses and inertias of two links are not the description's: what was fitted is written, such as bodies can have it.
+#[test]
+fn with_other_inertias() {
+    let other = |link: &str, rest: &str| {
+        format!("[[effect]]\nkind = \"inertial_correction\"\nlink = \"{link}\"\n{rest}\n")
+    };
+    let hidden = other("left_femur", "mass = 0.5\nx = 0.01\nz = -0.02\niyy = 0.02")
+        + &other("right_tibia", "mass = -0.2\nz = 0.015\niyy = -0.005")
+        + "[[effect]]\nkind = \"viscous_friction\"\njoint = \"left_knee_pitch\"\ndamping = 0.6\n";
+    let case = Case::simulated("one_number_inertias", &hidden);
+    let (free, error) = case.check("free");
+    let noise = free["rms"]["effort"]["noise"].as_f64().unwrap();
+    assert!(corrections(&free) >= 2 && error < 1.2 * noise, "{error} with free inertias, noise {noise}");
+    assert_eq!(free["effects"][0]["kind"], "viscous_friction", "{}", free["summary"]);
+    for found in free["inertial_corrections"].as_array().unwrap() {
+        assert_eq!(found["parameters"].as_object().unwrap().len(), 10);
+        assert_eq!(found["ci95"].as_object().unwrap().len(), 10);
+    }
+    let (prior, _) = case.check("prior");
+    assert!(corrections(&prior) > 0);
+    case.explained("free");
+    // Bodies of the amended robot can exist, and nothing is left to be found.
+    let check = bipedc(&["check", text(&case.robot)]).ok();
+    assert!(check.out.contains("physically consistent"), "{}", check.out);
+    assert_eq!(case.diagnosed("none")["effects"].as_array().unwrap().len(), 0);
+}
