@@ -4,7 +4,6 @@ use super::{Proposal, Proposed, Request, is_same};
 use bipedc_analysis::diagnose::{Diagnosis, ErrorFall as Measured, FoundEffect};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Kinds of channels, the one that a diagnosis is about first.
 const CHANNELS: [&str; 3] = ["post_impact_velocity", "cop", "effort"];
@@ -18,32 +17,6 @@ pub struct Selection {
     pub corrections: bool,
     /// Add even where an effect of the kind stands.
     pub add: bool,
-}
-
-/// Reads `diagnosis.json`.
-///
-/// # Errors
-/// No such file, or not the JSON of a diagnosis: with its place.
-pub fn read(path: &Path) -> Result<Diagnosis, Diagnostic> {
-    let Some(text) = super::files::read_text(path)? else {
-        return Err(Diagnostic::error("there is no such file")
-            .in_file(path)
-            .help("bipedc diagnose ROBOT LOG.csv --json > diagnosis.json writes one"));
-    };
-    let value: serde_json::Value = serde_json::from_str(&text).map_err(|e| not_one(path, &e))?;
-    if value.get("effects").is_none() {
-        return Err(Diagnostic::error("the file is no diagnosis: it has no `effects`")
-            .in_file(path)
-            .help("give the output of bipedc diagnose --json"));
-    }
-    serde_json::from_str(&text).map_err(|e| not_one(path, &e))
-}
-
-fn not_one(path: &Path, error: &serde_json::Error) -> Diagnostic {
-    Diagnostic::error(format!("the file is no diagnosis: {error}"))
-        .in_file(path)
-        .at(error.line(), error.column())
-        .help("give the output of bipedc diagnose --json")
 }
 
 /// The effects that were asked for, in the order in which they entered, with their errors as far as the diagnosis

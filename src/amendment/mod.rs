@@ -3,11 +3,13 @@
 //! [`amend`] writes `[[effect]]` tables into `biped.toml` and a step into the history beside it; [`undo()`] takes the
 //! last step back, byte for byte. Nothing is written unless the amended description reads, holds exactly the effects
 //! that were asked for and says otherwise the same as before.
+pub mod answer;
 mod apply;
 pub mod comments;
 pub mod diagnosis;
 mod files;
 pub mod history;
+pub mod identification;
 pub mod picture;
 pub mod svg;
 mod text;

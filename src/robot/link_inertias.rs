@@ -32,7 +32,7 @@ pub fn link_inertias(description: &RobotDescription, tree: &Tree) -> LinkInertia
 }
 
 /// The inertia about the centre of mass in link axes.
-fn about_center(inertial: &Inertial) -> [[f64; 3]; 3] {
+pub fn about_center(inertial: &Inertial) -> [[f64; 3]; 3] {
     let [xx, xy, xz, yy, yz, zz] = inertial.inertia;
     let given = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
     let r = Rotation::from_rpy(inertial.origin.rpy).matrix();

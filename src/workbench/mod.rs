@@ -1,5 +1,6 @@
 //! A robot on the bench: compared with logs, diagnosed, amended, identified, simulated, filmed.
 mod explaining;
+mod identified;
 
 pub use explaining::{Event, Explained};
 

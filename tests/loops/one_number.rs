@@ -164,3 +164,48 @@ fn with_other_inertias() {
     assert!(check.out.contains("physically consistent"), "{}", check.out);
     assert_eq!(case.diagnosed("none")["effects"].as_array().unwrap().len(), 0);
 }
+
+/// Masses, friction and offsets of an identification are written as a whole, with the error that a comparison measures.
+#[test]
+fn of_an_identification() {
+    let case = Case::arm();
+    let before = std::fs::read_to_string(case.robot.join("biped.toml")).unwrap();
+    let file = case.robot.join("identified.json");
+    let identify = |more: &[&str]| {
+        let logs = [text(&case.train), "--validate", text(&case.judge), "--json"];
+        let words = [&["identify", text(&case.robot)], &logs[..], more].concat();
+        std::fs::write(&file, bipedc(&words).ok().out).unwrap();
+    };
+    let amend = ["amend", text(&case.robot), "--from", text(&file), "--json"];
+    for more in [&[][..], &["--coupled", "shoulder,elbow"], &["--friction", "viscous"]] {
+        identify(more);
+        let step = bipedc(&amend).ok().json();
+        let kinds = |kind: &str| {
+            let changes = step["changes"].as_array().unwrap().iter();
+            changes.filter(|change| change["effect"]["kind"] == kind).count()
+        };
+        assert_eq!(kinds("inertial_correction"), 2, "{more:?}");
+        assert_eq!(kinds("coupling"), if more.contains(&"--coupled") { 2 } else { 0 }, "{more:?}");
+        let fall = &step["errors"][0]["held_out"];
+        let (was, is, compared) =
+            (fall["before"].as_f64().unwrap(), fall["after"].as_f64().unwrap(), case.compared());
+        println!("identified {more:?}: {was:.4} -> {is:.4}, compared {compared:.4} N m");
+        assert!((compared / is - 1.0).abs() < 1e-9 && is < 0.6 * was, "{is} is said, {compared} is so");
+        if more.is_empty() {
+            let toml = std::fs::read_to_string(case.robot.join("biped.toml")).unwrap();
+            assert!(
+                toml.contains("kind = \"coulomb_friction\"\njoint = \"shoulder\"\ntorque = 1.5"),
+                "{toml}"
+            );
+            let diagnosed = case.diagnosed("none");
+            assert_eq!(diagnosed["effects"].as_array().unwrap().len(), 0, "{}", diagnosed["summary"]);
+        }
+        bipedc(&["amend", text(&case.robot), "--undo"]).ok();
+        assert_eq!(std::fs::read_to_string(case.robot.join("biped.toml")).unwrap(), before);
+    }
+    identify(&[]);
+    let payload = ["amend", text(&case.robot), "--effect", "payload", "--link", "fore", "--set", "mass=0.1"];
+    bipedc(&payload).ok();
+    bipedc(&amend).fails_with(&["looked at the rigid robot", "Payload at fore", "--remove"]);
+    bipedc(&[&amend[..4], &["--only", "1"]].concat()).fails_with(&["taken as a whole"]);
+}

@@ -25,6 +25,16 @@ pub fn apply(description: &mut RobotDescription, effect: &Effect) -> Result<bool
                 *value += effect.value(name);
             }
         }
+        "inertial_correction" => {
+            let shift = xyz();
+            let inertial = link(description, effect)?;
+            to_link_axes(inertial);
+            for (value, name) in inertial.inertia.iter_mut().zip(INERTIA) {
+                *value += effect.value(name);
+            }
+            inertial.mass += effect.value("mass");
+            (0..3).for_each(|i| inertial.origin.xyz[i] += shift[i]);
+        }
         // The same in postures: the sole is the only orientation there is.
         "gravity_tilt" | "ground_slope" => {
             let turn = Rotation3::from_euler_angles(effect.value("roll"), effect.value("pitch"), 0.0);

@@ -95,7 +95,8 @@ fn after(robot: &Path, validation: &Path, truth: &Truth, answer: &Answer) -> Opt
 
 /// Error of a hanging robot's log under the found effects and corrections.
 pub fn explained(robot: &Path, log: &Path, answer: &Answer, transmission: bool) -> Result<f64, Failure> {
-    let effects = [&answer.effects[..], &answer.inertial_corrections].concat();
+    // Corrections first: they are those of the URDF's links.
+    let effects = [&answer.inertial_corrections[..], &answer.effects].concat();
     error_with(robot, log, &effects, transmission)
 }
 

@@ -6,6 +6,7 @@ use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output;
 use crate::terminal::progress::Bars;
 use bipedc::Workbench;
+use bipedc::amendment::answer::Answer;
 use bipedc::amendment::diagnosis::{self, Selection};
 use bipedc::amendment::{Proposal, Proposed, Request, amend, description_path, undo};
 use bipedc::kinds::demand_kind;
@@ -50,7 +51,7 @@ pub struct Amend {
     /// A law of your own: the torque (N m) as a formula in position, velocity, acceleration, load and parameters
     #[arg(long, value_name = "TEXT", conflicts_with_all = ["link", "sensor"])]
     formula: Option<String>,
-    /// Take the effects of a diagnosis (JSON), and what --refit estimated again
+    /// Take what a diagnosis or an identification found (their JSON)
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["joint", "other_joint", "link", "sensor", "set"])]
     from: Option<PathBuf>,
     /// Take the last step back, byte for byte
@@ -138,10 +139,7 @@ impl Amend {
 
     fn proposal(&self) -> Result<Proposal, Failure> {
         if let Some(file) = &self.from {
-            let found = diagnosis::read(file)?;
-            let origin = format!("diagnosis {}", file.display());
-            let proposal = diagnosis::propose(&found, &self.selection(), &origin);
-            return Ok(proposal.map_err(|error| error.in_file(file))?);
+            return self.proposal_of(file);
         }
         let effect = self.stated()?;
         if let Some(log) = &self.log {
@@ -158,6 +156,26 @@ impl Amend {
         let origin = if self.remove { "taken out" } else { "values given" }.to_owned();
         let effects = vec![Proposed { effect, ci95: BTreeMap::new(), error: None, request }];
         Ok(Proposal { effects, origin, ..Proposal::default() })
+    }
+
+    fn proposal_of(&self, file: &Path) -> Result<Proposal, Failure> {
+        let named = |error: Diagnostic| error.in_file(file);
+        match Answer::read(file)? {
+            Answer::Diagnosis(found) => {
+                let origin = format!("diagnosis {}", file.display());
+                Ok(diagnosis::propose(&found, &self.selection(), &origin).map_err(named)?)
+            }
+            Answer::Identification(found) => {
+                if !self.only.is_empty() || self.add {
+                    let message = "an identification is taken as a whole: its parameters belong together";
+                    return Err(named(Diagnostic::error(message).help("leave out --only and --add")).into());
+                }
+                let bench =
+                    Workbench::open(description_path(&self.path)?)?.watched(Arc::new(Bars::default()));
+                let origin = format!("identification {}", file.display());
+                Ok(bench.proposal_of(&found, &origin).map_err(named)?)
+            }
+        }
     }
 
     fn selection(&self) -> Selection {

@@ -57,6 +57,16 @@ impl Law {
         }
     }
 
+    /// The parameter of the effect `coupling` that an unknown of this name is, at both joints of a pair.
+    pub fn coupling_parameter(unknown: &str) -> Option<&'static str> {
+        let terms = [
+            (Self::CoupledInertia, "inertia"),
+            (Self::CoupledViscous, "damping"),
+            (Self::CoupledCoulomb, "coulomb"),
+        ];
+        terms.into_iter().find(|(law, _)| law.name() == unknown).map(|(_, parameter)| parameter)
+    }
+
     /// Whether a negative value has no physical meaning.
     pub fn is_positive(self) -> bool {
         self.identified().is_some_and(|identified| identified.positive)
