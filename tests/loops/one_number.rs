@@ -204,7 +204,16 @@ fn of_an_identification() {
         assert_eq!(std::fs::read_to_string(case.robot.join("biped.toml")).unwrap(), before);
     }
     identify(&[]);
-    let payload = ["amend", text(&case.robot), "--effect", "payload", "--link", "fore", "--set", "mass=0.1"];
+    let payload = [
+        "amend",
+        text(&case.robot),
+        "--effect",
+        "payload",
+        "--link",
+        "fore",
+        "--set",
+        "mass=0.1,x=0,y=0,z=0",
+    ];
     bipedc(&payload).ok();
     bipedc(&amend).fails_with(&["looked at the rigid robot", "Payload at fore", "--remove"]);
     bipedc(&[&amend[..4], &["--only", "1"]].concat()).fails_with(&["taken as a whole"]);

@@ -26,6 +26,7 @@ Examples:
          --param \"k=0.1,unit=N m,min=0,max=2\"
   bipedc amend robots/tulip --from diagnosis.json            everything that a diagnosis found
   bipedc amend robots/tulip --from diagnosis.json --only 1   the most important of it
+  bipedc amend robots/tulip --from identified.json           masses, friction, offsets of an identification
   bipedc amend robots/tulip --effect coulomb_friction --joint left_knee_pitch --remove
   bipedc amend robots/tulip --undo                           biped.toml as before the last amend, byte for byte
 
