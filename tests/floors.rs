@@ -29,8 +29,8 @@ const ANALYSIS: [&[&str]; 6] = [
 ];
 /// The same of the root package: its library, then the command on top of it.
 const ROOT: [&[&str]; 8] = [
-    &["amendment", "crate_paths", "kinds", "progress", "robot", "table"],
-    &["film", "measurements"],
+    &["crate_paths", "kinds", "progress", "robot", "table"],
+    &["amendment", "film", "measurements"],
     &["report", "simulation"],
     &["comparison", "diagnosis", "identification"],
     &["excitation"],
