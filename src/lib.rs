@@ -8,6 +8,7 @@ pub mod comparison;
 pub mod crate_paths;
 pub mod diagnosis;
 pub mod excitation;
+pub mod export;
 pub mod film;
 pub mod identification;
 pub mod kinds;

@@ -1,4 +1,6 @@
 //! `bipedc amend`, `bipedc history` and `bipedc effects`, what they print, write and refuse.
+#[path = "cli_amend/export.rs"]
+mod export;
 #[path = "cli_amend/library.rs"]
 mod library;
 #[path = "cli_amend/on_disk.rs"]

@@ -29,7 +29,7 @@ const ANALYSIS: [&[&str]; 6] = [
 ];
 /// The same of the root package: its library, then the command on top of it.
 const ROOT: [&[&str]; 8] = [
-    &["crate_paths", "kinds", "progress", "robot", "table"],
+    &["crate_paths", "export", "kinds", "progress", "robot", "table"],
     &["amendment", "film", "measurements"],
     &["report", "simulation"],
     &["comparison", "diagnosis", "identification"],

@@ -7,6 +7,7 @@ mod diagnose;
 mod effects;
 mod evaluate;
 mod excite;
+mod export;
 mod generate;
 mod history;
 mod identify;
@@ -30,6 +31,7 @@ pub enum Command {
     Effects(effects::Effects),
     Amend(amend::Amend),
     History(history::History),
+    Export(export::Export),
     Identify(identify::Identify),
     Excite(excite::Excite),
     Simulate(simulate::Simulate),
@@ -49,6 +51,7 @@ impl Command {
             Self::Effects(command) => command.run(),
             Self::Amend(command) => command.run(),
             Self::History(command) => command.run(),
+            Self::Export(command) => command.run(),
             Self::Identify(command) => command.run(),
             Self::Excite(command) => command.run(),
             Self::Simulate(command) => command.run(),

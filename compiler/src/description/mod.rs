@@ -14,7 +14,7 @@ pub use check::{CheckReport, LinkReport, check_report};
 pub use init::{init, init_text};
 pub use mesh_files::mesh_file;
 pub use source::suggest;
-pub use urdf::with_inertials;
+pub use urdf::{JointDynamics, rewritten, with_inertials};
 
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::input;

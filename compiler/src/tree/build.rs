@@ -50,7 +50,7 @@ impl Tree {
     /// # Errors
     /// A base that names no link, contact point or edge of the robot.
     pub fn new(description: &RobotDescription, base: &Base) -> Result<Self> {
-        let description = &super::effects::truly_built(description);
+        let description = &super::effects::as_built(description);
         Self::as_written(description, base)?.with_structure(description, base)
     }
 

@@ -8,7 +8,7 @@ use bipedc_effects::effect::{Acts, Effect, Law};
 use std::borrow::Cow;
 
 /// The robot with the masses, inertias and gravity that it truly has.
-pub(super) fn truly_built(description: &RobotDescription) -> Cow<'_, RobotDescription> {
+pub fn as_built(description: &RobotDescription) -> Cow<'_, RobotDescription> {
     let changes = |effect: &Effect| matches!(effect.kind.law.acts(), Acts::Body | Acts::Gravity);
     if !description.effects.iter().any(changes) {
         return Cow::Borrowed(description);
@@ -91,7 +91,7 @@ fn change(link: &mut Link, effect: &Effect) {
                 *x += shift;
             }
         }
-        // `truly_built` picks those that act in bodies.
+        // `as_built` picks those that act in bodies.
         other => debug_assert!(other.acts() != Acts::Body, "{effect} does not change the link"),
     }
 }

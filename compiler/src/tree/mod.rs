@@ -8,6 +8,7 @@ mod rates;
 mod right_angles;
 
 pub use bipedc_effects::base::BaseKind;
+pub use effects::as_built;
 pub use inertia::Inertia;
 pub(crate) use placement::NEARLY_RIGHT;
 pub use placement::{Placement, Rotation, matrix_vector};

@@ -11,7 +11,7 @@ mod xml;
 use super::model::{Inertial, Joint, Link, Pose, RobotDescription};
 use super::source::Messages;
 pub(crate) use elements::{JointPlaces, LinkPlaces};
-pub use rewrite::with_inertials;
+pub use rewrite::{JointDynamics, rewritten, with_inertials};
 pub(crate) use tree::{Tree, WORLD};
 
 /// A URDF as far as it could be read, with the places of its parts for later messages.

@@ -1,0 +1,65 @@
+//! The robot as amended, as a URDF for other tools.
+use bipedc_compiler::Robot;
+use bipedc_compiler::description::{JointDynamics, rewritten};
+use bipedc_compiler::tree::as_built;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::{Acts, Effect, kinds};
+
+/// A URDF, and what it cannot say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exported {
+    /// The robot's own text; only the elements of changed links and joints are others.
+    pub urdf: String,
+    /// Links with other inertias.
+    pub links: Vec<String>,
+    /// Joints with other damping or friction.
+    pub joints: Vec<String>,
+    /// Effects that a URDF has no words for.
+    pub left_out: Vec<Effect>,
+}
+
+/// Writes what the description's effects make of bodies into `<inertial>`, viscous and dry friction into `<dynamics>`.
+///
+/// # Errors
+/// A URDF that cannot be changed.
+pub fn urdf(robot: &Robot) -> Result<Exported, Diagnostic> {
+    let description = &robot.description;
+    let built = as_built(description);
+    let pairs = built.links.iter().zip(&description.links);
+    let other = pairs.filter(|(built, given)| built.inertial != given.inertial);
+    let inertials: Vec<_> =
+        other.filter_map(|(built, _)| Some((built.name.clone(), built.inertial?))).collect();
+
+    let mut dynamics: Vec<(String, JointDynamics)> = Vec::new();
+    let mut left_out = Vec::new();
+    for effect in &description.effects {
+        if effect.kind.law.acts() == Acts::Body {
+            continue;
+        }
+        let said = (effect.location.joint.as_ref()).zip(stated(effect));
+        let Some((joint, values)) = said else {
+            left_out.push(effect.clone());
+            continue;
+        };
+        match dynamics.iter_mut().find(|(name, _)| name == joint) {
+            Some((_, known)) => {
+                known.damping = values.damping.or(known.damping);
+                known.friction = values.friction.or(known.friction);
+            }
+            None => dynamics.push((joint.clone(), values)),
+        }
+    }
+    let urdf = rewritten(&robot.sources.urdf_text, &robot.sources.urdf_path, &inertials, &dynamics)?;
+    let links = inertials.into_iter().map(|(name, _)| name).collect();
+    Ok(Exported { urdf, links, joints: dynamics.into_iter().map(|(name, _)| name).collect(), left_out })
+}
+
+/// What `<dynamics>` says of an effect.
+fn stated(effect: &Effect) -> Option<JointDynamics> {
+    let nothing = JointDynamics::default();
+    if effect.kind == &kinds::VISCOUS_FRICTION {
+        return Some(JointDynamics { damping: Some(effect.value("damping")), ..nothing });
+    }
+    (effect.kind == &kinds::COULOMB_FRICTION)
+        .then(|| JointDynamics { friction: Some(effect.value("torque")), ..nothing })
+}
