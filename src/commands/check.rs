@@ -5,6 +5,7 @@ use crate::terminal::output::{self, Message};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::requested_functions;
 use bipedc_compiler::description::{CheckReport, check_report};
+use bipedc_compiler::tree::as_built;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
 use clap::Args;
 use serde::Serialize;
@@ -17,7 +18,7 @@ Examples:
   bipedc check robots/tulip --json
 
 Prints the tree with masses (kg), the total mass, the centre of mass (m) and what is physically
-inconsistent. All errors are printed at once; the exit code is then 1.";
+inconsistent, all with the effects on links. All errors are printed at once; the exit code is then 1.";
 
 /// Report every problem of a robot at once, its tree and its masses
 #[derive(Args)]
@@ -52,7 +53,7 @@ impl Check {
     }
 
     fn succeed(&self, robot: &Robot) -> Outcome {
-        let report = check_report(&robot.description);
+        let report = check_report(&as_built(&robot.description));
         output::diagnostics(&robot.warnings);
         if self.json {
             output::print_json(&json(&robot.warnings, Some(report)))?;

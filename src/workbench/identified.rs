@@ -1,13 +1,11 @@
 //! From an identification to a proposal whose error is measured.
 use super::Workbench;
+use crate::amendment::Proposal;
 use crate::amendment::history::{BeforeAfter, ChannelError};
 use crate::amendment::identification::Identification;
-use crate::amendment::{Proposal, amend_in_memory};
 use crate::comparison;
 use bipedc_analysis::compare::Comparison;
 use bipedc_analysis::measure;
-use bipedc_compiler::Robot;
-use bipedc_compiler::description::SourceFiles;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 impl Workbench {
@@ -37,12 +35,7 @@ impl Workbench {
     /// The error on a log before and after a proposal, both at the filter that fits best after it.
     fn falls(&self, proposal: &Proposal, file: &str) -> Result<ChannelError, Diagnostics> {
         let log = self.log(file)?;
-        let amended = amend_in_memory(&self.robot.sources, proposal)?;
-        let sources = SourceFiles { toml_text: amended.after, ..self.robot.sources.clone() };
-        let (description, warnings) = sources.parse()?;
-        let after =
-            Self { robot: self.base.apply(Robot { description, warnings, sources })?, ..self.clone() };
-        let compared = after.compare(&log)?;
+        let compared = self.with(proposal)?.compare(&log)?;
         let cutoff_hz = (compared.cutoff_hz > 0.0).then_some(compared.cutoff_hz);
         let reading = measure::Options { cutoff_hz, ..measure::Options::default() };
         let before = self.compare_with(&log, &comparison::Options { reading, ..Default::default() })?;

@@ -229,7 +229,12 @@ impl Workbench {
         if proposal.effects.is_empty() {
             return Ok(self.clone());
         }
-        let amended = amendment::amend_in_memory(&self.robot.sources, &proposal)?;
+        self.with(&proposal)
+    }
+
+    /// The robot with a proposal, in memory.
+    fn with(&self, proposal: &Proposal) -> Result<Self, Diagnostics> {
+        let amended = amendment::amend_in_memory(&self.robot.sources, proposal)?;
         let sources = SourceFiles { toml_text: amended.after, ..self.robot.sources.clone() };
         let (description, warnings) = sources.parse()?;
         let robot = self.base.apply(Robot { description, warnings, sources })?;

@@ -36,6 +36,21 @@ fn bodies_and_friction_are_written_and_the_rest_stays() {
         robot.links.iter().filter_map(|link| Some(link.inertial.as_ref()?.mass)).sum()
     };
     assert!((mass(&exported.description) - mass(&amended.description) - 1.5).abs() < 1e-12);
+    // A link weighs something, and `check` speaks of the bodies as amended.
+    let heavy =
+        ["amend", text(&folder), "--effect", "inertial_correction", "--link", "torso", "--set", "mass=-100"];
+    bipedc(&heavy).fails_with(&["link `torso` would weigh -8", "effects on a link add up"]);
+    assert!(bipedc(&["check", text(&folder)]).ok().out.contains("physically consistent"));
+    amend(&[
+        "--effect",
+        "inertia_error",
+        "--link",
+        "left_foot",
+        "--set",
+        "ixx=9,ixy=0,ixz=0,iyy=0,iyz=0,izz=0",
+    ]);
+    let odd = bipedc(&["check", text(&folder)]).ok().out;
+    assert!(odd.contains("physically inconsistent") && odd.contains("left_foot"), "{odd}");
     // An output never destroys an input.
     bipedc(&["export", text(&folder), "--urdf", text(&folder.join("robot.urdf"))])
         .fails_with(&["robot.urdf"]);

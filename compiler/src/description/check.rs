@@ -49,7 +49,8 @@ pub struct LinkReport {
     pub mass: Option<f64>,
 }
 
-/// An overview of a description that was read without errors.
+/// An overview of a description that was read without errors; of its bodies as the links state them. With the effects on
+/// them: of [`as_built`](crate::tree::as_built).
 pub fn check_report(robot: &RobotDescription) -> CheckReport {
     // The description was checked when it was read: these messages stay empty.
     let mut messages = Messages::new("", Path::new(""));

@@ -21,6 +21,7 @@ pub(super) fn read_effects(
         let Some(effect) = read_effect(&section, known, feet, messages) else { continue };
         check_twins(&section, &effect, &effects, messages);
         effects.push(effect);
+        check_mass(&section, &effects, known, messages);
     }
     effects
 }
@@ -207,6 +208,21 @@ pub(super) fn range(low: f64, high: f64, unit: &str) -> String {
         (true, false) => format!("{low}{unit} or more"),
         (false, true) => format!("{high}{unit} or less"),
         (false, false) => format!("any finite number{unit}"),
+    }
+}
+
+/// The link of the last effect must not weigh less than nothing with all effects on it.
+fn check_mass(section: &Section<'_, '_>, effects: &[Effect], known: Known<'_>, messages: &mut Messages<'_>) {
+    let name = effects.last().and_then(|effect| effect.location.link.as_ref());
+    let link = known.robot.and_then(|robot| robot.links.iter().find(|link| Some(&link.name) == name));
+    let Some(link) = link else { return };
+    let described = link.inertial.map_or(0.0, |inertial| inertial.mass);
+    let here = effects.iter().filter(|effect| effect.location.link.as_ref() == name);
+    let total = described + here.filter_map(|effect| effect.parameters.get("mass")).sum::<f64>();
+    if total < 0.0 {
+        let at = section.get("mass").and_then(|entry| entry.at).or(section.at);
+        let message = format!("`mass` in [[effect]]: link `{}` would weigh {total:.4} kg", short(&link.name));
+        messages.error(at, message, format!("the URDF says {described} kg; effects on a link add up"));
     }
 }
 
