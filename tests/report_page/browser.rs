@@ -2,8 +2,10 @@
 //! <https://chromedevtools.github.io/devtools-protocol/>
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::path::Path;
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock};
 
 /// Runs before a page's own scripts: which of its timers still wait.
 const TIMERS: &str = "(() => { const waiting = window.waitingTimers = new Set(), set = setTimeout, clear = clearTimeout;\
@@ -15,13 +17,22 @@ const TIMERS: &str = "(() => { const waiting = window.waitingTimers = new Set(),
 /// What never comes fails the test after this time, in seconds, instead of stopping it for ever.
 const PATIENCE: u32 = 120;
 
-/// One browser with one tab. Events pile up until they are asked for.
-pub struct Browser {
-    process: Child,
+/// A running browser; it ends when the pipe to it is closed.
+struct Process {
     commands: ChildStdin,
     answers: BufReader<ChildStdout>,
-    session: Option<String>,
     number: u64,
+}
+
+/// Those that no test uses at the moment: to start one costs more than most tests.
+static IDLE: Mutex<Vec<Process>> = Mutex::new(Vec::new());
+
+/// One tab, with a context (storage, permissions) of its own. Events pile up until they are asked for.
+pub struct Browser {
+    /// `None` once it has been given back.
+    process: Option<Process>,
+    context: Value,
+    session: Option<String>,
     pub events: Vec<Value>,
 }
 
@@ -35,13 +46,18 @@ fn executable() -> Option<String> {
     wished.into_iter().chain(known).find(starts)
 }
 
-impl Browser {
-    /// `None` if none is installed.
-    pub fn start(profile: &std::path::Path) -> Option<Self> {
-        let name = executable()?;
+impl Process {
+    /// `None` if none is installed. Its profile lies in the folder, and goes when the browser ends.
+    fn start(folder: &Path) -> Option<Self> {
+        static STARTED: AtomicUsize = AtomicUsize::new(0);
+        static NAME: OnceLock<Option<String>> = OnceLock::new();
+        let name = NAME.get_or_init(executable).as_ref()?;
+        let number = STARTED.fetch_add(1, Ordering::Relaxed);
+        let profile = folder.join(format!("profile-{}-{number}", std::process::id()));
         // The protocol lives on descriptors 3 and 4: the shell puts our pipes there.
         let mut process = Command::new("sh")
-            .args(["-c", r#"exec "$0" "$@" 3<&0 4>&1 </dev/null >/dev/null"#, &name])
+            .args(["-c", r#""$0" "$@" 3<&0 4>&1 </dev/null >/dev/null; rm -rf "$PROFILE""#, name])
+            .env("PROFILE", &profile)
             .args(["--headless=new", "--remote-debugging-pipe", "--no-sandbox", "--disable-gpu"])
             .args(["--no-first-run", "--disable-background-networking", "--disable-component-update"])
             .args(["--hide-scrollbars", "--disable-dev-shm-usage"])
@@ -53,10 +69,20 @@ impl Browser {
             .ok()?;
         let commands = process.stdin.take()?;
         let answers = BufReader::new(process.stdout.take()?);
-        let mut browser = Self { process, commands, answers, session: None, number: 0, events: Vec::new() };
-        let target = browser.call("Target.createTarget", json!({ "url": "about:blank" }));
-        let id = target["targetId"].clone();
-        let attached = browser.call("Target.attachToTarget", json!({ "targetId": id, "flatten": true }));
+        Some(Self { commands, answers, number: 0 })
+    }
+}
+
+impl Browser {
+    /// A tab in a browser that nobody uses, or in a new one. `None` if none is installed.
+    pub fn start(folder: &Path) -> Option<Self> {
+        let idle = IDLE.lock().unwrap().pop();
+        let process = Some(idle.or_else(|| Process::start(folder))?);
+        let mut browser = Self { process, context: Value::Null, session: None, events: Vec::new() };
+        browser.context = browser.call("Target.createBrowserContext", json!({}))["browserContextId"].take();
+        let tab = json!({ "url": "about:blank", "browserContextId": browser.context });
+        let target = browser.call("Target.createTarget", tab)["targetId"].take();
+        let attached = browser.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
         browser.session = attached["sessionId"].as_str().map(str::to_owned);
         for domain in ["Page", "Runtime", "Log", "Network"] {
             browser.call(&format!("{domain}.enable"), json!({}));
@@ -68,29 +94,36 @@ impl Browser {
 
     /// Sends a command and waits for its answer.
     pub fn call(&mut self, method: &str, parameters: Value) -> Value {
-        self.number += 1;
-        let mut message = json!({ "id": self.number, "method": method, "params": parameters });
+        let process = self.process.as_mut().unwrap();
+        process.number += 1;
+        let number = process.number;
+        let mut message = json!({ "id": number, "method": method, "params": parameters });
         if let Some(session) = &self.session {
             message["sessionId"] = json!(session);
         }
-        self.commands
-            .write_all(message.to_string().as_bytes())
-            .and_then(|()| self.commands.write_all(b"\0"))
-            .unwrap();
-        self.commands.flush().unwrap();
+        let commands = &mut process.commands;
+        commands.write_all(message.to_string().as_bytes()).and_then(|()| commands.write_all(b"\0")).unwrap();
+        commands.flush().unwrap();
         loop {
             let mut answer = self.read();
-            if answer["id"] == json!(self.number) {
+            if answer["id"] == json!(number) {
                 assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
                 return answer["result"].take();
             }
-            self.events.push(answer);
+            self.keep(answer);
+        }
+    }
+
+    /// What earlier tabs still have to say is not ours.
+    fn keep(&mut self, event: Value) {
+        if event["sessionId"].as_str() == self.session.as_deref() {
+            self.events.push(event);
         }
     }
 
     fn read(&mut self) -> Value {
         let mut bytes = Vec::new();
-        let count = self.answers.read_until(0, &mut bytes).unwrap();
+        let count = self.process.as_mut().unwrap().answers.read_until(0, &mut bytes).unwrap();
         assert!(count > 0, "the browser went away");
         bytes.pop();
         serde_json::from_slice(&bytes).unwrap()
@@ -123,7 +156,7 @@ impl Browser {
         };
         while !self.events.iter().any(loaded) {
             let event = self.read();
-            self.events.push(event);
+            self.keep(event);
         }
         self.wait_for(&format!("document.documentElement.clientWidth === {width}"));
         self.settle();
@@ -228,14 +261,12 @@ fn decoded(data: &Value) -> Vec<u8> {
 }
 
 impl Drop for Browser {
+    /// The tab is closed, and the browser waits for the next test; after a failure it ends.
     fn drop(&mut self) {
-        // Its answer does not matter: it ends, or is ended.
-        let _ = self.commands.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
-        let started = Instant::now();
-        while matches!(self.process.try_wait(), Ok(None)) && started.elapsed() < Duration::from_secs(10) {
-            std::thread::sleep(Duration::from_millis(10));
+        if !std::thread::panicking() {
+            self.session = None;
+            self.call("Target.disposeBrowserContext", json!({ "browserContextId": self.context }));
+            IDLE.lock().unwrap().extend(self.process.take());
         }
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }

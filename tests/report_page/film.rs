@@ -104,7 +104,7 @@ fn the_film_is_played_and_scrubbed() {
     let address = page(film, "drop");
     let pictures = write_strobe(film, &folder("film").join("svg")).unwrap();
     assert_eq!(pictures.len(), 2);
-    let Some(mut browser) = browser("film_played") else { return };
+    let Some(mut browser) = browser() else { return };
     browser.open(&address, WIDE, "light");
     let last = film.frames[film.frames.len() - 1].time;
     let blank = "['side', 'front', 'solid', 'above', 'strip'].filter(id => { const c = document.getElementById(id);\
@@ -219,7 +219,7 @@ fn pointer(browser: &mut Browser, last: f64) {
 fn the_film_fits_wide_and_narrow_dark_and_light() {
     let film = filmed("collapse", COLLAPSE);
     let address = page(&film, "collapse");
-    let Some(mut browser) = browser("film_shots") else { return };
+    let Some(mut browser) = browser() else { return };
     for (shape, size) in [("wide", WIDE), ("phone", PHONE)] {
         for theme in ["light", "dark"] {
             browser.open(&address, size, theme);
@@ -249,7 +249,7 @@ fn hostile_and_poor_films_make_a_page() {
     film.frames.truncate(12);
     assert!(!render_film(&film).contains("<script>document"));
     let (address, empty) = (page(&film, "hostile"), page(&Film::default(), "empty"));
-    let Some(mut browser) = browser("film_hostile") else { return };
+    let Some(mut browser) = browser() else { return };
     browser.open(&empty, PHONE, "dark");
     assert_quiet(&browser, &empty);
     browser.events.clear();

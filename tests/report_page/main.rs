@@ -21,8 +21,8 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-fn browser(name: &str) -> Option<Browser> {
-    let browser = Browser::start(&folder(name).join("profile"));
+fn browser() -> Option<Browser> {
+    let browser = Browser::start(&folder("profiles"));
     if browser.is_none() {
         // Past the harness, which hides what passing tests print.
         let words = "SKIPPED: no Chromium is installed (Debian: apt install chromium): nobody looked at the report page";
@@ -69,7 +69,7 @@ fn the_page_is_drawn_and_can_be_used() {
     let pictures = write_svg(&report, &folder("example").join("svg")).unwrap();
     // Robot, causes, staircase; each of the twelve rows over time and against four signals.
     assert_eq!(pictures.len(), 3 + 12 * 5);
-    let Some(mut browser) = browser("example") else { return };
+    let Some(mut browser) = browser() else { return };
     browser.open(&address, WIDE, "light");
     assert_drawn(&mut browser, 6);
     assert_eq!(browser.evaluate(CHOSEN), "10. left_knee_pitch", "the worst joint comes first");
@@ -173,7 +173,7 @@ fn themes(browser: &mut Browser) {
 #[test]
 fn it_fits_wide_and_narrow_dark_and_light() {
     let address = page(&example::report(), "shots");
-    let Some(mut browser) = browser("shots") else { return };
+    let Some(mut browser) = browser() else { return };
     for (shape, size) in [("wide", WIDE), ("phone", PHONE)] {
         for theme in ["light", "dark"] {
             browser.open(&address, size, theme);
@@ -228,7 +228,7 @@ fn a_comparison_alone_makes_a_page() {
             Row::new(&row.name, row.channel, &row.unit, 0.0, Series { amended: None, ..row.series.clone() });
     }
     let address = page(&report, "plain");
-    let Some(mut browser) = browser("plain") else { return };
+    let Some(mut browser) = browser() else { return };
     browser.open(&address, WIDE, "light");
     assert_drawn(&mut browser, 6);
     assert_quiet(&browser, &address);
@@ -251,7 +251,7 @@ fn long_logs_are_thinned() {
     }
     let total = report.rows[0].series.len();
     let address = page(&report, "long");
-    let Some(mut browser) = browser("long") else { return };
+    let Some(mut browser) = browser() else { return };
     let start = std::time::Instant::now();
     browser.open(&address, WIDE, "dark");
     println!("loaded and drawn in {:.2} s", start.elapsed().as_secs_f64());
@@ -281,7 +281,7 @@ fn hostile_and_poor_input_makes_a_page() {
     let empty = page(&Report::default(), "empty");
     let address = page(&report, "hostile");
     assert!(!render(&report).contains("<script>document"));
-    let Some(mut browser) = browser("hostile") else { return };
+    let Some(mut browser) = browser() else { return };
     browser.open(&empty, PHONE, "dark");
     assert_quiet(&browser, &empty);
     browser.events.clear();
@@ -303,7 +303,7 @@ fn opening_waits_for_the_page_itself() {
     let path = folder("slow").join("slow.html");
     std::fs::write(&path, format!("<!doctype html><title>not yet</title>{}{last}", work.repeat(30))).unwrap();
     let address = format!("file://{}", path.canonicalize().unwrap().display());
-    let Some(mut browser) = browser("slow") else { return };
+    let Some(mut browser) = browser() else { return };
     for width in [700, 800, 900] {
         browser.open(&address, (width, 600), "light");
         assert_eq!(browser.evaluate("document.title"), width.to_string());
