@@ -50,8 +50,20 @@ fn assert_effect(found: &Value) {
 
 #[test]
 fn the_answer_has_its_documented_keys() {
-    let arguments =
-        ["diagnose", "robots/tulip", TRAIN, "--validate", OTHER, "--json", "--cutoff", "16", "--most", "1"];
+    let arguments = [
+        "diagnose",
+        "robots/tulip",
+        TRAIN,
+        "--validate",
+        OTHER,
+        "--json",
+        "--cutoff",
+        "16",
+        "--to",
+        "9",
+        "--most",
+        "1",
+    ];
     let answer = bipedc(&arguments).ok().json();
     let page = std::fs::read_to_string("docs/diagnosis.md").unwrap();
     for key in keys(&answer) {
@@ -130,7 +142,7 @@ fn robot(name: &str) -> PathBuf {
 #[test]
 fn the_loop_by_itself_ends_with_nothing_missing() {
     let folder = robot("diagnose_loop");
-    let arguments = ["--validate", OTHER, "--cutoff", "16", "--until-explained"];
+    let arguments = ["--validate", OTHER, "--cutoff", "16", "--to", "9", "--until-explained"];
     let run = bipedc(&[&["diagnose", text(&folder), TRAIN], arguments.as_slice()].concat()).ok();
     assert!(run.out.contains("step 1\n") && run.out.contains("nothing more earns its place"), "{}", run.out);
     assert!(!run.out.contains("step 2\n"), "{}", run.out);

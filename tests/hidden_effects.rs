@@ -21,7 +21,7 @@ fn plan(name: &str) -> Plan {
 
 fn made(name: &str, folder: &str) -> (Truth, PathBuf) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects").join(folder).join(name);
-    (generate(&plan(name), &root().join("robots"), &folder).unwrap(), folder)
+    (generate(&plan(name), &root(), &folder).unwrap(), folder)
 }
 
 #[test]

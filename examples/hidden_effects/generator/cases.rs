@@ -162,6 +162,49 @@ const FLAT: &[Entry] = &[("tulip", "spin_friction", ""), ("biped_3d", "spin_fric
 const LATER: &[Entry] =
     &[("biped_3d", "quadratic_drag", "right_knee_pitch"), ("five_link", "quadratic_drag", "left_hip_pitch")];
 
+/// Other robots than TUlip, hanging or bolted down: an arm, a small biped, a quadruped, a humanoid with 29 joints, two with
+/// sliding joints. Added last.
+const ROBOTS: &[(Group, Entry)] = &[
+    (Group::Single, ("arm", "load_dependent_friction", "elbow")),
+    (Group::Single, ("arm", "gravity_tilt", "")),
+    (Group::Single, ("arm", "encoder_offset", "shoulder")),
+    (Group::Single, ("arm", "com_offset", "link:forearm")),
+    (Group::Single, ("arm", "payload", "link:tool")),
+    (Group::Single, ("arm", "torque_saturation", "elbow")),
+    (Group::Single, ("arm", "asymmetric_coulomb_friction", "wrist_pitch")),
+    (Group::CadAndEffect, ("arm", "stribeck_friction", "turn")),
+    (Group::Single, ("small_biped", "gravity_tilt", "")),
+    (Group::Single, ("small_biped", "encoder_offset", "left_knee")),
+    (Group::Single, ("small_biped", "com_offset", "link:right_thigh")),
+    (Group::Single, ("small_biped", "payload", "link:left_sole")),
+    (Group::Single, ("small_biped", "parallel_spring", "right_ankle")),
+    (Group::Single, ("small_biped", "asymmetric_coulomb_friction", "left_hip_pitch")),
+    (Group::CadAndEffect, ("small_biped", "coulomb_friction", "right_hip_roll")),
+    (Group::Cad, ("small_biped", "", "")),
+    (Group::Single, ("quadruped", "asymmetric_coulomb_friction", "front_left_calf")),
+    (Group::Single, ("quadruped", "quadratic_drag", "rear_right_thigh")),
+    (Group::Single, ("quadruped", "gravity_tilt", "")),
+    (Group::Single, ("quadruped", "payload", "link:rear_left_lower")),
+    (Group::Single, ("quadruped", "parallel_spring", "front_right_hip")),
+    (Group::CadAndEffect, ("quadruped", "rotor_inertia", "rear_left_calf")),
+    (Group::Single, ("humanoid", "coulomb_friction", "left_elbow")),
+    (Group::Single, ("humanoid", "torque_gain", "right_knee")),
+    (Group::Single, ("humanoid", "encoder_offset", "left_hip_roll")),
+    (Group::Single, ("humanoid", "payload", "link:right_hand")),
+    (Group::Single, ("humanoid", "com_offset", "link:left_thigh")),
+    (Group::CadAndEffect, ("humanoid", "viscous_friction", "waist_pitch")),
+    (Group::Clean, ("humanoid", "", "")),
+    (Group::Single, ("gantry", "coulomb_friction", "bridge")),
+    (Group::Single, ("gantry", "viscous_friction", "cart")),
+    (Group::Single, ("gantry", "asymmetric_coulomb_friction", "lift")),
+    (Group::Single, ("gantry", "torque_saturation", "bridge")),
+    (Group::Clean, ("gantry", "", "")),
+    (Group::Single, ("scara", "coulomb_friction", "quill")),
+    (Group::Single, ("scara", "stribeck_friction", "elbow")),
+    (Group::Single, ("scara", "payload", "link:gripper")),
+    (Group::CadAndEffect, ("scara", "actuator_delay", "shoulder")),
+];
+
 const CLEAN: &[(Experiment, &str)] = &[
     (Experiment::Hanging, "tulip"),
     (Experiment::Hanging, "five_link"),
@@ -196,6 +239,7 @@ pub fn all() -> Vec<Plan> {
             seed: format!("{name}-{}", same + 1),
             group,
             robot,
+            size: if robot == "small_biped" { 0.35 } else { 1.0 },
             experiment,
             parts,
             rate: [250.0, 500.0, 200.0, 1000.0][index % 4],
@@ -231,6 +275,15 @@ pub fn all() -> Vec<Plan> {
     }
     for &(robot, kind, at) in LATER {
         add(kind.to_owned(), Group::Single, robot, Experiment::Hanging, &[(kind, at)]);
+    }
+    for &(group, (robot, kind, at)) in ROBOTS {
+        let what = match group {
+            Group::Clean => "clean",
+            Group::Cad => "cad",
+            _ => kind,
+        };
+        let parts = if kind.is_empty() { &[][..] } else { &[(kind, at)] };
+        add(format!("{robot}_{what}"), group, robot, Experiment::Hanging, parts);
     }
     cases
 }

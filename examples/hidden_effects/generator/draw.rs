@@ -13,7 +13,7 @@ pub fn effects(plan: &Plan, description: &RobotDescription, truth: &mut Truth, r
         let joint = part.place.joint.as_deref().unwrap_or_default();
         let scales = truth.scales.get(joint).copied().unwrap_or_default();
         let parameters = if part.place.link.is_some() {
-            inertial(part, description, random)
+            inertial(part, plan.size, description, random)
         } else {
             joint_or_sensor(part, &scales, truth, random)
         };
@@ -148,7 +148,12 @@ fn contact(part: &Part, own: &Scales, size: f64, r: &mut Random) -> Vec<(&'stati
     }
 }
 
-fn inertial(part: &Part, description: &RobotDescription, r: &mut Random) -> Vec<(&'static str, f64)> {
+fn inertial(
+    part: &Part,
+    size: f64,
+    description: &RobotDescription,
+    r: &mut Random,
+) -> Vec<(&'static str, f64)> {
     let name = part.place.link.as_deref().unwrap_or_default();
     let center = link_center(description, name);
     let link = description.links.iter().find(|link| link.name == name);
@@ -157,10 +162,12 @@ fn inertial(part: &Part, description: &RobotDescription, r: &mut Random) -> Vec<
         "payload" => {
             let mut out = vec![("mass", own.mass * r.log_range(0.15, 0.6).min(1.5 / own.mass))];
             let at = ["x", "y", "z"].into_iter().zip(center);
-            out.extend(at.map(|(axis, c)| (axis, c + r.sign() * r.log_range(0.03, 0.12))));
+            out.extend(at.map(|(axis, c)| (axis, c + size * r.sign() * r.log_range(0.03, 0.12))));
             out
         }
-        "com_offset" => ["x", "y", "z"].map(|axis| (axis, r.sign() * r.log_range(0.008, 0.03))).to_vec(),
+        "com_offset" => {
+            ["x", "y", "z"].map(|axis| (axis, size * r.sign() * r.log_range(0.008, 0.03))).to_vec()
+        }
         _ => {
             let [xx, _, _, yy, _, zz] = own.inertia;
             // Principal moments of a body fulfil the triangle inequality; enlarging all of them by one part does too.

@@ -59,7 +59,7 @@ pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
 
     let mut actual = with_effects(&nominal, &truth.effects)?;
     if truth.cad_errors {
-        inertia::cad_errors(&mut actual.description, &mut random);
+        inertia::cad_errors(&mut actual.description, plan.size, &mut random);
     }
     let changed = self::rigid(&actual)?;
     let acting = truth.acting();
@@ -146,10 +146,12 @@ fn simulate(
 /// Of a controller with a bandwidth of 60 rad/s, so that dry joints stick only briefly; slower where a limit would wind
 /// it up, or a spring or delay would make it unstable.
 fn gains(drive: &Drive, inertia: f64) -> [f64; 2] {
+    // Stiffer than a light joint asks for, as far as the integration's step allows.
+    let light = inertia.max((8.0 * inertia).min(0.02));
     let (bandwidth, inertia) = match drive {
         _ if drive.delay > 0.0 => (15.0, inertia),
-        _ if drive.limit.is_finite() || drive.elastic.is_some() => (30.0, inertia.max(0.02)),
-        _ => (60.0, inertia.max(0.02)),
+        _ if drive.limit.is_finite() || drive.elastic.is_some() => (30.0, light),
+        _ => (60.0, light),
     };
     [inertia * bandwidth * bandwidth, 1.4 * inertia * bandwidth]
 }

@@ -90,11 +90,11 @@ fn add_point_mass(inertial: &mut Inertial, mass: f64, at: Vector3<f64>) {
     inertial.origin.xyz = center.into();
 }
 
-/// What CAD gets wrong: masses by 2 %, centres of mass by 2 mm, inertias by 3 % (standard deviations).
-pub fn cad_errors(description: &mut RobotDescription, random: &mut Random) {
+/// What CAD gets wrong: masses by 2 %, centres of mass by 2 mm in a robot of size 1, inertias by 3 % (standard deviations).
+pub fn cad_errors(description: &mut RobotDescription, size: f64, random: &mut Random) {
     for inertial in description.links.iter_mut().filter_map(|link| link.inertial.as_mut()) {
         inertial.mass *= 1.0 + 0.02 * random.normal();
-        inertial.origin.xyz.iter_mut().for_each(|x| *x += 0.002 * random.normal());
+        inertial.origin.xyz.iter_mut().for_each(|x| *x += 0.002 * size * random.normal());
         let scale = 1.0 + 0.03 * random.normal();
         inertial.inertia.iter_mut().for_each(|i| *i *= scale);
     }

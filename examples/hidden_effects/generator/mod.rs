@@ -49,13 +49,13 @@ pub fn failure(message: impl Into<String>) -> Failure {
 
 /// Writes `train.csv`, `validation.csv` and `truth.json` of a case into a folder.
 ///
-/// `robots` is the folder with the robots' descriptions.
+/// `root` is the project's folder.
 ///
 /// # Errors
 /// Robots, joints and links that do not exist; files that cannot be written.
-pub fn generate(plan: &Plan, robots: &Path, folder: &Path) -> Result<Truth, Failure> {
+pub fn generate(plan: &Plan, root: &Path, folder: &Path) -> Result<Truth, Failure> {
     std::fs::create_dir_all(folder).map_err(|e| failure(format!("{}: {e}", folder.display())))?;
-    let robot = robots.join(plan.robot);
+    let robot = plan.folder(root);
     let made = match plan.experiment {
         Experiment::Hanging => hanging::generate(plan, &robot)?,
         Experiment::Swaying => sway::generate(plan, &robot)?,

@@ -3,6 +3,7 @@ use super::drive::{Drive, Dry, Mechanism, Moving, mechanism, smooth_torque};
 use super::model::Rigid;
 use super::{Failure, failure};
 use bipedc_analysis::signal::{Butterworth, Spline};
+use bipedc_compiler::description::model::JointKind;
 use bipedc_compiler::robot::Robot;
 use bipedc_effects::effect::Effect;
 use bipedc_runtime::Argument;
@@ -11,8 +12,9 @@ use bipedc_runtime::Argument;
 const CUTOFFS: [f64; 6] = [10.0, 16.0, 25.0, 40.0, 60.0, 90.0];
 /// Left out at both ends, s.
 const TRIM: f64 = 0.5;
-/// Speed over which the sign of friction changes, rad/s: the usual smoothing of controllers.
-const SMOOTHING: f64 = 0.02;
+/// Speed over which the sign of friction changes, of turning (rad/s) and sliding (m/s) joints: the usual smoothing of
+/// controllers.
+const SMOOTHING: [f64; 2] = [0.02, 0.002];
 
 /// One joint as measured.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -52,14 +54,23 @@ pub fn error(
     let rigid = Rigid::new(actual, &["inverse_dynamics"])?;
     let local: Vec<Effect> = effects.iter().filter(|e| e.location.joint.is_some()).cloned().collect();
     let drives = mechanism(&rigid.joints, &local)?;
+    let slides = |name: &String| {
+        actual
+            .description
+            .joints
+            .iter()
+            .any(|joint| joint.name == *name && joint.kind == JointKind::Prismatic)
+    };
+    let smoothing: Vec<f64> = rigid.joints.iter().map(|name| SMOOTHING[usize::from(slides(name))]).collect();
+    let mechanism = (&drives, &smoothing[..]);
     let usable = CUTOFFS.iter().filter(|&&cutoff| cutoff < 0.4 * log.rate);
-    let errors = usable.map(|&cutoff| at_cutoff(&rigid, &drives, log, cutoff, transmission));
+    let errors = usable.map(|&cutoff| at_cutoff(&rigid, mechanism, log, cutoff, transmission));
     errors.collect::<Result<Vec<f64>, _>>().map(|all| all.into_iter().fold(f64::INFINITY, f64::min))
 }
 
 fn at_cutoff(
     rigid: &Rigid,
-    drives: &Mechanism,
+    (drives, smoothing): (&Mechanism, &[f64]),
     log: &HangingLog,
     cutoff: f64,
     transmission: bool,
@@ -76,7 +87,7 @@ fn at_cutoff(
         let residual = if transmission {
             gap
         } else {
-            effort(drive, joint, &predicted(drives, j, &joints, &torques), log.rate)?
+            effort(drive, joint, &predicted(drives, (j, smoothing[j]), &joints, &torques), log.rate)?
         };
         for r in &residual[trim..residual.len().saturating_sub(trim).max(trim)] {
             sum += r * r;
@@ -119,13 +130,18 @@ fn torques(rigid: &Rigid, joints: &[Motion], samples: usize) -> Result<Vec<Vec<f
 }
 
 /// True torque of the drive: rigid body plus what the joint adds.
-fn predicted(drives: &Mechanism, j: usize, joints: &[Motion], rigid: &[Vec<f64>]) -> Vec<f64> {
+fn predicted(
+    drives: &Mechanism,
+    (j, smoothing): (usize, f64),
+    joints: &[Motion],
+    rigid: &[Vec<f64>],
+) -> Vec<f64> {
     let drive = &drives[j];
     let samples = rigid[j].len();
     let torque = |i: usize| {
         let [q, v, a] = [0, 1, 2].map(|k| joints.iter().map(|joint| joint[k][i]).collect::<Vec<f64>>());
         let (speed, load) = (v[j], rigid[j][i]);
-        let dry: f64 = drive.dry.iter().map(|dry| friction(*dry, speed, load)).sum();
+        let dry: f64 = drive.dry.iter().map(|dry| friction(*dry, (speed, smoothing), load)).sum();
         let far = drive.coupling.map_or(0.0, |(other, [inertia, ..])| inertia * a[other]);
         let motor = drive.elastic.map_or(0.0, |elastic| elastic.motor_inertia);
         load + (drive.rotor + motor) * a[j] + far + dry + smooth_torque(drive, j, &Moving { q: &q, v: &v })
@@ -134,9 +150,9 @@ fn predicted(drives: &Mechanism, j: usize, joints: &[Motion], rigid: &[Vec<f64>]
 }
 
 /// Friction with a smoothed sign.
-fn friction(dry: Dry, speed: f64, load: f64) -> f64 {
+fn friction(dry: Dry, (speed, smoothing): (f64, f64), load: f64) -> f64 {
     let [positive, negative] = dry.limits(speed, load);
-    let sign = (speed / SMOOTHING).tanh();
+    let sign = (speed / smoothing).tanh();
     if sign > 0.0 { positive * sign } else { negative * sign }
 }
 

@@ -2,6 +2,7 @@
 use bipedc_effects::effect::{Effect, Location};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// What the robot does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,6 +58,8 @@ pub struct Plan {
     pub group: Group,
     /// Folder of the robot.
     pub robot: &'static str,
+    /// Lengths beside those of a robot of a metre.
+    pub size: f64,
     /// What the robot does.
     pub experiment: Experiment,
     /// What is hidden.
@@ -67,6 +70,14 @@ pub struct Plan {
     pub counts: f64,
     /// Whether the log has velocities: late and noisy ones.
     pub velocities: bool,
+}
+
+impl Plan {
+    /// The robot's description: one of `robots/`, or one that is only there to be scored.
+    pub fn folder(&self, root: &Path) -> PathBuf {
+        let shipped = root.join("robots").join(self.robot);
+        if shipped.exists() { shipped } else { root.join("examples/hidden_effects/robots").join(self.robot) }
+    }
 }
 
 /// How large a joint's signals are without the effects, root mean squares.

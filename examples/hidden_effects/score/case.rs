@@ -43,7 +43,7 @@ pub fn cases(context: &Context, plans: &[Plan], jobs: usize) -> Result<Vec<Score
 fn case(context: &Context, plan: &Plan) -> Result<Scored, Failure> {
     // The truth lies elsewhere than the logs that the diagnosis sees.
     let folder = context.folder.join(&plan.name);
-    let truth = generate(plan, &context.root.join("robots"), &folder)?;
+    let truth = generate(plan, &context.root, &folder)?;
     let logs = folder.join("logs");
     std::fs::create_dir_all(&logs).map_err(|e| failure(e.to_string()))?;
     let moved = ["train.csv", "validation.csv"].map(|name| {
@@ -72,7 +72,7 @@ fn case(context: &Context, plan: &Plan) -> Result<Scored, Failure> {
 
 /// The robot's folder; a drive train of its own would be an effect that the simulation does not have.
 fn robot(context: &Context, plan: &Plan, folder: &Path) -> Result<PathBuf, Failure> {
-    let path = context.root.join("robots").join(plan.robot);
+    let path = plan.folder(&context.root);
     if plan.robot != "tulip_v1_leg" {
         return Ok(path);
     }

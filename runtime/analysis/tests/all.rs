@@ -3,6 +3,7 @@
 
 #[path = "logs/main.rs"]
 mod logs;
+mod matrix_product;
 mod scenario_corpus;
 #[path = "simulate/main.rs"]
 mod simulate;

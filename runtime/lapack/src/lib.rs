@@ -314,36 +314,3 @@ macro_rules! symbols {
 
 symbols!(f64: dsyevr_ dpotrf_ dpotrs_ dgesdd_ dgesvd_ dgemm_ dgemv_ dsymv_ dsyrk_ dsyr2k_ dgesv_);
 symbols!(f32: ssyevr_ spotrf_ spotrs_ sgesdd_ sgesvd_ sgemm_ sgemv_ ssymv_ ssyrk_ ssyr2k_ sgesv_);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_product_with_strides_and_transposition() {
-        // A is 2 × 3 with leading dimension 4, B is the identity: C = 2 Aᵀ + C.
-        let a = [1.0, 2.0, 9.0, 9.0, 3.0, 4.0, 9.0, 9.0, 5.0, 6.0];
-        let b = [1.0, 0.0, 0.0, 1.0];
-        let mut c = [1.0; 6];
-        let t = |letter: &u8| std::ptr::from_ref(letter).cast::<c_char>();
-        // SAFETY: sizes agree with the arrays above.
-        unsafe {
-            dgemm_(
-                t(&b'T'),
-                t(&b'n'),
-                &3,
-                &2,
-                &2,
-                &2.0,
-                a.as_ptr(),
-                &4,
-                b.as_ptr(),
-                &2,
-                &1.0,
-                c.as_mut_ptr(),
-                &3,
-            );
-        }
-        assert_eq!(c, [3.0, 7.0, 11.0, 5.0, 9.0, 13.0]);
-    }
-}

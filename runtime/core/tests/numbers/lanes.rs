@@ -38,6 +38,7 @@ fn same(left: f64, right: f64) -> bool {
 }
 
 /// One expression with every operation.
+#[inline(never)]
 fn every_operation<R: Real>(a: R, b: R, c: R) -> [R; 13] {
     let k = R::constant(0.63);
     let sums = [a + b, a - b, a * b, a / b, -c, R::fused(a, b, -c), R::fused(-a, k, c)];
@@ -84,6 +85,7 @@ lanes_equal_scalars!(f32x4, F32x4, f32, 4);
 lanes_equal_scalars!(f32x8, F32x8, f32, 8);
 lanes_equal_scalars!(f32x16, F32x16, f32, 16);
 
+#[inline(never)]
 fn array_equals_scalars<const N: usize>(random: &mut Random) {
     for _ in 0..500 {
         let angles: [f64; N] = std::array::from_fn(|_| random.number());
@@ -105,7 +107,8 @@ fn arrays_of_any_length() {
     macro_rules! lengths {
         ($($n:literal)*) => { $(array_equals_scalars::<$n>(&mut random);)* };
     }
-    lengths!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 23 24 25 31 32 33 45);
+    // Around every number of lanes, and sums of two of them.
+    lengths!(0 1 2 3 4 5 7 8 9 12 15 16 17 31 45);
 }
 
 #[test]
