@@ -5,7 +5,7 @@ use super::motion::{self, JointMotion};
 use super::outside::Outsider;
 use super::random::Random;
 use super::truth::{Plan, Scales, Truth};
-use super::{Failure, Made, draw, inertia, sensors};
+use super::{Failure, Made, draw, failure, inertia, sensors};
 use bipedc_compiler::robot::Robot;
 use bipedc_runtime::Argument;
 use nalgebra::{DMatrix, DVector};
@@ -113,8 +113,10 @@ pub fn run(
     let mut drives = mechanism(&rigid.joints, effects)?;
     let center: Vec<f64> = motion.iter().map(|joint| joint.center).collect();
     let mass = rigid.run(rigid.function("mass_matrix")?, &[(Argument::Q, &center)]);
+    let mass = DMatrix::from_vec(motion.len(), motion.len(), mass);
+    let inverse = mass.clone().try_inverse().ok_or_else(|| failure("the mass matrix is singular"))?;
     for (j, drive) in drives.iter_mut().enumerate() {
-        drive.gains = gains(drive, mass[j * (motion.len() + 1)]);
+        drive.gains = gains(drive, mass[(j, j)], 1.0 / inverse[(j, j)]);
     }
     simulate(rigid, drives, motion, duration, rate)
 }
@@ -145,9 +147,10 @@ fn simulate(
 
 /// Of a controller with a bandwidth of 60 rad/s, so that dry joints stick only briefly; slower where a limit would wind
 /// it up, or a spring or delay would make it unstable.
-fn gains(drive: &Drive, inertia: f64) -> [f64; 2] {
+/// `inertia` is that with all other joints held, `apparent` with all others free.
+fn gains(drive: &Drive, inertia: f64, apparent: f64) -> [f64; 2] {
     // Stiffer than a light joint asks for, as far as the integration's step allows.
-    let light = inertia.max((8.0 * inertia).min(0.02));
+    let light = inertia.max(0.02).min(8.0 * apparent);
     let (bandwidth, inertia) = match drive {
         _ if drive.delay > 0.0 => (15.0, inertia),
         _ if drive.limit.is_finite() || drive.elastic.is_some() => (30.0, light),
