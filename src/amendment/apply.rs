@@ -128,6 +128,7 @@ fn put(
 ) -> Result<(String, Change), Diagnostic> {
     let previous = robot.effects.iter().find(|effect| is_same(effect, &proposed.effect)).cloned();
     let mut effect = proposed.effect.clone();
+    effect.sliding = robot.slides(&effect.location);
     if let Some(previous) = previous.as_ref().filter(|_| effect.own.is_empty()) {
         effect.own.clone_from(&previous.own);
     }

@@ -1,6 +1,6 @@
 //! The checked description of a robot: plain data, names resolved by string, SI units.
 use bipedc_effects::drive::Drive;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, Location};
 pub use bipedc_effects::feet::{ContactPoint, Side};
 
 /// A URDF and its `biped.toml`, read and checked; nothing in it refers to something undefined.
@@ -34,7 +34,18 @@ pub struct RobotDescription {
     pub generate: Generate,
 }
 
+/// Whether the joint of a place is one of these and slides.
+pub(super) fn slides(joints: &[Joint], place: &Location) -> bool {
+    let here = |joint: &&Joint| place.joint.as_ref() == Some(&joint.name);
+    joints.iter().find(here).is_some_and(|joint| joint.kind == JointKind::Prismatic)
+}
+
 impl RobotDescription {
+    /// Whether the joint of a place slides: its effects have m and N instead of rad and N m.
+    pub fn slides(&self, place: &Location) -> bool {
+        slides(&self.joints, place)
+    }
+
     /// The rigid-body model alone: the same robot without its `[[effect]]`s.
     #[must_use]
     pub fn without_effects(mut self) -> Self {

@@ -201,7 +201,7 @@ const ROBOTS: &[(Group, Entry)] = &[
     (Group::Clean, ("gantry", "", "")),
     (Group::Single, ("scara", "coulomb_friction", "quill")),
     (Group::Single, ("scara", "stribeck_friction", "elbow")),
-    (Group::Single, ("scara", "payload", "link:gripper")),
+    (Group::Single, ("scara", "torque_gain", "elbow")),
     (Group::CadAndEffect, ("scara", "actuator_delay", "shoulder")),
 ];
 

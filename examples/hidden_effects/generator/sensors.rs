@@ -7,6 +7,7 @@ use super::random::Random;
 use super::table::Table;
 use super::truth::{Plan, Truth};
 use super::{Failure, Made};
+use bipedc_compiler::description::model::JointKind;
 use bipedc_compiler::robot::Robot;
 use bipedc_effects::effect::Effect;
 use bipedc_runtime::Argument;
@@ -36,7 +37,8 @@ pub fn measure_hanging(
     truth.size = rigid.joints.iter().cloned().zip(sizes.iter().copied()).collect();
     let noise = noise(&rigid.joints, &sizes, &truth, random);
     truth.noise = rigid.joints.iter().cloned().zip(noise.iter().copied()).collect();
-    let logs = runs.map(|run| log(plan, rigid, &run, &offsets, &noise, random));
+    let quanta: Vec<f64> = rigid.joints.iter().map(|name| quantum(plan, nominal, name)).collect();
+    let logs = runs.map(|run| log((plan, &quanta), rigid, &run, &offsets, &noise, random));
     let known: Vec<Effect> = truth.effects.iter().chain(&truth.also_present).cloned().collect();
     let elastic = drives.iter().any(|drive| drive.elastic.is_some());
     truth.metric = if elastic { "transmission" } else { "effort" }.to_owned();
@@ -84,21 +86,29 @@ fn noise(joints: &[String], sizes: &[f64], truth: &Truth, random: &mut Random) -
     noise
 }
 
+/// What an encoder tells apart: rad, or m on a wheel of 20 mm radius.
+fn quantum(plan: &Plan, robot: &Robot, name: &String) -> f64 {
+    let joint = robot.description.joints.iter().find(|joint| joint.name == *name);
+    let slides = joint.is_some_and(|joint| joint.kind == JointKind::Prismatic);
+    TAU / plan.counts * if slides { 0.02 } else { 1.0 }
+}
+
 fn log(
-    plan: &Plan,
+    (plan, quanta): (&Plan, &[f64]),
     rigid: &Rigid,
     run: &Recording,
     offsets: &[f64],
     noise: &[f64],
     random: &mut Random,
 ) -> HangingLog {
-    let quantum = TAU / plan.counts;
-    let read = |angles: &[f64], offset: f64| angles.iter().map(|q| rounded(q + offset, quantum)).collect();
+    let read = |j: usize, angles: &[f64], offset: f64| {
+        angles.iter().map(|q| rounded(q + offset, quanta[j])).collect()
+    };
     let joints = run.joints.iter().enumerate().map(|(j, signals)| JointLog {
         name: rigid.joints[j].clone(),
-        position: read(&signals.q, offsets[j]),
+        position: read(j, &signals.q, offsets[j]),
         effort: signals.u.iter().map(|u| u + noise[j] * random.normal()).collect(),
-        motor: read(&signals.motor, 0.0),
+        motor: read(j, &signals.motor, 0.0),
     });
     HangingLog { rate: plan.rate, joints: joints.collect(), time: run.time.clone() }
 }

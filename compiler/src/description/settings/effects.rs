@@ -36,9 +36,9 @@ fn read_effect(
     check_keys(section, kind, messages);
     let errors = messages.errors();
     let location = read_location(section, kind, known, feet, messages);
-    let mut effect = Effect::new(kind, location, &[]);
+    let mut effect = Effect { sliding: known.slides(&location), ..Effect::new(kind, location, &[]) };
     for parameter in kind.parameters {
-        if let Some(value) = read_parameter(section, kind, parameter, messages) {
+        if let Some(value) = read_parameter(section, &effect, parameter, messages) {
             effect.parameters.insert(parameter.name.to_owned(), value);
         }
     }
@@ -168,32 +168,38 @@ fn check_sensor(name: &str, at: At, feet: &[Foot], messages: &mut Messages<'_>) 
 
 fn read_parameter(
     section: &Section<'_, '_>,
-    kind: &Kind,
+    effect: &Effect,
     parameter: &'static Parameter,
     messages: &mut Messages<'_>,
 ) -> Option<f64> {
     let Some(entry) = section.get(parameter.name) else {
         if parameter.role == Role::Estimated {
-            let message = format!("[[effect]] `{}` has no `{}`", kind.name, parameter.name);
-            let help = format!("add `{} = …`: {}, {}", parameter.name, parameter.meaning, parameter.unit);
+            let message = format!("[[effect]] `{}` has no `{}`", effect.kind.name, parameter.name);
+            let unit = effect.unit(parameter.name);
+            let help = format!("add `{} = …`: {}, {unit}", parameter.name, parameter.meaning);
             messages.error(section.at, message, help);
         }
         return None;
     };
     let value = entry.number(messages)?;
-    check_range(&entry, value, parameter, messages);
+    check_range(&entry, value, (effect, parameter), messages);
     Some(value)
 }
 
-fn check_range(entry: &Entry<'_, '_>, value: f64, parameter: &Parameter, messages: &mut Messages<'_>) {
-    let ((low, high), unit) = (parameter.bounds, parameter.unit);
+fn check_range(
+    entry: &Entry<'_, '_>,
+    value: f64,
+    (effect, parameter): (&Effect, &Parameter),
+    messages: &mut Messages<'_>,
+) {
+    let ((low, high), unit) = (parameter.bounds, effect.unit(parameter.name));
     if !(low..=high).contains(&value) {
         let message =
             format!("{}: {value} is not possible, expected {}", entry.name(), range(low, high, unit));
         messages.error(entry.at, message, format!("it is the {}", parameter.meaning));
         return;
     }
-    let (low, high) = parameter.plausible;
+    let (low, high) = effect.plausible(parameter.name);
     if !(low..=high).contains(&value) {
         let message = format!("{}: {value} is unusual, usual is {}", entry.name(), range(low, high, unit));
         messages.warning(entry.at, message, format!("is it in {unit}? It is the {}", parameter.meaning));

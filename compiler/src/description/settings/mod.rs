@@ -9,10 +9,12 @@ mod symmetry;
 mod table;
 
 use super::geometry::Frame;
-use super::model::{Base, Foot, Generate, JointDrive, JointKind, Phase, RobotDescription, SymmetricPair};
+use super::model::{
+    Base, Foot, Generate, JointDrive, JointKind, Phase, RobotDescription, SymmetricPair, slides,
+};
 use super::source::{Messages, Place, short, suggest};
 use super::urdf::UrdfRobot;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, Location};
 pub(crate) use feet::side_of_name;
 pub(crate) use symmetry::mirror_sign;
 use table::Section;
@@ -50,6 +52,11 @@ impl<'r> Known<'r> {
     pub(super) fn frames(&self) -> Vec<Frame> {
         let frames = || Some(self.robot?.tree.as_ref()?.frames(self.robot?));
         frames().unwrap_or_default()
+    }
+
+    /// Whether the joint of a place slides.
+    pub(super) fn slides(&self, place: &Location) -> bool {
+        self.robot.is_some_and(|robot| slides(&robot.joints, place))
     }
 
     /// Reports a link that does not exist.

@@ -74,6 +74,9 @@ impl Experiment for Selected<'_> {
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.inner.phases()
     }
+    fn slides(&self, place: &Location) -> Option<f64> {
+        self.inner.slides(place)
+    }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.inner.seeds(kind, location)
     }

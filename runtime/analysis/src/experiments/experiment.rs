@@ -145,6 +145,11 @@ pub trait Experiment: Sync {
         None
     }
 
+    /// Where the joint of a place slides: a small part of its usual speed, m/s, over which friction may change its sign.
+    fn slides(&self, _place: &Location) -> Option<f64> {
+        None
+    }
+
     /// Directions of usual CAD errors in the space of the inertial parameters, each one standard deviation long:
     /// index of the body, ten numbers.
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {

@@ -4,6 +4,9 @@ use crate::experiments::{Experiment, Inertial};
 use crate::robot::InertialParameters;
 use bipedc_effects::effect::{Effect, Kind, Law, Location, Parameters, Probe, kinds};
 
+/// The parameter of friction's sign.
+const SMOOTHING: &str = "smoothing";
+
 /// A column: rows that it touches, with one value per sample.
 pub(crate) type Column = Vec<(usize, Vec<f64>)>;
 
@@ -17,6 +20,8 @@ pub(crate) struct Form {
     pub search: Search,
     /// Parameters that are not searched for.
     pub fixed: Parameters,
+    /// Speed over which friction changes its sign where the joint slides, m/s.
+    pub sliding: Option<f64>,
 }
 
 /// What enters linearly.
@@ -75,7 +80,14 @@ impl Form {
             Some(directions) => Search::Inertial(directions),
             None => Search::Probes(kind.probes(setting)?),
         };
-        Some(Self { kind, location: location.clone(), setting, search, fixed: Vec::new() })
+        Some(Self {
+            kind,
+            location: location.clone(),
+            setting,
+            search,
+            fixed: Vec::new(),
+            sliding: experiment.slides(location),
+        })
     }
 
     /// A payload at the origin of its link, of which only the mass is searched for: what a scale would show.
@@ -92,6 +104,7 @@ impl Form {
             setting: 0.0,
             search,
             fixed,
+            sliding: None,
         })
     }
 
@@ -174,7 +187,7 @@ impl Form {
     fn column(&self, experiment: &dyn Experiment, probe: &Probe) -> Column {
         let mut sum: Column = Vec::new();
         for (factor, parameters) in probe {
-            let effect = Effect::new(self.kind, self.location.clone(), parameters);
+            let effect = self.with(parameters);
             for (row, values) in experiment.response(std::slice::from_ref(&effect)) {
                 match sum.iter_mut().find(|(r, _)| *r == row) {
                     Some((_, total)) => total.iter_mut().zip(&values).for_each(|(t, v)| *t += factor * v),
@@ -199,7 +212,18 @@ impl Form {
     /// The effect with these linear coefficients.
     pub fn effect(&self, coefficients: &[f64]) -> Effect {
         let found = [self.kind.from_coefficients(self.setting, coefficients), self.fixed.clone()].concat();
-        Effect::new(self.kind, self.location.clone(), &found)
+        self.with(&found)
+    }
+
+    fn with(&self, parameters: &[(&str, f64)]) -> Effect {
+        let mut effect = Effect::new(self.kind, self.location.clone(), parameters);
+        if let Some(speed) = self.sliding {
+            effect.sliding = true;
+            if effect.unit(SMOOTHING) == "m/s" {
+                effect.parameters.entry(SMOOTHING.to_owned()).or_insert(speed);
+            }
+        }
+        effect
     }
 
     /// Whether the coefficients make a physically possible effect; else which parameter is impossible.
@@ -207,11 +231,12 @@ impl Form {
         if let Some(why) = (self.kind.search.refused)(self.setting, coefficients) {
             return Some(why);
         }
+        let effect = self.effect(coefficients);
         self.kind.from_coefficients(self.setting, coefficients).iter().find_map(|(name, value)| {
             let parameter = self.kind.parameter(name)?;
             let possible = parameter.bounds.0 <= *value && *value <= parameter.bounds.1;
-            let usual = within_reach(parameter.plausible, *value);
-            (!(possible && usual)).then(|| format!("its {name} would be {value:.3e} {}", parameter.unit))
+            let usual = within_reach(effect.plausible(name), *value);
+            (!(possible && usual)).then(|| format!("its {name} would be {value:.3e} {}", effect.unit(name)))
         })
     }
 }

@@ -83,8 +83,9 @@ impl Law {
 
     fn unit(self, prismatic: bool) -> &'static str {
         match (self, prismatic) {
-            (Self::Joint(kind), false) => kind.estimated().next().map_or("1", |parameter| parameter.unit),
-            (Self::Joint(kind), true) => kind.identified.map_or("1", |identified| identified.sliding_unit),
+            (Self::Joint(kind), sliding) => {
+                kind.estimated().next().map_or("1", |parameter| kind.unit(parameter.name, sliding))
+            }
             (Self::CoupledViscous, false) => "N m s/rad",
             (Self::CoupledViscous, true) => "N s/m",
             (Self::CoupledCoulomb, false) => "N m",

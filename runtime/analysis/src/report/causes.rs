@@ -89,7 +89,7 @@ fn parameter(found: &FoundEffect, name: &str, value: f64) -> Markup {
     let unit = found.effect.unit(name);
     let ci = found.ci95.get(name).copied();
     let (text, interval) = with_interval(value, ci);
-    let plausible = definition.map_or((f64::NEG_INFINITY, f64::INFINITY), |p| p.plausible);
+    let plausible = found.effect.plausible(name);
     html! {
         tr {
             th scope="row" title=[definition.map(|p| p.meaning)] { (name) }

@@ -38,7 +38,8 @@ pub struct LinkInertias {
 pub struct CadError {
     /// Relative error of masses.
     pub mass: f64,
-    /// Of each coordinate of a centre of mass, m.
+    /// Of each coordinate of a centre of mass, in parts of the link's size ([`Link::size`]), or of half the robot's mean
+    /// where the link is smaller.
     pub center: f64,
     /// Relative error of inertias about the centre of mass.
     pub inertia: f64,
@@ -46,7 +47,7 @@ pub struct CadError {
 
 impl Default for CadError {
     fn default() -> Self {
-        Self { mass: 0.02, center: 0.002, inertia: 0.04 }
+        Self { mass: 0.02, center: 0.02, inertia: 0.04 }
     }
 }
 
@@ -77,6 +78,19 @@ impl Link {
     /// Ten parameters in the body's frame.
     pub fn parameters(&self) -> [f64; 10] {
         self.changed(0.0, [0.0; 3], &[[0.0; 3]; 3])
+    }
+
+    /// How far its mass lies from its centre, m: the mean radius of gyration, or a part of the distance to the frame where
+    /// the mass is a point.
+    pub fn size(&self) -> f64 {
+        /// Radius of gyration of a usual link, in parts of the distance of its centre from the joint.
+        const USUAL: f64 = 0.3;
+        /// The same of what is a point.
+        const POINT: f64 = 0.05;
+        let trace: f64 = (0..3).map(|i| self.inertia[i][i]).sum();
+        let gyration = (0.5 * trace / self.mass).max(0.0).sqrt();
+        let arm = self.center.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if gyration > POINT * arm { gyration } else { USUAL * arm }
     }
 
     /// A point of the link frame in the body's frame.
@@ -155,7 +169,10 @@ impl LinkInertias {
     /// Body (index) and ten numbers; the link's index comes with them.
     pub fn cad_directions(&self, error: &CadError) -> Vec<(usize, usize, [f64; 10])> {
         let mut directions = Vec::new();
-        for (index, link) in self.links.iter().enumerate().filter(|(_, link)| link.mass > 0.0) {
+        let heavy = || self.links.iter().enumerate().filter(|(_, link)| link.mass > 0.0);
+        let sum = |of: fn(&Link) -> f64| heavy().map(|(_, link)| of(link)).sum::<f64>();
+        let mean = sum(|link| link.mass * link.size()) / sum(|link| link.mass).max(f64::MIN_POSITIVE);
+        for (index, link) in heavy() {
             let nothing = [[0.0; 3]; 3];
             let base = link.changed(0.0, [0.0; 3], &nothing);
             let mut push = |changed: [f64; 10]| {
@@ -166,7 +183,7 @@ impl LinkInertias {
             push(link.changed(mass, [0.0; 3], &link.inertia.map(|row| row.map(|x| error.mass * x))));
             for axis in 0..3 {
                 let mut shift = [0.0; 3];
-                shift[axis] = error.center;
+                shift[axis] = error.center * link.size().max(0.5 * mean);
                 push(link.changed(0.0, shift, &nothing));
             }
             let size = error.inertia * (0..3).map(|i| link.inertia[i][i]).sum::<f64>() / 3.0;

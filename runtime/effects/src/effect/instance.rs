@@ -1,5 +1,6 @@
 //! An effect of a certain robot: a kind at a place with numbers.
 use super::kind::{Kind, Law, Role};
+use super::sliding::at_sliding;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -83,23 +84,40 @@ pub struct Effect {
     /// Units and bounds of the parameters of an effect of kind `formula`, by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub own: BTreeMap<String, OwnParameter>,
+    /// Whether its joint slides: m and N instead of rad and N m. The robot says so, not the file.
+    #[serde(skip)]
+    pub sliding: bool,
 }
 
 impl Effect {
     /// An effect of the library.
     pub fn new(kind: &'static Kind, location: Location, parameters: &[(&str, f64)]) -> Self {
         let parameters = parameters.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-        Self { kind, name: None, location, parameters, torque: None, own: BTreeMap::new() }
+        Self { kind, name: None, location, parameters, torque: None, own: BTreeMap::new(), sliding: false }
     }
 
     /// A parameter: the stated value, else the default of a setting, else 0.
     pub fn value(&self, name: &str) -> f64 {
         self.parameters.get(name).copied().unwrap_or_else(|| {
             match self.kind.parameter(name).map(|p| p.role) {
-                Some(Role::Setting(default)) => default,
+                Some(Role::Setting(default)) => default * self.scale(name),
                 _ => 0.0,
             }
         })
+    }
+
+    /// What is usual of a parameter at its joint for the value 1 at a turning one.
+    fn scale(&self, name: &str) -> f64 {
+        let unit = self.kind.parameter(name).filter(|_| self.sliding).map(|p| p.unit);
+        unit.map_or(1.0, |unit| at_sliding(unit).1)
+    }
+
+    /// Usual values of a parameter of the library; anything for a formula's own.
+    pub fn plausible(&self, name: &str) -> (f64, f64) {
+        let range = self.kind.parameter(name).map(|p| p.plausible);
+        let (low, high) = range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let scale = self.scale(name);
+        (scale * low, scale * high)
     }
 
     /// A parameter that the kind or the author of the formula knows, as [`Effect::value`]; `None` for other names.
@@ -111,7 +129,8 @@ impl Effect {
     /// Unit of a parameter: of the library, or as the author of the formula says; `1` if nobody says.
     pub fn unit(&self, name: &str) -> &str {
         let own = || self.own.get(name).map(|own| own.unit.as_str());
-        let library = self.kind.parameter(name).map(|p| p.unit);
+        let here = |unit| if self.sliding { at_sliding(unit).0 } else { unit };
+        let library = self.kind.parameter(name).map(|p| here(p.unit));
         library.or_else(own).unwrap_or("1")
     }
 

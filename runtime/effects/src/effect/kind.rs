@@ -2,6 +2,7 @@
 use super::relations::Relations;
 use super::search::Search;
 use super::simulation::Simulation;
+use super::sliding::at_sliding;
 use std::fmt;
 use std::hash::{Hash, Hasher};
 
@@ -70,8 +71,6 @@ pub struct Identified {
     pub by_default: bool,
     /// Whether a negative value has no physical meaning.
     pub positive: bool,
-    /// Unit of its parameter at a sliding joint.
-    pub sliding_unit: &'static str,
 }
 
 /// What a parameter's value says of whether the effect is there.
@@ -223,6 +222,12 @@ impl Law {
 }
 
 impl Kind {
+    /// Unit of a parameter at a turning or a sliding joint; `1` for names that it does not know.
+    pub fn unit(&'static self, parameter: &str, sliding: bool) -> &'static str {
+        let unit = self.parameter(parameter).map_or("1", |p| p.unit);
+        if sliding { at_sliding(unit).0 } else { unit }
+    }
+
     /// The parameter of this name.
     pub fn parameter(&self, name: &str) -> Option<&'static Parameter> {
         self.parameters.iter().find(|parameter| parameter.name == name)

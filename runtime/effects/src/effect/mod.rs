@@ -16,6 +16,7 @@ mod library;
 mod relations;
 mod search;
 mod simulation;
+mod sliding;
 mod unit_torque;
 
 pub use bound_law::BoundLaw;

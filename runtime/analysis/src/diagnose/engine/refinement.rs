@@ -76,6 +76,9 @@ impl Experiment for Amended<'_> {
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         self.inner.signals(row)
     }
+    fn slides(&self, place: &Location) -> Option<f64> {
+        self.inner.slides(place)
+    }
     fn link_inertias(&self) -> Option<&LinkInertias> {
         self.inner.link_inertias()
     }

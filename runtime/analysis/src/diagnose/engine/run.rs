@@ -187,7 +187,8 @@ fn start(regression: &Regression<'_>, effect: &Effect) -> Effect {
     }
     // A kind that no column finds starts from what is stated, or from the middle of what is usual.
     for parameter in effect.kind.estimated() {
-        let middle = 0.1 * (parameter.plausible.0 + parameter.plausible.1);
+        let (low, high) = effect.plausible(parameter.name);
+        let middle = 0.1 * (low + high);
         let value = stated(parameter.name).unwrap_or(middle);
         start.parameters.entry(parameter.name.to_owned()).or_insert(value);
     }
@@ -377,11 +378,11 @@ fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
     let mut doubts = Vec::new();
     for parameter in effect.kind.estimated() {
         let value = effect.value(parameter.name);
-        let (low, high) = parameter.plausible;
+        let (low, high) = effect.plausible(parameter.name);
         if value < low || value > high {
+            let (name, unit) = (parameter.name, effect.unit(parameter.name));
             doubts.push(format!(
-                "{} = {value:.4} {} is outside the usual range of {low} to {high} {}",
-                parameter.name, parameter.unit, parameter.unit
+                "{name} = {value:.4} {unit} is outside the usual range of {low} to {high} {unit}"
             ));
         }
         if let Some((_, half)) = widths.iter().find(|(name, _)| name == parameter.name)

@@ -22,6 +22,8 @@ const TRACE: f64 = 1e-3;
 const MOST: usize = 12;
 /// Most entries, those included that did not last.
 const ROUNDS: usize = 24;
+/// Parameters of effects that compete with inertial corrections as the simpler explanation.
+const FEW: usize = 4;
 /// What the search found.
 pub(super) struct Outcome {
     pub active: Vec<usize>,
@@ -48,12 +50,40 @@ pub(super) fn search(
     let forms: Vec<_> = plain.active.iter().map(|&c| (c, regression.remembered(c))).collect();
     let corrected = run_steady(regression, most, entered)?;
     let earned = corrections_earn(regression, &corrected.active, &corrected.scored);
-    if earned && corrected.scored.cost < plain.scored.cost {
+    if earned
+        && whole_cost(regression, &corrected) < whole_cost(regression, &plain)
+        && !as_good(regression, &plain, &corrected)
+    {
         return Some(corrected);
     }
     // The nonlinear candidates as they were when the simpler answer was found.
     forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
     Some(plain)
+}
+
+/// Weighted squares of a search's errors.
+fn deviance(regression: &Regression<'_>, outcome: &Outcome) -> f64 {
+    outcome.scored.errors.iter().zip(&regression.weights).map(|(e, w)| e * w).sum()
+}
+
+/// What a search's answer costs if all of its error counts: corrections of many links lower errors that are below what the
+/// estimate of noise may be off by, and such errors are the same for both answers.
+fn whole_cost(regression: &Regression<'_>, outcome: &Outcome) -> f64 {
+    deviance(regression, outcome) + outcome.scored.fit.prior + regression.complexity_penalty(&outcome.active)
+}
+
+/// Whether few effects alone explain as much as corrections of many links do, whatever the latter's prior says: what has
+/// fewer parameters is the likelier cause.
+fn as_good(regression: &Regression<'_>, plain: &Outcome, corrected: &Outcome) -> bool {
+    let parameters = |outcome: &Outcome| -> usize {
+        let judged = &outcome.active[regression.standing.len()..];
+        judged.iter().map(|&c| regression.candidates[c].parameters).sum()
+    };
+    let more = parameters(plain).saturating_sub(parameters(corrected));
+    let excess = deviance(regression, plain) - deviance(regression, corrected);
+    let chance =
+        regression.scatter(&corrected.scored, &corrected.active, &plain.scored, &plain.active).max(4.0);
+    !plain.active.is_empty() && more <= FEW && excess <= chance
 }
 
 /// A run with inertial corrections, without effects whose size hangs on these corrections.

@@ -48,10 +48,9 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     let reachable = |k: usize| {
         let effect = &refined.effects[k];
         effect.parameters.iter().all(|(name, value)| {
-            effect
-                .kind
-                .parameter(name)
-                .is_none_or(|p| matches!(p.role, Role::Setting(_)) || within_reach(p.plausible, *value))
+            effect.kind.parameter(name).is_none_or(|p| {
+                matches!(p.role, Role::Setting(_)) || within_reach(effect.plausible(name), *value)
+            })
         })
     };
     let several = refined.effects.len() > 1;

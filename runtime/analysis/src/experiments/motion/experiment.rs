@@ -322,21 +322,52 @@ impl<'a> MotionExperiment<'a> {
         let noise = self.recording.noise[joint];
         // A limit within the noise would pass the measurement off as the prediction.
         let limits = [0.4, 0.5, 0.6, 0.68, 0.75, 0.81, 0.86, 0.9, 0.94, 0.97, 0.99].map(quantile);
+        let best = self.effort_row(joint).and_then(|row| {
+            let signals = self.smooth_signals(row);
+            let others: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
+            super::limit::best(effort, &self.residual[row], &others)
+        });
         let load: Vec<f64> = self.strided(&self.load, joint).collect();
         let stays = |limit: &f64| super::limit::stays(effort, &load, *limit);
-        limits.into_iter().filter(|limit| *limit > 4.0 * noise).filter(stays).collect()
+        limits.into_iter().chain(best).filter(|limit| *limit > 4.0 * noise).filter(stays).collect()
     }
 
     /// Periods per turn with which a joint's residual may repeat.
     fn lines(&self, joint: usize) -> Vec<f64> {
-        let row = (0..self.rows.len())
-            .find(|&r| self.rows[r].channel == Channel::Effort && self.joint_of[r] == joint);
-        let Some(row) = row else { return Vec::new() };
-        let signals = self.signals(row);
-        let sign: Vec<f64> = signals[1].1.iter().map(|v| (v / 0.02).tanh()).collect();
-        let others: Vec<&[f64]> =
-            signals[..4].iter().map(|(_, values)| values.as_slice()).chain([sign.as_slice()]).collect();
-        super::ripple::seeds(&self.residual[row], &signals[0].1, &others)
+        let Some(row) = self.effort_row(joint) else { return Vec::new() };
+        let signals = self.smooth_signals(row);
+        let others: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
+        super::ripple::seeds(&self.residual[row], &signals[0], &others)
+    }
+
+    /// A small part of a joint's usual speed, one digit: where it is slower it may as well be about to turn.
+    fn reversal_speed(&self, joint: usize) -> f64 {
+        const PART: f64 = 0.04;
+        let (sum, count) = self
+            .recording
+            .trajectory
+            .velocities(joint)
+            .fold((0.0, 0.0_f64), |(sum, count), v| (sum + v * v, count + 1.0));
+        let speed = (PART * (sum / count.max(1.0)).sqrt()).max(1e-5);
+        let digit = 10_f64.powf(speed.log10().floor());
+        (speed / digit).round() * digit
+    }
+
+    /// The row of a joint's effort.
+    fn effort_row(&self, joint: usize) -> Option<usize> {
+        (0..self.rows.len()).find(|&r| self.rows[r].channel == Channel::Effort && self.joint_of[r] == joint)
+    }
+
+    /// What the joint's other effects are functions of: angle, velocity, acceleration, load, sign of velocity.
+    fn smooth_signals(&self, row: usize) -> Vec<Vec<f64>> {
+        let mut signals: Vec<Vec<f64>> =
+            self.signals(row).into_iter().take(4).map(|(_, values)| values).collect();
+        let joint = self.joint_of[row];
+        let slides = self.layout.joints[joint].prismatic;
+        let smoothing = if slides { self.reversal_speed(joint) } else { 0.02 };
+        let sign = signals[1].iter().map(|v| (v / smoothing).tanh()).collect();
+        signals.push(sign);
+        signals
     }
 
     /// Rows that an effect can change.
@@ -441,6 +472,11 @@ impl Experiment for MotionExperiment<'_> {
             }
         }
         list
+    }
+    fn slides(&self, place: &Location) -> Option<f64> {
+        let joint =
+            self.index(place.joint.as_deref()).filter(|joint| self.layout.joints[*joint].prismatic)?;
+        Some(self.reversal_speed(joint))
     }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         let joint = self.index(location.joint.as_deref());

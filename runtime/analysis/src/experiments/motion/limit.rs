@@ -1,9 +1,43 @@
-//! Whether a drive may saturate: beyond its limit the true torque no longer follows the reported one.
+//! Where a drive may saturate: beyond its limit the true torque no longer follows the reported one.
+use super::detrend::detrended;
 
 /// Part of the usual slope of the model's torque over the reading that may be left beyond the limit.
 const LEFT: f64 = 0.5;
 /// Fewest readings beyond the limit that say anything.
 const FEWEST: usize = 20;
+/// Most samples that a limit is sought in, and so many of the largest readings beside them.
+const SAMPLES: usize = 2000;
+/// Limits that are tried, the largest reading included.
+const TRIED: usize = 80;
+/// Part of the squares beside the other signals that a limit must explain.
+const WORTH: f64 = 0.02;
+
+/// The limit at which clipped readings leave least of a residual, beside what the other signals of the joint explain;
+/// `None` if clipping hardly helps. Few readings may lie beyond it: motions reach their largest torques seldom.
+pub(super) fn best(reading: &[f64], residual: &[f64], others: &[&[f64]]) -> Option<f64> {
+    let mut by_size: Vec<usize> = (0..reading.len()).collect();
+    by_size.sort_unstable_by(|a, b| reading[*b].abs().total_cmp(&reading[*a].abs()));
+    let size = |rank: usize| reading[by_size[rank.min(by_size.len() - 1)]].abs();
+    if by_size.len() < FEWEST {
+        return None;
+    }
+    let stride = by_size.len().div_ceil(SAMPLES);
+    let mut picked: Vec<usize> = (0..reading.len()).step_by(stride).collect();
+    picked.extend(by_size.iter().take(SAMPLES));
+    picked.sort_unstable();
+    picked.dedup();
+    let left = |limit: f64| -> f64 {
+        let unclipped = |(r, u): (&f64, &f64)| r - (u - u.clamp(-limit, limit));
+        let clipped: Vec<f64> = residual.iter().zip(reading).map(unclipped).collect();
+        detrended(&clipped, &picked, others).iter().map(|x| x * x).sum()
+    };
+    // From most of the readings beyond the limit (a drive far too weak) to a handful of them.
+    let (low, high) = (size(by_size.len() * 9 / 10), size(FEWEST / 4));
+    let tried = |k: usize| low.max(1e-3 * high) * (high / low.max(1e-3 * high)).powf(k as f64 / TRIED as f64);
+    let all: Vec<f64> = (0..TRIED).map(|k| left(tried(k))).collect();
+    let least = (0..TRIED).min_by(|a, b| all[*a].total_cmp(&all[*b]))?;
+    (all[least] < (1.0 - WORTH) * left(f64::MAX)).then(|| tried(least))
+}
 
 /// Whether the load (what the rigid-body model needs) stays where it is while readings exceed the limit. Clipping a
 /// drive that does not saturate hides large torques, and with them whatever is wrong there.
@@ -43,6 +77,28 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_limit_that_is_reached_seldom_is_found() {
+        let time: Vec<f64> = (0..3500).map(|i| 0.004 * f64::from(i)).collect();
+        let torque: Vec<f64> = time.iter().map(|t| 3.0 * (1.3 * t).sin() + 2.0 * (4.1 * t).cos()).collect();
+        let speed: Vec<f64> = time.iter().map(|t| (2.2 * t).cos()).collect();
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            0.05 * ((state >> 40) as f64 / 16_777_216.0 - 0.5)
+        };
+        let mut residual_with = |limit: f64| -> Vec<f64> {
+            let clip = |u: f64| u - u.clamp(-limit, limit);
+            torque.iter().zip(&speed).map(|(u, v)| clip(*u) + 0.4 * v.signum() + noise()).collect()
+        };
+        let sign: Vec<f64> = speed.iter().map(|v| v.signum()).collect();
+        for limit in [4.75, 4.4, 3.0] {
+            let found = best(&torque, &residual_with(limit), &[&speed, &sign]).expect("a limit");
+            assert!((found / limit - 1.0).abs() < 0.02, "{found} instead of {limit}");
+        }
+        assert_eq!(best(&torque, &residual_with(9.0), &[&speed, &sign]), None);
+    }
 
     #[test]
     fn a_drive_at_its_limit_stays_and_a_strong_one_does_not() {

@@ -1,4 +1,5 @@
 //! Joint torques of a log: what is measured, what the model predicts, what effects would change.
+mod detrend;
 mod experiment;
 mod laws;
 mod limit;

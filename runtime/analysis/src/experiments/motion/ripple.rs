@@ -1,5 +1,5 @@
 //! Where a residual repeats with the joint's angle: seeds for torque ripple.
-use nalgebra::{DMatrix, DVector};
+use super::detrend::detrended;
 use std::f64::consts::TAU;
 
 /// Most samples that are used.
@@ -68,30 +68,6 @@ fn sharpened(mut n: f64, mut step: f64, power: &dyn Fn(f64) -> f64) -> f64 {
         n = tried.into_iter().max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or(n);
     }
     n
-}
-
-fn detrended(residual: &[f64], picked: &[usize], others: &[&[f64]]) -> Vec<f64> {
-    let y = DVector::from_iterator(picked.len(), picked.iter().map(|&i| residual[i]));
-    let x =
-        DMatrix::from_fn(
-            picked.len(),
-            others.len() + 1,
-            |r, c| {
-                if c == 0 { 1.0 } else { others[c - 1][picked[r]] }
-            },
-        );
-    let mut gram = x.tr_mul(&x);
-    for i in 0..gram.nrows() {
-        gram[(i, i)] *= 1.0 + 1e-9;
-        gram[(i, i)] += 1e-300;
-    }
-    match gram.cholesky() {
-        Some(cholesky) => {
-            let fitted = &x * cholesky.solve(&x.tr_mul(&y));
-            (y - fitted).iter().copied().collect()
-        }
-        None => y.iter().copied().collect(),
-    }
 }
 
 #[cfg(test)]

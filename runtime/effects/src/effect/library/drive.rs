@@ -154,7 +154,7 @@ pub static TORQUE_BIAS: Kind = Kind {
     simulation: Simulation::Bias("bias"),
     search: Search::linear(MOTION),
     relations: Relations::NONE,
-    identified: identified("offset", "torque_offset", true, false, "N"),
+    identified: identified("offset", "torque_offset", true, false),
     meaning: "The reported torque is off by a constant: sensor or current offset.",
     symptom: "is constant",
     confounders: &[

@@ -15,7 +15,7 @@ pub static VISCOUS_FRICTION: Kind = Kind {
     simulation: Simulation::Damping("damping"),
     search: Search::linear(MOTION),
     relations: Relations::NONE,
-    identified: identified("viscous", "viscous_friction", true, true, "N s/m"),
+    identified: identified("viscous", "viscous_friction", true, true),
     meaning: "A torque against the motion that grows in proportion to speed: grease, seals, eddy currents.",
     symptom: "grows in proportion to velocity",
     confounders: &[
@@ -39,7 +39,7 @@ pub static QUADRATIC_DRAG: Kind = Kind {
     simulation: Simulation::Formula,
     search: Search::linear(MOTION),
     relations: Relations::NONE,
-    identified: identified("quadratic_drag", "quadratic_drag", false, true, "N s²/m²"),
+    identified: identified("quadratic_drag", "quadratic_drag", false, true),
     meaning: "A torque against the motion that grows with the square of speed: air, a liquid, a damper with an orifice.",
     symptom: "grows with the square of velocity, against the motion",
     confounders: &[confounder("viscous_friction", FASTER), confounder("coulomb_friction", FASTER)],
@@ -56,7 +56,7 @@ pub static COULOMB_FRICTION: Kind = Kind {
     simulation: Simulation::Dry(Dry::Constant { positive: "torque", negative: "torque" }),
     search: Search::linear(MOTION),
     relations: Relations::NONE,
-    identified: identified("coulomb", "coulomb_friction", true, true, "N"),
+    identified: identified("coulomb", "coulomb_friction", true, true),
     meaning: "A torque of constant size against the motion: dry friction in bearings, gears and seals.",
     symptom: "follows the sign of velocity and jumps where the joint reverses",
     confounders: &[

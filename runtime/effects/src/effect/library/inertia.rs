@@ -19,7 +19,7 @@ pub static ROTOR_INERTIA: Kind = Kind {
     simulation: Simulation::Inertia("inertia"),
     search: Search::linear(&[Evidence::Motion, Evidence::Impacts]),
     relations: Relations::NONE,
-    identified: identified("rotor_inertia", "rotor_inertia", false, true, "kg"),
+    identified: identified("rotor_inertia", "rotor_inertia", false, true),
     meaning: "The inertia of motor and gear behind the gear ratio, which a URDF cannot state.",
     symptom: "grows in proportion to the joint's own acceleration, in any posture",
     confounders: &[

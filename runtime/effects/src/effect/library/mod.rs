@@ -144,9 +144,8 @@ const fn identified(
     unknown: &'static str,
     by_default: bool,
     positive: bool,
-    sliding_unit: &'static str,
 ) -> Option<Identified> {
-    Some(Identified { option, unknown, by_default, positive, sliding_unit })
+    Some(Identified { option, unknown, by_default, positive })
 }
 
 /// Speed below which a smoothed sign is not ±1 yet.
