@@ -17,7 +17,7 @@ Examples:
   bipedc check somewhere/robot.urdf          a URDF without a description
   bipedc check robots/tulip --json
 
-Prints the tree with masses (kg), the total mass, the centre of mass (m) and what is physically
+Prints the tree with masses (kg), the total mass, the centre of mass (m) and what is physically \
 inconsistent, all with the effects on links. All errors are printed at once; the exit code is then 1.";
 
 /// Report every problem of a robot at once, its tree and its masses

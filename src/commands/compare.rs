@@ -22,24 +22,24 @@ Examples:
   record | bipedc compare robots/tulip /dev/stdin
 
 A log is CSV (or gzip CSV) with a column `time` (s), `<joint>/position` (rad) and `<joint>/effort` (N m).
-Where a log has `<joint>/motor_current` (A) instead, a stiff drive under [drives.JOINT] of biped.toml tells the effort: gear
+Where a log has `<joint>/motor_current` (A) instead, a stiff drive under [drives.JOINT] of biped.toml tells the effort: gear \
 ratio times torque constant times current, of which rotor inertia and friction of the drive take their part.
-Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with
+Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with \
 the smallest error among 10, 16, 25, 40, 60 and 90 Hz is taken.
-Logs with the motion of the base and forces at the feet are compared in the rows that no actuator drives, and in the
-joints' efforts under these forces if they are logged; everything passes the same filter (5 Hz unless --cutoff says
+Logs with the motion of the base and forces at the feet are compared in the rows that no actuator drives, and in the \
+joints' efforts under these forces if they are logged; everything passes the same filter (5 Hz unless --cutoff says \
 otherwise). Tables of postures (centre of pressure) and of impacts (velocities just after) are compared row by row.
 The effects of the description are part of the prediction.
---free-run S also integrates the model ahead for S seconds at a time, from measured states and under the logged efforts, and
-compares positions (rad, m): over all samples, at the ends of the windows, and relative to the measured way from a window's
+--free-run S also integrates the model ahead for S seconds at a time, from measured states and under the logged efforts, and \
+compares positions (rad, m): over all samples, at the ends of the windows, and relative to the measured way from a window's \
 start (100 %: as bad as a joint that is said to stand still). The base must be held, position and effort of every joint logged.
 
 JSON: {\"channels\": [{\"name\", \"kind\", \"unit\", \"rms\", \"max\", \"noise\", \"relative\", \"samples\"}], \"kinds\": {kind:
-{\"unit\", \"rms\"}}, \"rms\", \"unit\", \"abscissa\", \"cutoff_hz\", \"cutoffs\", \"trim_s\", \"from_s\", \"to_s\", \"samples\",
-\"sampling_hz\", \"segments\", \"missing\", \"assumptions\", \"warnings\"}; with --where also \"where\": [{\"name\", \"kind\",
-\"unit\", \"rms\", \"max\", \"noise\", \"beyond_noise\" (fraction of the squared error), \"samples\", \"motion\", \"direction\",
-\"phases\": [{\"name\", \"samples\", \"rms\"}], \"windows\": [{\"from\", \"to\", \"samples\", \"rms\"}], \"signature\": [{\"name\",
-\"correlation\", \"share\", \"slope\"}], \"words\": [sentence]}]; with --free-run also \"free_run\": {\"window\" (s), \"windows\", \"diverged\",
+{\"unit\", \"rms\"}}, \"rms\", \"unit\", \"abscissa\", \"cutoff_hz\", \"cutoffs\", \"trim_s\", \"from_s\", \"to_s\", \"samples\", \
+\"sampling_hz\", \"segments\", \"missing\", \"assumptions\", \"warnings\"}; with --where also \"where\": [{\"name\", \"kind\", \
+\"unit\", \"rms\", \"max\", \"noise\", \"beyond_noise\" (fraction of the squared error), \"samples\", \"motion\", \"direction\", \
+\"phases\": [{\"name\", \"samples\", \"rms\"}], \"windows\": [{\"from\", \"to\", \"samples\", \"rms\"}], \"signature\": [{\"name\", \
+\"correlation\", \"share\", \"slope\"}], \"words\": [sentence]}]; with --free-run also \"free_run\": {\"window\" (s), \"windows\", \"diverged\", \
 \"capped\" (too stiff), \"channels\": [{\"name\", \"unit\", \"rms\", \"rms_end\", \"relative\"}], \"rms\", \"unit\", \"assumptions\"}.";
 
 /// Compare the model's prediction with measurements

@@ -22,16 +22,16 @@ Examples:
   bipedc diagnose my_arm log.csv --inertial free --cutoff 25
   bipedc diagnose robots/tulip train.csv --validate other.csv --until-explained && bipedc history robots/tulip
 
-Candidates (see `bipedc effects`) are fitted to the log, judged on the other one, and enter one after the other as
+Candidates (see `bipedc effects`) are fitted to the log, judged on the other one, and enter one after the other as \
 long as each lowers the held-out error by more than its price. Without --validate, blocks of the log itself judge.
---inertial says what may happen to masses and inertias meanwhile: `prior` lets them move as far as CAD data usually
+--inertial says what may happen to masses and inertias meanwhile: `prior` lets them move as far as CAD data usually \
 are off (2 % of mass, 2 mm, 4 % of inertia), `none` keeps them, `free` estimates them (for robots whose URDF is a guess).
 --refit does the same for the effects that the description has: their values there are forgotten and estimated again.
-Currents of stiff drives (<joint>/motor_current, A) stand in for efforts that a log lacks, as in `bipedc compare`; the drives'
+Currents of stiff drives (<joint>/motor_current, A) stand in for efforts that a log lacks, as in `bipedc compare`; the drives' \
 friction and rotor inertia are then effects of the model, and --refit estimates them too.
 
-The data are checked first: swapped columns, wrong signs and units are named and stop the search (--anyway goes on);
-joints that hardly move, clipped torques and motions that repeat are warnings. --until-explained writes what it finds
+The data are checked first: swapped columns, wrong signs and units are named and stop the search (--anyway goes on); \
+joints that hardly move, clipped torques and motions that repeat are warnings. --until-explained writes what it finds \
 into the description, one step of its history per effect, and looks again until nothing is missing.";
 
 /// How far inertial parameters may move.

@@ -13,6 +13,7 @@ mod history;
 mod identify;
 mod init;
 mod inspect;
+mod log;
 mod simulate;
 
 use crate::terminal::failure::Outcome;
@@ -26,6 +27,7 @@ pub enum Command {
     Generate(generate::Generate),
     Inspect(inspect::Inspect),
     Evaluate(evaluate::Evaluate),
+    Log(log::Log),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
     Effects(effects::Effects),
@@ -46,6 +48,7 @@ impl Command {
             Self::Generate(command) => command.run(),
             Self::Inspect(command) => command.run(),
             Self::Evaluate(command) => command.run(),
+            Self::Log(command) => command.run(),
             Self::Compare(command) => command.run(),
             Self::Diagnose(command) => command.run(),
             Self::Effects(command) => command.run(),
