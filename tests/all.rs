@@ -38,6 +38,7 @@ mod identify;
 mod identify_elastic;
 #[path = "laws/main.rs"]
 mod laws;
+mod logs_page;
 #[path = "loops/main.rs"]
 mod loops;
 #[path = "phases/main.rs"]

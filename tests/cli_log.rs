@@ -237,6 +237,7 @@ fn odd_logs_are_told() {
         "gaps: 2 of more than 3.5 steps, the longest 1.01 s, from 0.99 s on (line 102)",
         "1 doubled, first in line 52; 1 running back, first in line 62",
         "1 missing, first in line 72",
+        "swings through 19.9 rad: degrees?",
         "never changes",
         "1 no usable numbers, first `start` in line 7",
         "1 no usable numbers, first `1e15` in line 10",

@@ -118,12 +118,16 @@ impl Log {
                 "\nnext: bipedc log {log} --robot {robot} --csv OUT.csv writes it under these names\n"
             );
         }
-        let out = self.out.as_deref().unwrap_or(Path::new("columns.toml")).display();
-        let written = if self.out.is_some() { "" } else { " (--out FILE.toml writes it)" };
-        format!(
-            "\na mapping file for {entries} columns{written}:\n\n{}\nnext: bipedc compare {robot} {log} --mapping {out}\n",
-            found.mapping()
-        )
+        let next =
+            |mapping: &Path| format!("next: bipedc compare {robot} {log} --mapping {}\n", mapping.display());
+        match &self.out {
+            Some(out) => format!("\n{}", next(out)),
+            None => format!(
+                "\na mapping file for {entries} columns (--out FILE.toml writes it):\n\n{}\n{}",
+                found.mapping(),
+                next(Path::new("FILE.toml"))
+            ),
+        }
     }
 }
 

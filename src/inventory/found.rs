@@ -1,6 +1,6 @@
 //! From what was seen to the inventory.
 use super::pass::{Seen, Stamp};
-use super::plan::{Plan, Taken};
+use super::plan::Plan;
 use super::statistics::Values;
 use super::{ColumnFound, Entry, Inventory, Proposal, Robot, RobotChannels, Sampling, Source};
 use bipedc_analysis::log::{Kind, names};
@@ -52,8 +52,7 @@ impl Found<'_> {
             return if let Stamp::Two { .. } = stamp { Stamp::Two { from: seen.began } } else { stamp };
         };
         // Who maps the clock says its unit.
-        let is_mapped = |taken: &Taken| taken.name != self.plans[field].name || taken.factor != 1.0;
-        if self.plans[field].taken.as_ref().is_some_and(is_mapped) {
+        if self.plans[field].taken.as_ref().is_some_and(|taken| taken.mapped) {
             return stamp;
         }
         let (scale, unit) = match seen.clock.step() {

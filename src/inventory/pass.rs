@@ -75,27 +75,15 @@ pub(super) struct Seen {
     pub began: f64,
 }
 
+/// Reads all rows; `joints` are the columns of joint states without a header.
 pub(super) fn read(
     path: &Path,
     width: usize,
-    stamp: Stamp,
+    mut stamp: Stamp,
     joints: Option<&Vec<String>>,
 ) -> Result<Seen, Diagnostics> {
     let mut rows = RawRows::open(path)?;
-    let mut seen = Seen {
-        rows: 0,
-        clock: Clock::new(),
-        values: vec![Values::new(); width],
-        ragged: (0, 0),
-        other_joints: (0, 0),
-        last_line: 0,
-        began: 0.0,
-    };
-    let note = |counter: &mut (usize, usize), line: usize| {
-        *counter = (counter.0 + 1, if counter.0 == 0 { line } else { counter.1 });
-    };
-    let mut stamp = stamp;
-    let time_field = if let Stamp::One { field, .. } = stamp { Some(field) } else { None };
+    let mut seen = Seen::of(width);
     while let Some(row) = rows.next_row()? {
         if let (Stamp::Two { from }, 0, Field::Number(second)) = (&mut stamp, seen.rows, row.field(0)) {
             (*from, seen.began) = (second, second);
@@ -104,28 +92,54 @@ pub(super) fn read(
         seen.last_line = row.line;
         if row.width() != width {
             note(&mut seen.ragged, row.line);
-            continue;
-        }
-        if joints.is_some_and(|names| !joint_state::same_joints(names, &row)) {
+        } else if joints.is_some_and(|names| !joint_state::same_joints(names, &row)) {
             note(&mut seen.other_joints, row.line);
-            continue;
-        }
-        seen.clock.take(stamp.of(&row), row.line);
-        for (field, values) in seen.values.iter_mut().enumerate() {
-            values.take(row.field(field), row.text(field), row.line, Some(field) != time_field);
+        } else {
+            seen.take(&row, stamp);
         }
     }
+    let nothing = |message: &str, line: usize, help: &str| {
+        Err(Diagnostic::error(message).in_file(path).at(line, 0).help(help).into())
+    };
     match seen.rows {
-        0 => Err(Diagnostic::error("the file has a header but no rows")
-            .in_file(path)
-            .at(1, 0)
-            .help("was the recording stopped before its first sample, or the file cut off?")
-            .into()),
-        1 if stamp != Stamp::None => Err(Diagnostic::error("the log has only one row")
-            .in_file(path)
-            .at(seen.last_line, 0)
-            .help("velocities and accelerations need at least a second of samples")
-            .into()),
+        0 => nothing(
+            "the file has a header but no rows",
+            1,
+            "was the recording stopped before its first sample, or the file cut off?",
+        ),
+        1 if stamp != Stamp::None => nothing(
+            "the log has only one row",
+            seen.last_line,
+            "velocities and accelerations need at least a second of samples",
+        ),
         _ => Ok(seen),
+    }
+}
+
+/// One more, and the line of the first.
+fn note(counter: &mut (usize, usize), line: usize) {
+    *counter = (counter.0 + 1, if counter.0 == 0 { line } else { counter.1 });
+}
+
+impl Seen {
+    fn of(width: usize) -> Self {
+        Self {
+            rows: 0,
+            clock: Clock::new(),
+            values: vec![Values::new(); width],
+            ragged: (0, 0),
+            other_joints: (0, 0),
+            last_line: 0,
+            began: 0.0,
+        }
+    }
+
+    fn take(&mut self, row: &RawRow<'_>, stamp: Stamp) {
+        self.clock.take(stamp.of(row), row.line);
+        let time = if let Stamp::One { field, .. } = stamp { Some(field) } else { None };
+        for (field, values) in self.values.iter_mut().enumerate() {
+            // Times in nanoseconds are larger than anything else may be.
+            values.take(row.field(field), row.text(field), row.line, Some(field) != time);
+        }
     }
 }

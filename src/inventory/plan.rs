@@ -18,6 +18,8 @@ pub(super) struct Taken {
     pub name: String,
     pub factor: f64,
     pub offset: f64,
+    /// Whether a mapping file says so.
+    pub mapped: bool,
 }
 
 /// Names of the columns, and whether they stand in the file.
@@ -47,7 +49,7 @@ pub(super) fn plans(path: &Path, names: &[String], mapping: &Mapping) -> Result<
     for (field, name) in names.iter().enumerate() {
         let hidden = mapping.columns.contains_key(name) || mapping.ignored.contains(name);
         let own = !hidden && names::is_known_form(name) && !is_misplaced(name, field);
-        let taken = own.then(|| Taken { name: name.clone(), factor: 1.0, offset: 0.0 });
+        let taken = own.then(|| Taken { name: name.clone(), factor: 1.0, offset: 0.0, mapped: false });
         plans.push(Plan { field, name: name.clone(), taken });
     }
     for (name, source) in &mapping.columns {
@@ -55,7 +57,7 @@ pub(super) fn plans(path: &Path, names: &[String], mapping: &Mapping) -> Result<
         match plans.iter_mut().find(|plan| plan.name == *wanted) {
             Some(plan) => {
                 let (factor, offset) = (source.factor, source.offset);
-                plan.taken = Some(Taken { name: name.clone(), factor, offset });
+                plan.taken = Some(Taken { name: name.clone(), factor, offset, mapped: true });
             }
             None => {
                 let (line, column) = source.position;

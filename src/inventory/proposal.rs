@@ -34,10 +34,14 @@ pub struct Entry {
 impl Proposal {
     /// The mapping file as text; `about` is what it is for, such as `log.csv of tulip`.
     pub fn toml(&self, about: &str) -> String {
-        let mut text =
-            format!("# Columns of {about}. Value = scale · logged; a wrong direction: add sign = -1.\n");
+        // A comment has no control characters.
+        let plain = |text: &str| text.replace(char::is_control, " ");
+        let about = plain(about);
+        let mut text = format!(
+            "# Columns of {about}. Value = scale · logged; in a wrong direction: {{ column = …, sign = -1 }}.\n"
+        );
         for assumption in &self.assumptions {
-            text += &format!("# To be checked: {assumption}.\n");
+            text += &format!("# To be checked: {}.\n", plain(assumption));
         }
         for entry in &self.entries {
             let quoted = |text: &str| toml_edit::Value::from(text).to_string();

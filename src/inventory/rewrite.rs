@@ -70,7 +70,8 @@ fn header(found: &Inventory) -> String {
     let clock = has_clock(found).then_some("time");
     let names: Vec<&str> =
         clock.into_iter().chain(found.sources.iter().map(|source| source.name.as_str())).collect();
-    names.join(",") + "\n"
+    let quoted = |name: &&str| if name.contains(',') { format!("\"{name}\"") } else { (*name).to_owned() };
+    names.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n"
 }
 
 fn write_row(found: &Inventory, row: &RawRow<'_>, time: f64, line: &mut String) {

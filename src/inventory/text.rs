@@ -4,6 +4,9 @@ use crate::table::table;
 use bipedc_analysis::log::names::{JOINT_QUANTITIES, list};
 use std::fmt;
 
+/// Two turns: few joints have more, rad.
+const LARGEST_SWING: f64 = 4.0 * std::f64::consts::PI;
+
 impl fmt::Display for Inventory {
     /// What the file is, how it is sampled, its columns, what the robot's joints have. Warnings and the proposed mapping are not
     /// part of it.
@@ -91,8 +94,18 @@ fn columns(columns: &[ColumnFound]) -> String {
     table(&head, rows, left)
 }
 
+/// Of a joint's position, rad.
+fn swing(column: &ColumnFound) -> Option<f64> {
+    let name = column.proposed.as_ref().or(column.taken_as.as_ref())?;
+    let turns = name.ends_with("/position") && column.unit.as_deref() == Some("rad");
+    turns.then_some(column.most? - column.least?)
+}
+
 fn notes(column: &ColumnFound) -> String {
     let mut notes = Vec::new();
+    if let Some(span) = swing(column).filter(|span| *span > LARGEST_SWING) {
+        notes.push(format!("swings through {} rad: degrees?", short(span)));
+    }
     if column.constant {
         notes.push("never changes".to_owned());
     }
@@ -118,7 +131,7 @@ fn write_robot(f: &mut fmt::Formatter<'_>, robot: &RobotChannels) -> fmt::Result
             continue;
         }
         let with =
-            if proposed > 0 { format!(", {proposed} more with the mapping below") } else { String::new() };
+            if proposed > 0 { format!(", {proposed} more with the proposed mapping") } else { String::new() };
         let lacks =
             |joint: &&JointChannels| !joint.has.contains(&quantity) && !joint.proposed.contains(&quantity);
         let lacking: Vec<&str> = robot.joints.iter().filter(lacks).map(|joint| joint.name.as_str()).collect();
