@@ -29,7 +29,7 @@ Exit codes: 0 done, 1 an error in the input (said on the error stream), 2 wrong 
 /// The model compiler for walking robots: a URDF in, specialised allocation-free Rust out
 #[derive(Parser)]
 #[command(name = "bipedc", version, after_help = EXAMPLES, arg_required_else_help = true)]
-struct Cli {
+pub(crate) struct Cli {
     #[command(subcommand)]
     command: commands::Command,
 }

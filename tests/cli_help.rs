@@ -1,7 +1,7 @@
 //! Help texts at the widths that terminals have: every paragraph is wrapped once.
 use crate::cli;
 
-use cli::{command, run};
+use cli::{bipedc, command, run};
 
 /// Help of a command on a terminal of this width.
 fn help(arguments: &[&str], width: usize) -> String {
@@ -69,5 +69,32 @@ fn annotated_examples_fit_a_terminal() {
         for line in annotated {
             assert!(line.chars().count() <= 80, "{name}: {line}");
         }
+    }
+}
+
+/// What a shell completes behind these words; none where no bash is installed.
+fn completed(words: &[&str]) -> Option<Vec<String>> {
+    let script = bipedc(&["completions", "bash"]).ok().out;
+    let last = words.len() - 1;
+    let ask = format!(
+        "{script}\nCOMP_WORDS=({}); COMP_CWORD={last}; _bipedc bipedc '{}' '{}'; printf '%s\\n' \"${{COMPREPLY[@]}}\"",
+        words.join(" "),
+        words[last],
+        words[last - 1]
+    );
+    let output = std::process::Command::new("bash").args(["-c", &ask]).output().ok()?;
+    Some(String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect())
+}
+
+#[test]
+fn shells_complete_commands_and_options() {
+    let Some(found) = completed(&["bipedc", "di"]) else { return };
+    assert_eq!(found, ["diagnose"]);
+    assert_eq!(completed(&["bipedc", "diagnose", "--inertial", "f"]).unwrap(), ["free"]);
+    let all = completed(&["bipedc", ""]).unwrap();
+    assert!(commands().iter().all(|name| all.contains(name)), "{all:?}");
+    for shell in ["zsh", "fish"] {
+        let script = bipedc(&["completions", shell]).ok().out;
+        assert!(script.contains("diagnose") && script.contains("validate"), "{shell}");
     }
 }

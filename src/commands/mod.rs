@@ -3,6 +3,7 @@ mod amend;
 mod base_parameters;
 mod check;
 mod compare;
+mod completions;
 mod diagnose;
 mod effects;
 mod evaluate;
@@ -37,6 +38,7 @@ pub enum Command {
     Identify(identify::Identify),
     Excite(excite::Excite),
     Simulate(simulate::Simulate),
+    Completions(completions::Completions),
 }
 
 impl Command {
@@ -58,6 +60,7 @@ impl Command {
             Self::Identify(command) => command.run(),
             Self::Excite(command) => command.run(),
             Self::Simulate(command) => command.run(),
+            Self::Completions(command) => command.run(),
         }
     }
 }
