@@ -1,12 +1,16 @@
 //! `bipedc compare`: what the model predicts against what was measured, and where they differ.
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::next::Typed;
 use crate::terminal::output;
 use crate::terminal::pages::Pages;
 use bipedc::Workbench;
-use bipedc::comparison::Options;
+use bipedc::comparison::{Compared, Options};
+use bipedc_analysis::compare::Channel;
+use bipedc_analysis::diagnose::AT_NOISE;
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::{self, VelocitySource};
+use bipedc_analysis::report::{NextStep, Report};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -21,7 +25,8 @@ Examples:
   bipedc compare robots/tulip tests/data/examples/postures/train.csv.gz --foot right_foot
   record | bipedc compare robots/tulip /dev/stdin
 
-A log is CSV (or gzip CSV) with a column `time` (s), `<joint>/position` (rad) and `<joint>/effort` (N m).
+A log is CSV (or gzip CSV) with a column `time` (s), `<joint>/position` (rad) and `<joint>/effort` (N m). Other names: `bipedc log` \
+tells what a log has and proposes a mapping file; docs/logs.md has every column.
 Where a log has `<joint>/motor_current` (A) instead, a stiff drive under [drives.JOINT] of biped.toml tells the effort: gear \
 ratio times torque constant times current, of which rotor inertia and friction of the drive take their part.
 Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with \
@@ -115,7 +120,7 @@ impl Compare {
         let log = bench.log_with(&self.log, self.mapping()?)?;
         let compared = bench.compare_with(&log, &self.options())?;
         if let Some(report) = &compared.report {
-            self.pages.write(report)?;
+            self.pages.write(&Report { next: vec![self.next(&compared)], ..report.clone() })?;
         }
         output::diagnostics(&compared.warnings);
         if self.json {
@@ -132,6 +137,27 @@ impl Compare {
         ledger.reads("the log", &self.log);
         self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
         Ok(self.pages.note(&mut ledger)?)
+    }
+
+    /// What one does after this.
+    fn next(&self, compared: &Compared) -> NextStep {
+        let is_noise = |channel: &Channel| channel.rms <= AT_NOISE * channel.noise;
+        if compared.channels.iter().all(is_noise) {
+            let generate = Typed::command("generate").path(&self.robot.path).words(&self.robot.overrides());
+            return generate.because("The model explains this log down to its noise. Its equations as code:");
+        }
+        Typed::command("diagnose")
+            .path(&self.robot.path)
+            .path(&self.log)
+            .words(&self.robot.overrides())
+            .file("--mapping", self.mapping.as_deref())
+            .option("--from", self.from.as_ref())
+            .option("--to", self.to.as_ref())
+            .option("--foot", self.foot.as_ref())
+            .words(" --report diagnosis.html")
+            .because(
+                "Find out what the model lacks, where and how large (--validate OTHER.csv: judged on a log of another motion):",
+            )
     }
 
     fn mapping(&self) -> Result<Mapping, Failure> {

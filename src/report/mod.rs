@@ -7,6 +7,7 @@ use bipedc_analysis::diagnose::{Diagnosis, ErrorFall};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::Identification;
 use bipedc_analysis::identify::elastic::DriveSummary;
+use bipedc_analysis::number::worst_first;
 use bipedc_analysis::report::{Abscissa, Drawing, Estimated, Fact, HistoryStep, Report, Row, rows_of};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -28,13 +29,13 @@ pub fn of_measurements(
     let file = Path::new(&loaded.source.file).file_name().unwrap_or_default().to_string_lossy().into_owned();
     let what = if diagnosis.is_some() { "diagnosis, judged on" } else { "compared with" };
     let rows = rows_of(&*loaded.experiment, diagnosis);
-    let notes: Vec<&str> = rows.iter().map(|row| row.note.as_str()).filter(|note| !note.is_empty()).collect();
     let abscissa = loaded.content.abscissa();
     let unit = if abscissa == "time" { "s" } else { "" };
     Ok(Report {
         title: format!("{name}: {what} {file}"),
         // A diagnosis has words of its own.
-        summary: if diagnosis.is_some() { String::new() } else { notes.join(".\n\n") + "." },
+        summary: if diagnosis.is_some() { String::new() } else { grouped(&rows) },
+        log: file,
         drawing: Some(shape(robot, measured, &*loaded.experiment)?),
         robot: name,
         abscissa: Abscissa { name: abscissa.to_owned(), unit: unit.to_owned() },
@@ -47,6 +48,25 @@ pub fn of_measurements(
     })
 }
 
+/// What is left in each row, a paragraph for those of which the same is to be said.
+fn grouped(rows: &[Row]) -> String {
+    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
+    for row in rows.iter().filter(|row| !row.note.is_empty()) {
+        let words = row.note.replace(&format!("{}: ", row.name), "");
+        match groups.iter_mut().find(|(known, _)| *known == words) {
+            Some((_, names)) => names.push(&row.name),
+            None => groups.push((words, vec![&row.name])),
+        }
+    }
+    let what = if rows.iter().all(|row| row.joint.is_some()) { "joints" } else { "rows" };
+    let paragraph = |(words, names): &(String, Vec<&str>)| match names.as_slice() {
+        [name] => format!("{name}: {words}."),
+        names => format!("{} {what}: {words}: {}.", names.len(), names.join(", ")),
+    };
+    groups.sort_by_key(|(words, _)| words.starts_with("nothing but noise"));
+    groups.iter().map(paragraph).collect::<Vec<_>>().join("\n\n")
+}
+
 /// What was identified: torques over time by description and estimate, and every parameter with its error.
 ///
 /// # Errors
@@ -55,8 +75,9 @@ pub fn of_identification(
     robot: &Robot,
     found: &Identification,
     drives: Option<&DriveSummary>,
-    rows: Vec<Row>,
+    mut rows: Vec<Row>,
 ) -> Result<Report, Diagnostic> {
+    worst_first(&mut rows, |row| row.unit.clone(), |row| row.rms_before);
     let tree = robot.tree()?;
     let posture = vec![0.0; tree.joints.len()];
     let logs = found.logs.iter().map(|log| {
@@ -172,4 +193,30 @@ pub fn steps(history: &History) -> Vec<HistoryStep> {
 /// that is for `bipedc history` to say.
 pub fn steps_of(path: &Path) -> Vec<HistoryStep> {
     crate::amendment::open(path).map(|(_, _, history)| steps(&history)).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bipedc_analysis::experiments::Channel;
+    use bipedc_analysis::report::Series;
+
+    #[test]
+    fn what_is_said_of_several_rows_is_said_once() {
+        let row = |name: &str, note: &str| {
+            let row = Row::new(name, Channel::Effort, "N m", 0.0, Series::default()).at_joint(name);
+            Row { note: note.to_owned(), ..row }
+        };
+        let rows = [
+            row("knee", "knee: it follows velocity. knee: 1 N m (moving), 2 N m (standing)"),
+            row("hip", "hip: nothing but noise is left"),
+            row("ankle", "ankle: nothing but noise is left"),
+            row("neck", ""),
+        ];
+        assert_eq!(
+            grouped(&rows),
+            "knee: it follows velocity. 1 N m (moving), 2 N m (standing).\n\n\
+             2 joints: nothing but noise is left: hip, ankle."
+        );
+    }
 }
