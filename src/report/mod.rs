@@ -1,5 +1,6 @@
 //! Reports: what comparisons, diagnoses, identifications and histories fill them with.
 pub mod drawing;
+mod words;
 
 use crate::amendment::history::{History, Stair};
 use crate::measurements::{Content, Loaded, Measured};
@@ -14,6 +15,7 @@ use bipedc_effects::diagnostic::Diagnostic;
 use drawing::drawing;
 use std::collections::BTreeMap;
 use std::path::Path;
+use words::grouped;
 
 /// Measurements against the model, with a diagnosis if there is one. `loaded` are those that judged.
 ///
@@ -46,25 +48,6 @@ pub fn of_measurements(
         facts: facts(loaded),
         ..Report::default()
     })
-}
-
-/// What is left in each row, a paragraph for those of which the same is to be said.
-fn grouped(rows: &[Row]) -> String {
-    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
-    for row in rows.iter().filter(|row| !row.note.is_empty()) {
-        let words = row.note.replace(&format!("{}: ", row.name), "");
-        match groups.iter_mut().find(|(known, _)| *known == words) {
-            Some((_, names)) => names.push(&row.name),
-            None => groups.push((words, vec![&row.name])),
-        }
-    }
-    let what = if rows.iter().all(|row| row.joint.is_some()) { "joints" } else { "rows" };
-    let paragraph = |(words, names): &(String, Vec<&str>)| match names.as_slice() {
-        [name] => format!("{name}: {words}."),
-        names => format!("{} {what}: {words}: {}.", names.len(), names.join(", ")),
-    };
-    groups.sort_by_key(|(words, _)| words.starts_with("nothing but noise"));
-    groups.iter().map(paragraph).collect::<Vec<_>>().join("\n\n")
 }
 
 /// What was identified: torques over time by description and estimate, and every parameter with its error.
@@ -193,30 +176,4 @@ pub fn steps(history: &History) -> Vec<HistoryStep> {
 /// that is for `bipedc history` to say.
 pub fn steps_of(path: &Path) -> Vec<HistoryStep> {
     crate::amendment::open(path).map(|(_, _, history)| steps(&history)).unwrap_or_default()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use bipedc_analysis::experiments::Channel;
-    use bipedc_analysis::report::Series;
-
-    #[test]
-    fn what_is_said_of_several_rows_is_said_once() {
-        let row = |name: &str, note: &str| {
-            let row = Row::new(name, Channel::Effort, "N m", 0.0, Series::default()).at_joint(name);
-            Row { note: note.to_owned(), ..row }
-        };
-        let rows = [
-            row("knee", "knee: it follows velocity. knee: 1 N m (moving), 2 N m (standing)"),
-            row("hip", "hip: nothing but noise is left"),
-            row("ankle", "ankle: nothing but noise is left"),
-            row("neck", ""),
-        ];
-        assert_eq!(
-            grouped(&rows),
-            "knee: it follows velocity. 1 N m (moving), 2 N m (standing).\n\n\
-             2 joints: nothing but noise is left: hip, ankle."
-        );
-    }
 }

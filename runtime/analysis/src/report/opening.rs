@@ -38,9 +38,9 @@ pub(super) fn section(report: &Report) -> Markup {
                 }
                 (words(report))
                 (next(&report.next))
+                (lines("Warnings", "warnings", &super::sections::warnings(report)))
             }
             (robot(report))
-            (lines("Warnings", "warnings", &super::sections::warnings(report)))
         }
     }
 }
