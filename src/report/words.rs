@@ -3,6 +3,8 @@ use bipedc_analysis::report::Row;
 
 /// Stands for a number where sentences are compared.
 const NUMBER: char = '\u{1}';
+/// Spans of more numbers than this say nothing any more: such rows are told one by one.
+const MOST_SPANS: usize = 2;
 
 /// Rows of which the same is said, but for numbers.
 struct Group<'r> {
@@ -17,7 +19,10 @@ pub(super) fn grouped(rows: &[Row]) -> String {
     let mut groups: Vec<Group<'_>> = Vec::new();
     for row in rows.iter().filter(|row| !row.note.is_empty()) {
         let (template, numbers) = taken_apart(&row.note.replace(&format!("{}: ", row.name), ""));
-        match groups.iter_mut().find(|group| group.template == template) {
+        let same = |group: &&mut Group<'_>| {
+            group.template == template && (numbers.len() <= MOST_SPANS || group.numbers[0] == numbers)
+        };
+        match groups.iter_mut().find(same) {
             Some(group) => {
                 group.names.push(&row.name);
                 group.numbers.push(numbers);
@@ -90,10 +95,14 @@ mod tests {
             row("toe", "toe: nothing but noise is left"),
             row("wrist", "wrist: the error is 1.11 times the noise"),
             row("neck", ""),
+            row("jaw", "jaw: 1 N m from 2 to 3"),
+            row("ear", "ear: 4 N m from 5 to 6"),
         ];
         let expected = [
             "knee: it follows velocity (97 % of 3 N m). 1 N m (moving), 2 N m (standing).",
             "2 joints: the error is 1.11 to 1.3 times the noise: ankle, wrist.",
+            "jaw: 1 N m from 2 to 3.",
+            "ear: 4 N m from 5 to 6.",
             "2 joints: nothing but noise is left: hip, toe.",
         ];
         assert_eq!(grouped(&rows), expected.join("\n\n"));
