@@ -114,7 +114,7 @@ fn proposed_mappings_are_right() {
         let found = channels(text(&log), &["--mapping", text(&mapping)]);
         assert_eq!(found, expected, "{style}\n{}", std::fs::read_to_string(&mapping).unwrap());
         // Without the mapping nothing of it is understood; with it nothing more is proposed.
-        bipedc(&["compare", "robots/tulip", text(&log)]).fails_with(&["log.csv:1"]);
+        bipedc(&["compare", "robots/tulip", text(&log)]).fails_with(&["log.csv:1", "`bipedc log"]);
         let again = ["log", text(&log), "--robot", "robots/tulip", "--mapping", text(&mapping), "--json"];
         assert_eq!(bipedc(&again).ok().json()["proposal"]["entries"], Value::Array(Vec::new()), "{style}");
         let mapping = std::fs::read_to_string(&mapping).unwrap();

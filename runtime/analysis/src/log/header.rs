@@ -178,7 +178,10 @@ fn no_names(names: &[&str]) -> Option<Diagnostic> {
     names[0].parse::<f64>().is_ok().then(|| {
         let first = shorten(names[0]);
         Diagnostic::error(format!("no header row: the first line starts with the number {first}"))
-            .help("put the names of the columns into the first line, such as `time,left_knee/position`")
+            .help(
+                "put the names of the columns into the first line, such as `time,left_knee/position`; of joint states that \
+                 `ros2 topic echo --csv` printed `bipedc log --csv` makes such a log",
+            )
     })
 }
 
@@ -189,7 +192,10 @@ fn no_kind(names: &[&str]) -> Diagnostic {
     );
     let help = match names.iter().find(|n| Kind::ALL.iter().any(|k| k.column() == **n)) {
         Some(name) => format!("move column `{name}` to the front"),
-        None => format!("name it in a mapping file: time = \"{}\"", shorten(names[0])),
+        None => format!(
+            "name it in a mapping file: time = \"{}\"; `bipedc log` proposes such a file",
+            shorten(names[0])
+        ),
     };
     Diagnostic::error(message).help(help)
 }
