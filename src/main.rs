@@ -10,14 +10,14 @@ const EXAMPLES: &str = "\
 Examples:
   bipedc init my_robot/robot.urdf          a first, commented biped.toml
   bipedc check robots/tulip                everything wrong or odd with a robot
-  bipedc generate robots/tulip             its equations of motion as a Rust crate
+  bipedc generate robots/tulip             its equations of motion in Rust
   bipedc inspect robots/tulip              all functions and what they cost
   bipedc evaluate robots/tulip mass_matrix --states states.json
   bipedc log log.csv.gz                    what a log holds, how it is sampled
   bipedc compare robots/tulip log.csv.gz   predicted against logged torques
   bipedc diagnose robots/tulip train.csv --validate other.csv --json > diagnosis.json
   bipedc amend robots/tulip --from diagnosis.json
-  bipedc history robots/tulip              what was added, and how the error fell
+  bipedc history robots/tulip              what was added, how the error fell
   bipedc effects coulomb_friction          what a model may lack, how it looks
   bipedc identify robots/tulip log.csv --write-urdf new.urdf
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv

@@ -16,7 +16,7 @@ Examples:
   bipedc simulate robots/five_link --scenario robots/five_link/scenarios/gait.toml --out run.csv --svg pictures
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv --energy
   bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
-  bipedc diagnose robots/tulip run.csv             finds what the scenario hides
+  bipedc diagnose robots/tulip run.csv         finds what the scenario hides
 
 A scenario, all keys of which docs/simulation.md explains:
 
