@@ -11,6 +11,7 @@ pub mod excitation;
 pub mod export;
 pub mod film;
 pub mod identification;
+pub mod inventory;
 pub mod kinds;
 pub mod measurements;
 pub mod progress;

@@ -8,17 +8,19 @@ use terminal::{failure, interruption, output};
 
 const EXAMPLES: &str = "\
 Examples:
-  bipedc init my_robot/robot.urdf                    write a first, commented biped.toml beside a URDF
-  bipedc check robots/tulip                          everything wrong or odd with a robot
-  bipedc generate robots/tulip                       its equations of motion as a Rust crate in generated/tulip
-  bipedc inspect robots/tulip                        all functions with their operation counts
+  bipedc init my_robot/robot.urdf          a first, commented biped.toml
+  bipedc check robots/tulip                everything wrong or odd with a robot
+  bipedc generate robots/tulip             its equations of motion in Rust
+  bipedc inspect robots/tulip              all functions and what they cost
   bipedc evaluate robots/tulip mass_matrix --states states.json
-  bipedc compare robots/tulip log.csv.gz             predicted against logged torques
-  bipedc identify robots/tulip log.csv --write-urdf new.urdf   masses, centres and inertias with error bars
-  bipedc simulate robots/tulip --scenario stand.toml --out run.csv   a log of the robot in motion, on the ground
-  bipedc effects coulomb_friction                    what the model may lack, how it looks and what to confuse it with
-  bipedc amend robots/tulip --effect coulomb_friction --joint left_knee_pitch --set torque=0.43
-  bipedc history robots/tulip                        what was added to the description, and how the error fell
+  bipedc log log.csv.gz                    what a log holds, how it is sampled
+  bipedc compare robots/tulip log.csv.gz   predicted against logged torques
+  bipedc diagnose robots/tulip train.csv --validate other.csv --json > diagnosis.json
+  bipedc amend robots/tulip --from diagnosis.json
+  bipedc history robots/tulip              what was added, how the error fell
+  bipedc effects coulomb_friction          what a model may lack, how it looks
+  bipedc identify robots/tulip log.csv --write-urdf new.urdf
+  bipedc simulate robots/tulip --scenario stand.toml --out run.csv
 
 A ROBOT is a folder with `robot.urdf` and `biped.toml`, or one of these files. Units are SI.
 Results never overwrite what they were made from; files appear whole or not at all.
@@ -27,7 +29,7 @@ Exit codes: 0 done, 1 an error in the input (said on the error stream), 2 wrong 
 /// The model compiler for walking robots: a URDF in, specialised allocation-free Rust out
 #[derive(Parser)]
 #[command(name = "bipedc", version, after_help = EXAMPLES, arg_required_else_help = true)]
-struct Cli {
+pub(crate) struct Cli {
     #[command(subcommand)]
     command: commands::Command,
 }

@@ -14,7 +14,9 @@ mod cli_diagnose;
 mod cli_evaluate;
 mod cli_excite;
 mod cli_generate;
+mod cli_help;
 mod cli_inspect;
+mod cli_log;
 mod cli_separate;
 mod cli_simulate;
 mod cli_walk;
@@ -36,6 +38,7 @@ mod identify;
 mod identify_elastic;
 #[path = "laws/main.rs"]
 mod laws;
+mod logs_page;
 #[path = "loops/main.rs"]
 mod loops;
 #[path = "phases/main.rs"]

@@ -198,3 +198,47 @@ fn robots_without_moving_joints_have_functions() {
     }
     bipedc(&["inspect", text(&robot("one_free", one, "")), "base-parameters", "--of", "dynamics"]).ok();
 }
+
+/// Damping and friction of the URDF are no part of the equations: `init` offers them as effects, `check` names them until they are.
+#[test]
+fn friction_of_the_urdf_is_offered_and_named() {
+    let folder = scratch("check_friction");
+    let urdf = r#"<robot name="arm"><link name="base"/>
+<link name="rod"><inertial><mass value="1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="tip"><inertial><mass value="1"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/>
+  <dynamics damping="0.25" friction="1.5"/></joint>
+<joint name="slide" type="prismatic"><parent link="rod"/><child link="tip"/><axis xyz="0 0 1"/><limit lower="0" upper="1" effort="1" velocity="1"/>
+  <dynamics damping="3" friction="none"/></joint></robot>"#;
+    let file = folder.join("robot.urdf");
+    std::fs::write(&file, urdf).unwrap();
+    bipedc(&["init", text(&file)]).ok();
+    let description = folder.join("biped.toml");
+    let written = std::fs::read_to_string(&description).unwrap();
+    for words in ["# damping = 0.25   # N m s/rad", "# torque = 1.5   # N m\n", "# damping = 3.0   # N s/m"] {
+        assert!(written.contains(words), "no `{words}` in {written}");
+    }
+    let said = bipedc(&["check", text(&folder)]).ok().err;
+    for words in [
+        "robot.urdf:5:3",
+        "leaves out: `hinge`, `slide`",
+        "--effect viscous_friction --joint hinge --set damping=0.25",
+    ] {
+        assert!(said.contains(words), "no `{words}` in {said}");
+    }
+    // As effects of the description they are part of the model, and there is nothing more to say.
+    let offered = written.split("Were they measured?\n").nth(1).unwrap();
+    let taken = written.replace(
+        offered,
+        &offered
+            .replace("# [[", "[[")
+            .replace("# kind", "kind")
+            .replace("# joint", "joint")
+            .replace("# damping", "damping")
+            .replace("# torque", "torque"),
+    );
+    std::fs::write(&description, taken).unwrap();
+    assert_eq!(bipedc(&["check", text(&folder)]).ok().err, "");
+    let friction = bipedc(&["export", text(&folder), "--urdf", text(&folder.join("out.urdf"))]).ok().out;
+    assert!(friction.contains("joints hinge, slide"), "{friction}");
+}

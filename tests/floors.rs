@@ -30,7 +30,7 @@ const ANALYSIS: [&[&str]; 6] = [
 /// The same of the root package: its library, then the command on top of it.
 const ROOT: [&[&str]; 8] = [
     &["crate_paths", "export", "kinds", "progress", "robot", "table"],
-    &["amendment", "film", "measurements"],
+    &["amendment", "film", "inventory", "measurements"],
     &["report", "simulation"],
     &["comparison", "diagnosis", "identification"],
     &["excitation"],

@@ -6,7 +6,8 @@ use bipedc_compiler::Robot;
 use bipedc_compiler::compile::requested_functions;
 use bipedc_compiler::description::{CheckReport, check_report};
 use bipedc_compiler::tree::as_built;
-use bipedc_effects::diagnostic::{Diagnostic, Severity};
+use bipedc_effects::diagnostic::{Diagnostic, Severity, list};
+use bipedc_effects::effect::{Effect, Kind, kinds};
 use clap::Args;
 use serde::Serialize;
 use std::process::ExitCode;
@@ -17,7 +18,7 @@ Examples:
   bipedc check somewhere/robot.urdf          a URDF without a description
   bipedc check robots/tulip --json
 
-Prints the tree with masses (kg), the total mass, the centre of mass (m) and what is physically
+Prints the tree with masses (kg), the total mass, the centre of mass (m) and what is physically \
 inconsistent, all with the effects on links. All errors are printed at once; the exit code is then 1.";
 
 /// Report every problem of a robot at once, its tree and its masses
@@ -69,11 +70,42 @@ impl Check {
     }
 }
 
+/// Joints whose URDF states damping or friction that no effect of the description is.
+fn left_out(robot: &Robot) -> Option<Diagnostic> {
+    let effects = &robot.description.effects;
+    let has = |joint: &str, kind: &'static Kind| {
+        let same = |effect: &&Effect| effect.location.joint.as_deref() == Some(joint);
+        effects.iter().filter(same).any(|effect| effect.kind == kind || effect.kind.contains(kind))
+    };
+    let mut found: Vec<(String, &Kind, f64, (usize, usize))> = Vec::new();
+    for (joint, stated, place) in robot.sources.stated_dynamics() {
+        let values =
+            [(&kinds::VISCOUS_FRICTION, stated.damping), (&kinds::COULOMB_FRICTION, stated.friction)];
+        for (kind, value) in values {
+            if let Some(value) = value.filter(|_| !has(&joint, kind)) {
+                found.push((joint.clone(), kind, value, place));
+            }
+        }
+    }
+    let (joint, kind, value, (line, column)) = found.first()?;
+    // The first parameter of both kinds is the one that a URDF states.
+    let (kind, parameter) = (kind.name, kind.parameters[0].name);
+    let mut joints: Vec<&str> = found.iter().map(|(joint, ..)| joint.as_str()).collect();
+    joints.dedup();
+    let message =
+        format!("the URDF states damping or friction that the description leaves out: {}", list(joints, 12));
+    let help = format!(
+        "if it was measured: bipedc amend ROBOT --effect {kind} --joint {joint} --set {parameter}={value}, and so on; else diagnose finds it"
+    );
+    Some(Diagnostic::warning(message).in_file(&robot.sources.urdf_path).at(*line, *column).help(help))
+}
+
 /// The description knows neither function names nor what they need: the catalogue does.
 fn compilable(mut robot: Robot) -> Result<Robot, Failure> {
     requested_functions(&robot.description, &robot.tree()?)?;
     let mut more = robot.without_inertia()?;
     robot.warnings.append(&mut more);
+    robot.warnings.extend(left_out(&robot));
     Ok(robot)
 }
 

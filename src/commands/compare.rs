@@ -1,12 +1,16 @@
 //! `bipedc compare`: what the model predicts against what was measured, and where they differ.
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::next::Typed;
 use crate::terminal::output;
 use crate::terminal::pages::Pages;
 use bipedc::Workbench;
-use bipedc::comparison::Options;
+use bipedc::comparison::{Compared, Options};
+use bipedc_analysis::compare::Channel;
+use bipedc_analysis::diagnose::AT_NOISE;
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure::{self, VelocitySource};
+use bipedc_analysis::report::{NextStep, Report};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -21,25 +25,26 @@ Examples:
   bipedc compare robots/tulip tests/data/examples/postures/train.csv.gz --foot right_foot
   record | bipedc compare robots/tulip /dev/stdin
 
-A log is CSV (or gzip CSV) with a column `time` (s), `<joint>/position` (rad) and `<joint>/effort` (N m).
-Where a log has `<joint>/motor_current` (A) instead, a stiff drive under [drives.JOINT] of biped.toml tells the effort: gear
+A log is CSV (or gzip CSV) with a column `time` (s), `<joint>/position` (rad) and `<joint>/effort` (N m). Other names: `bipedc log` \
+tells what a log has and proposes a mapping file; docs/logs.md has every column.
+Where a log has `<joint>/motor_current` (A) instead, a stiff drive under [drives.JOINT] of biped.toml tells the effort: gear \
 ratio times torque constant times current, of which rotor inertia and friction of the drive take their part.
-Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with
+Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with \
 the smallest error among 10, 16, 25, 40, 60 and 90 Hz is taken.
-Logs with the motion of the base and forces at the feet are compared in the rows that no actuator drives, and in the
-joints' efforts under these forces if they are logged; everything passes the same filter (5 Hz unless --cutoff says
+Logs with the motion of the base and forces at the feet are compared in the rows that no actuator drives, and in the \
+joints' efforts under these forces if they are logged; everything passes the same filter (5 Hz unless --cutoff says \
 otherwise). Tables of postures (centre of pressure) and of impacts (velocities just after) are compared row by row.
 The effects of the description are part of the prediction.
---free-run S also integrates the model ahead for S seconds at a time, from measured states and under the logged efforts, and
-compares positions (rad, m): over all samples, at the ends of the windows, and relative to the measured way from a window's
+--free-run S also integrates the model ahead for S seconds at a time, from measured states and under the logged efforts, and \
+compares positions (rad, m): over all samples, at the ends of the windows, and relative to the measured way from a window's \
 start (100 %: as bad as a joint that is said to stand still). The base must be held, position and effort of every joint logged.
 
 JSON: {\"channels\": [{\"name\", \"kind\", \"unit\", \"rms\", \"max\", \"noise\", \"relative\", \"samples\"}], \"kinds\": {kind:
-{\"unit\", \"rms\"}}, \"rms\", \"unit\", \"abscissa\", \"cutoff_hz\", \"cutoffs\", \"trim_s\", \"from_s\", \"to_s\", \"samples\",
-\"sampling_hz\", \"segments\", \"missing\", \"assumptions\", \"warnings\"}; with --where also \"where\": [{\"name\", \"kind\",
-\"unit\", \"rms\", \"max\", \"noise\", \"beyond_noise\" (fraction of the squared error), \"samples\", \"motion\", \"direction\",
-\"phases\": [{\"name\", \"samples\", \"rms\"}], \"windows\": [{\"from\", \"to\", \"samples\", \"rms\"}], \"signature\": [{\"name\",
-\"correlation\", \"share\", \"slope\"}], \"words\": [sentence]}]; with --free-run also \"free_run\": {\"window\" (s), \"windows\", \"diverged\",
+{\"unit\", \"rms\"}}, \"rms\", \"unit\", \"abscissa\", \"cutoff_hz\", \"cutoffs\", \"trim_s\", \"from_s\", \"to_s\", \"samples\", \
+\"sampling_hz\", \"segments\", \"missing\", \"assumptions\", \"warnings\"}; with --where also \"where\": [{\"name\", \"kind\", \
+\"unit\", \"rms\", \"max\", \"noise\", \"beyond_noise\" (fraction of the squared error), \"samples\", \"motion\", \"direction\", \
+\"phases\": [{\"name\", \"samples\", \"rms\"}], \"windows\": [{\"from\", \"to\", \"samples\", \"rms\"}], \"signature\": [{\"name\", \
+\"correlation\", \"share\", \"slope\"}], \"words\": [sentence]}]; with --free-run also \"free_run\": {\"window\" (s), \"windows\", \"diverged\", \
 \"capped\" (too stiff), \"channels\": [{\"name\", \"unit\", \"rms\", \"rms_end\", \"relative\"}], \"rms\", \"unit\", \"assumptions\"}.";
 
 /// Compare the model's prediction with measurements
@@ -115,7 +120,7 @@ impl Compare {
         let log = bench.log_with(&self.log, self.mapping()?)?;
         let compared = bench.compare_with(&log, &self.options())?;
         if let Some(report) = &compared.report {
-            self.pages.write(report)?;
+            self.pages.write(&Report { next: vec![self.next(&compared)], ..report.clone() })?;
         }
         output::diagnostics(&compared.warnings);
         if self.json {
@@ -132,6 +137,27 @@ impl Compare {
         ledger.reads("the log", &self.log);
         self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
         Ok(self.pages.note(&mut ledger)?)
+    }
+
+    /// What one does after this.
+    fn next(&self, compared: &Compared) -> NextStep {
+        let is_noise = |channel: &Channel| channel.rms <= AT_NOISE * channel.noise;
+        if compared.channels.iter().all(is_noise) {
+            let generate = Typed::command("generate").path(&self.robot.path).words(&self.robot.overrides());
+            return generate.because("The model explains this log down to its noise. Its equations as code:");
+        }
+        Typed::command("diagnose")
+            .path(&self.robot.path)
+            .path(&self.log)
+            .words(&self.robot.overrides())
+            .file("--mapping", self.mapping.as_deref())
+            .option("--from", self.from.as_ref())
+            .option("--to", self.to.as_ref())
+            .option("--foot", self.foot.as_ref())
+            .words(" --report diagnosis.html")
+            .because(
+                "Find out what the model lacks, where and how large (--validate OTHER.csv: judged on a log of another motion):",
+            )
     }
 
     fn mapping(&self) -> Result<Mapping, Failure> {

@@ -1,14 +1,18 @@
 //! `bipedc diagnose`: which physical effect is missing, where, how large, how sure.
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::{Failure, Outcome};
+use crate::terminal::next::Typed;
 use crate::terminal::output;
 use crate::terminal::pages::Pages;
 use bipedc::amendment::{Amended, comments, description_path};
 use bipedc::diagnosis::{self, Options};
 use bipedc::workbench::{Event, Explained};
 use bipedc::{Diagnostic, Diagnostics, Log, Workbench};
+use bipedc_analysis::diagnose::{Diagnosis, FoundEffect};
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::measure;
+use bipedc_analysis::report::{NextStep, Report};
+use bipedc_compiler::description::model::Base;
 use clap::{Args, ValueEnum};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -22,17 +26,20 @@ Examples:
   bipedc diagnose my_arm log.csv --inertial free --cutoff 25
   bipedc diagnose robots/tulip train.csv --validate other.csv --until-explained && bipedc history robots/tulip
 
-Candidates (see `bipedc effects`) are fitted to the log, judged on the other one, and enter one after the other as
+Candidates (see `bipedc effects`) are fitted to the log, judged on the other one, and enter one after the other as \
 long as each lowers the held-out error by more than its price. Without --validate, blocks of the log itself judge.
---inertial says what may happen to masses and inertias meanwhile: `prior` lets them move as far as CAD data usually
+--inertial says what may happen to masses and inertias meanwhile: `prior` lets them move as far as CAD data usually \
 are off (2 % of mass, 2 mm, 4 % of inertia), `none` keeps them, `free` estimates them (for robots whose URDF is a guess).
 --refit does the same for the effects that the description has: their values there are forgotten and estimated again.
-Currents of stiff drives (<joint>/motor_current, A) stand in for efforts that a log lacks, as in `bipedc compare`; the drives'
+Currents of stiff drives (<joint>/motor_current, A) stand in for efforts that a log lacks, as in `bipedc compare`; the drives' \
 friction and rotor inertia are then effects of the model, and --refit estimates them too.
 
-The data are checked first: swapped columns, wrong signs and units are named and stop the search (--anyway goes on);
-joints that hardly move, clipped torques and motions that repeat are warnings. --until-explained writes what it finds
-into the description, one step of its history per effect, and looks again until nothing is missing.";
+The data are checked first: swapped columns, wrong signs and units are named and stop the search (--anyway goes on); \
+joints that hardly move, clipped torques and motions that repeat are warnings. --until-explained writes what it finds \
+into the description, one step of its history per effect, and looks again until nothing is missing.
+
+`bipedc log` tells what a log has and proposes names for its columns; docs/logs.md has every column, docs/diagnosis.md every key of \
+--json.";
 
 /// How far inertial parameters may move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -112,7 +119,7 @@ impl Diagnose {
         let (log, judge) = self.logs(&bench, self.mapping()?)?;
         let found = bench.diagnose_with(&log, judge.as_ref(), &self.options())?;
         if let Some(report) = &found.report {
-            self.pages.write(report)?;
+            self.pages.write(&Report { next: self.next(&bench, &found), ..report.clone() })?;
         }
         output::diagnostics(&found.warnings);
         if self.json {
@@ -155,6 +162,79 @@ impl Diagnose {
         self.validate.iter().for_each(|log| ledger.reads("the log of --validate", log));
         self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
         Ok(self.pages.note(&mut ledger)?)
+    }
+
+    /// What one does after this.
+    fn next(&self, bench: &Workbench, found: &Diagnosis) -> Vec<NextStep> {
+        let robot = &self.robot.path;
+        let mut steps = Vec::new();
+        if !(found.effects.is_empty() && found.inertial_corrections.is_empty()) {
+            let amend = Typed::command("amend").path(robot).words(" --from diagnosis.json").because("");
+            let again = self.again().words(" --json > diagnosis.json && ").words(&amend.command);
+            steps.push(
+                again.because(
+                    "Write what was found into the description; `bipedc amend --undo` takes it back:",
+                ),
+            );
+        }
+        steps.extend(found.indistinguishable.iter().find_map(|group| self.separate(bench, group)));
+        if found.unexplained {
+            let compare = Typed::command("compare")
+                .path(robot)
+                .path(self.validate.as_ref().unwrap_or(&self.log))
+                .words(&self.robot.overrides())
+                .file("--mapping", self.mapping.as_deref());
+            steps.push(compare.words(" --where").because(
+                "Something is left that no effect of the library explains. When it happens, and what it goes with:",
+            ));
+        }
+        if steps.is_empty() {
+            let generate = Typed::command("generate").path(robot).words(&self.robot.overrides());
+            steps.push(generate.because("Nothing is missing that these logs could show. The model as code:"));
+        }
+        steps
+    }
+
+    /// The same search.
+    fn again(&self) -> Typed {
+        let inertial = self.inertial.to_possible_value().map(|value| value.get_name().to_owned());
+        let inertial = inertial.filter(|_| self.inertial != Inertial::Prior);
+        let most = (self.most != Options::default().most).then_some(self.most);
+        let flags =
+            [(self.refit, " --refit"), (self.anyway, " --anyway"), (self.with_joints, " --with-joints")];
+        let flags: String = flags.iter().filter(|(given, _)| *given).map(|(_, flag)| *flag).collect();
+        let channels = (!self.channels.is_empty()).then(|| self.channels.join(","));
+        Typed::command("diagnose")
+            .path(&self.robot.path)
+            .path(&self.log)
+            .words(&self.robot.overrides())
+            .file("--validate", self.validate.as_deref())
+            .file("--mapping", self.mapping.as_deref())
+            .option("--cutoff", self.cutoff.as_ref())
+            .option("--from", self.from.as_ref())
+            .option("--to", self.to.as_ref())
+            .option("--foot", self.foot.as_ref())
+            .option("--inertial", inertial.as_ref())
+            .option("--most", most.as_ref())
+            .option("--channels", channels.as_ref())
+            .words(&flags)
+    }
+
+    /// A motion that tells two effects of one joint apart.
+    fn separate(&self, bench: &Workbench, group: &[Vec<FoundEffect>]) -> Option<NextStep> {
+        let ([first], [second]) = (group.first()?.as_slice(), group.get(1)?.as_slice()) else { return None };
+        let (first, second) = (&first.effect, &second.effect);
+        let joint =
+            first.location.joint.as_ref().filter(|joint| second.location.joint.as_ref() == Some(joint))?;
+        // Motions are designed for robots that are held.
+        let is_held = matches!(bench.robot().description.base, Base::Fixed { .. });
+        let excite = Typed::command("excite")
+            .path(&self.robot.path)
+            .words(if is_held { "" } else { " --base fixed" })
+            .words(&format!(" --separate {} {}", first.kind.name, second.kind.name))
+            .option("--joint", Some(joint))
+            .words(" --out apart.csv");
+        Some(excite.because("This log cannot tell two explanations apart. A motion that can:"))
     }
 
     fn mapping(&self) -> Result<Mapping, Failure> {

@@ -12,8 +12,8 @@ use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
 Examples:
-  bipedc effects                         all kinds with their parameters and units
-  bipedc effects coulomb_friction        its law, how it looks, what it is confused with, and how to tell apart
+  bipedc effects                     all kinds with their parameters and units
+  bipedc effects coulomb_friction    its law, what it looks like
   bipedc effects --json
 
 An effect is written as an [[effect]] table in biped.toml: by hand or by `bipedc amend`.";

@@ -30,7 +30,7 @@ A state (the file holds one, or an array of them; whatever is missing is zero):
             \"force\": […], \"torque\": […]},
    \"position\": {\"joint\": rad}, \"velocity\": {…}, \"acceleration\": {…}, \"effort\": {…},
    \"forces\": {\"foot/point\": [x, y, z]}}
-Base rates, force and torque are in the base's axes; its accelerations are the time derivatives of those twist
+Base rates, force and torque are in the base's axes; its accelerations are the time derivatives of those twist \
 components. `forces` are at the contact points, world axes, N. A key `expected` is ignored.
 --json: {\"function\", \"rows\", \"columns\", \"row_units\", \"values\": one array, or array of rows, per state}.
 `bipedc inspect ROBOT` lists the functions.";

@@ -26,20 +26,20 @@ Examples:
   bipedc excite robots/tulip_v1_leg --separate rotor_inertia payload --joint right_knee_pitch --link right_lower_leg --out apart.csv
   bipedc excite robots/tulip --postures 50 --placements 10 --out postures.csv --plot postures.svg
 
-A log of a poor motion tells some parameters only together. This looks for the joint trajectories whose base regressor
-(thesis 5.9) has the smallest condition number, within the limits of position, velocity and effort of the URDF
+A log of a poor motion tells some parameters only together. This looks for the joint trajectories whose base regressor \
+(thesis 5.9) has the smallest condition number, within the limits of position, velocity and effort of the URDF \
 (thesis 5.16): the condition number says how many times more the errors of the worst parameter grow than those of the best.
 Below 100 is good; above some hundreds expect parameters that the log does not tell.
 
-Trajectories are finite Fourier series: they repeat after --duration and start and end at rest, so that they may be run
-over and over. With --degree5 they are polynomials of degree 5 as in the thesis; these may begin and end in motion
+Trajectories are finite Fourier series: they repeat after --duration and start and end at rest, so that they may be run \
+over and over. With --degree5 they are polynomials of degree 5 as in the thesis; these may begin and end in motion \
 unless --at-rest.
 Then: run the motion on the robot, log positions and efforts, and ask `bipedc identify`.
 
 With --separate: the motion that best tells two effects of the library apart which `bipedc diagnose` could not tell apart.
 
-With --postures: sets of static postures for force plates (thesis 5.24), both feet flat on K placements, within the joints'
-limits, the centre of pressure inside the support. Add measured columns cop/x and cop/y to the file and ask
+With --postures: sets of static postures for force plates (thesis 5.24), both feet flat on K placements, within the joints' \
+limits, the centre of pressure inside the support. Add measured columns cop/x and cop/y to the file and ask \
 `bipedc identify --method cop`. Ctrl-C ends the search with the best so far.
 
 The soles are kept apart (--gap), other links are not: always try a designed motion slowly and in simulation first.

@@ -13,8 +13,8 @@ const EXAMPLES: &str = "\
 Examples:
   bipedc export robots/tulip --urdf amended.urdf
 
-Links get the masses, centres of mass and inertias that they have with the effects of biped.toml (payload, com_offset,
-inertia_error, inertial_correction), joints the damping (N m s/rad) and friction (N m) of viscous_friction and coulomb_friction as
+Links get the masses, centres of mass and inertias that they have with the effects of biped.toml (payload, com_offset, \
+inertia_error, inertial_correction), joints the damping (N m s/rad) and friction (N m) of viscous_friction and coulomb_friction as \
 <dynamics>. Everything else of the URDF stays byte for byte, comments too. What a URDF has no words for is listed.";
 
 /// Write the robot with what was amended as a URDF

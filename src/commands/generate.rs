@@ -17,14 +17,14 @@ use std::time::Instant;
 
 const EXAMPLES: &str = "\
 Examples:
-  bipedc generate robots/tulip                               writes generated/tulip
-  bipedc generate robots/tulip --out my_workspace/tulip      with the small runtime that it needs, in its folder
+  bipedc generate robots/tulip              writes generated/tulip
+  bipedc generate robots/tulip --check      is that what would be written?
+  bipedc generate robots/tulip --out my_workspace/tulip
   bipedc generate robots/leg --out my_workspace/leg --runtime my_workspace/tulip/bipedc-runtime
-                                                             two crates of one program share a runtime
-  bipedc generate robots/tulip --check                       is generated/tulip what would be written?
 
-The crate is `no_std` and never allocates. What it holds is chosen by `[generate]` in biped.toml; by default
-everything. The crate is written whole or not at all; files that bipedc did not generate stay. --check writes nothing: it names
+With --out the crate has the small runtime that it needs in its folder; with --runtime two crates of one program share one.
+The crate is `no_std` and never allocates. What it holds is chosen by `[generate]` in biped.toml; by default \
+everything. The crate is written whole or not at all; files that bipedc did not generate stay. --check writes nothing: it names \
 missing, changed (stale or edited) and extra files, exit code 1.";
 
 /// Write a robot's equations of motion as a Rust crate

@@ -19,9 +19,9 @@ Examples:
   bipedc history robots/tulip --json
   bipedc history robots/tulip --svg staircase.svg
 
-Every `bipedc amend` is a step. Errors are root mean squares on held-out data, else on the training data; they are
+Every `bipedc amend` is a step. Errors are root mean squares on held-out data, else on the training data; they are \
 known for effects that a diagnosis or an estimate brought. `bipedc amend ROBOT --undo` takes the last step back.
-JSON: {\"description\", \"state\": \"agrees\", \"last_step_missing\" or \"edited\", \"steps\": [as in history.json, without the
+JSON: {\"description\", \"state\": \"agrees\", \"last_step_missing\" or \"edited\", \"steps\": [as in history.json, without the \
 kept text], \"stairs\": [{\"step\", \"label\", \"date\", \"channel\", \"unit\", \"before\", \"after\", \"noise\", \"held_out\"}]}.";
 
 /// Show what was added to a robot's description and how its error fell

@@ -26,18 +26,18 @@ Examples:
   bipedc identify robots/tulip postures.csv --method cop --validate others.csv
   bipedc identify robots/tulip kicks.csv --method zmp --stance right_foot
 
-Four steps: base parameters of what was measured (thesis 5.2), with friction and offset of every joint, by least squares
-with each joint's own noise; their standard errors, which respect that errors last; the fewest of them that predict as
-well; and parameters of every link that a body can have, near the description where the data do not tell. How near is
+Four steps: base parameters of what was measured (thesis 5.2), with friction and offset of every joint, by least squares \
+with each joint's own noise; their standard errors, which respect that errors last; the fewest of them that predict as \
+well; and parameters of every link that a body can have, near the description where the data do not tell. How near is \
 chosen on the logs alone, by folds that never share a motion. Nothing of --validate is used for any choice.
 
-With series elastic drives (--method elastic) springs measure the torques: motor currents tell friction and stiffness of
+With series elastic drives (--method elastic) springs measure the torques: motor currents tell friction and stiffness of \
 every drive first, from the drive trains of biped.toml; then the springs' torques tell the bodies.
 
 Where the base moves and forces at the feet are logged, the rows of the base tell instead of joint torques.
 
-Without joint torques: --method cop takes tables of static postures on force plates (columns `<joint>/position`, `cop/x`,
-`cop/y`; `bipedc excite ROBOT --postures 50` designs them), --method zmp logs of a robot that stands on --stance
+Without joint torques: --method cop takes tables of static postures on force plates (columns `<joint>/position`, `cop/x`, \
+`cop/y`; `bipedc excite ROBOT --postures 50` designs them), --method zmp logs of a robot that stands on --stance \
 (`<joint>/position`, `<foot>/force/z`, `<foot>/cop/x`, `/y`, or whole wrenches) or whose base is logged too.
 
 docs/identification.md explains the method, every column and every key of --json.";

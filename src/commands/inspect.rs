@@ -16,13 +16,13 @@ use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
 Examples:
-  bipedc inspect robots/tulip                             all functions with their operation counts
-  bipedc inspect robots/three_link potential_energy       one function; formulas if it is small
+  bipedc inspect robots/tulip                        all functions, counted
+  bipedc inspect robots/three_link potential_energy  formulas if it is small
   bipedc inspect robots/five_link position --point right_foot/point_foot
   bipedc inspect robots/tulip base-parameters --of com --root right_foot --rows x,y
 
-Operations: additions, multiplications, divisions and square roots count 1, fused multiply-adds 2; sines and
-cosines are listed apart. In formulas `knee` is a joint's position (rad), `knee'` its velocity, `knee''` its
+Operations: additions, multiplications, divisions and square roots count 1, fused multiply-adds 2; sines and \
+cosines are listed apart. In formulas `knee` is a joint's position (rad), `knee'` its velocity, `knee''` its \
 acceleration.";
 
 /// Formulas are shown up to so many operations; longer ones nobody reads.

@@ -3,6 +3,7 @@ mod amend;
 mod base_parameters;
 mod check;
 mod compare;
+mod completions;
 mod diagnose;
 mod effects;
 mod evaluate;
@@ -13,6 +14,7 @@ mod history;
 mod identify;
 mod init;
 mod inspect;
+mod log;
 mod simulate;
 
 use crate::terminal::failure::Outcome;
@@ -26,6 +28,7 @@ pub enum Command {
     Generate(generate::Generate),
     Inspect(inspect::Inspect),
     Evaluate(evaluate::Evaluate),
+    Log(log::Log),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
     Effects(effects::Effects),
@@ -35,6 +38,7 @@ pub enum Command {
     Identify(identify::Identify),
     Excite(excite::Excite),
     Simulate(simulate::Simulate),
+    Completions(completions::Completions),
 }
 
 impl Command {
@@ -46,6 +50,7 @@ impl Command {
             Self::Generate(command) => command.run(),
             Self::Inspect(command) => command.run(),
             Self::Evaluate(command) => command.run(),
+            Self::Log(command) => command.run(),
             Self::Compare(command) => command.run(),
             Self::Diagnose(command) => command.run(),
             Self::Effects(command) => command.run(),
@@ -55,6 +60,7 @@ impl Command {
             Self::Identify(command) => command.run(),
             Self::Excite(command) => command.run(),
             Self::Simulate(command) => command.run(),
+            Self::Completions(command) => command.run(),
         }
     }
 }

@@ -16,43 +16,43 @@ Examples:
   bipedc simulate robots/five_link --scenario robots/five_link/scenarios/gait.toml --out run.csv --svg pictures
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv --energy
   bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
-  bipedc diagnose robots/tulip run.csv                       finds what the scenario hides
+  bipedc diagnose robots/tulip run.csv         finds what the scenario hides
 
 A scenario, all keys of which docs/simulation.md explains:
 
-  duration = 4.0                      # s
-  step = 0.001                        # s
+  duration = 4.0             # s
+  step = 0.001               # s
   [control]
-  stiffness = 300.0                   # N m/rad, all joints
-  damping = 3.0                       # N m s/rad
+  stiffness = 300.0          # N m/rad, all joints
+  damping = 3.0              # N m s/rad
   [joint.left_knee_pitch]
-  position = 0.4                      # rad, at the start
-  sines = [[0.2, 0.5, 0.0]]           # amplitude (rad), frequency (Hz), phase (rad)
+  position = 0.4             # rad, at the start
+  sines = [[0.2, 0.5, 0.0]]  # amplitude (rad), frequency (Hz), phase (rad)
   [ground]
   friction = 0.7
-  [[effect]]                          # hidden: in the robot, not in its description
+  [[effect]]                 # hidden: in the robot, not in its description
   kind = \"coulomb_friction\"
   joint = \"left_knee_pitch\"
-  torque = 0.4                        # N m
-  [motor.left_knee_pitch]             # gear, rotor, current and voltage, spring and play to the joint
-  gear_ratio = 111.0                  # motor turns per turn of the joint
-  rotor_inertia = 3.35e-6             # kg m², at the motor shaft
-  torque_constant = 0.0259            # N m/A
+  torque = 0.4               # N m
+  [motor.left_knee_pitch]    # gear, rotor, current, voltage, spring and play
+  gear_ratio = 111.0         # motor turns per turn of the joint
+  rotor_inertia = 3.35e-6    # kg m², at the motor shaft
+  torque_constant = 0.0259   # N m/A
 
-With method = \"event_driven\" a robot with phases walks from event to event (thesis 4.4): each phase is integrated with error
-control to the instant at which it ends, then come impact and relabelling. The assumptions are checked; one that does not hold
+With method = \"event_driven\" a robot with phases walks from event to event (thesis 4.4): each phase is integrated with error \
+control to the instant at which it ends, then come impact and relabelling. The assumptions are checked; one that does not hold \
 ends the run with phase, time, quantity and value, and exit code 3. [[control.output]] are virtual constraints.
 
-Otherwise rigid ground, dry friction and impacts are solved together in every step (Moreau's time stepping, 4.3). The log
-has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log
+Otherwise rigid ground, dry friction and impacts are solved together in every step (Moreau's time stepping, 4.3). The log \
+has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log \
 up to there is kept.
-JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \"not_converged\" (steps), \"contacts\",
-\"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"};
-event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\",
-\"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}],
-\"projected\": {\"position\", \"velocity\"} (onto the contacts of the first phase),
-\"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"};
-with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\";
+JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \"not_converged\" (steps), \"contacts\", \
+\"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"}; \
+event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\", \
+\"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}], \
+\"projected\": {\"position\", \"velocity\"} (onto the contacts of the first phase), \
+\"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}; \
+with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\"; \
 losses \"viscous_friction\", \"dry_friction\", \"stops\", \"impacts\", \"sliding\", \"ground_dampers\", their sum \"lost\"; \"remainder\"}.";
 
 /// Exit code of a run that was interrupted, as shells have it.

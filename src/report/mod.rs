@@ -1,5 +1,6 @@
 //! Reports: what comparisons, diagnoses, identifications and histories fill them with.
 pub mod drawing;
+mod words;
 
 use crate::amendment::history::{History, Stair};
 use crate::measurements::{Content, Loaded, Measured};
@@ -7,12 +8,14 @@ use bipedc_analysis::diagnose::{Diagnosis, ErrorFall};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::Identification;
 use bipedc_analysis::identify::elastic::DriveSummary;
+use bipedc_analysis::number::worst_first;
 use bipedc_analysis::report::{Abscissa, Drawing, Estimated, Fact, HistoryStep, Report, Row, rows_of};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostic;
 use drawing::drawing;
 use std::collections::BTreeMap;
 use std::path::Path;
+use words::grouped;
 
 /// Measurements against the model, with a diagnosis if there is one. `loaded` are those that judged.
 ///
@@ -28,13 +31,13 @@ pub fn of_measurements(
     let file = Path::new(&loaded.source.file).file_name().unwrap_or_default().to_string_lossy().into_owned();
     let what = if diagnosis.is_some() { "diagnosis, judged on" } else { "compared with" };
     let rows = rows_of(&*loaded.experiment, diagnosis);
-    let notes: Vec<&str> = rows.iter().map(|row| row.note.as_str()).filter(|note| !note.is_empty()).collect();
     let abscissa = loaded.content.abscissa();
     let unit = if abscissa == "time" { "s" } else { "" };
     Ok(Report {
         title: format!("{name}: {what} {file}"),
         // A diagnosis has words of its own.
-        summary: if diagnosis.is_some() { String::new() } else { notes.join(".\n\n") + "." },
+        summary: if diagnosis.is_some() { String::new() } else { grouped(&rows) },
+        log: file,
         drawing: Some(shape(robot, measured, &*loaded.experiment)?),
         robot: name,
         abscissa: Abscissa { name: abscissa.to_owned(), unit: unit.to_owned() },
@@ -55,8 +58,9 @@ pub fn of_identification(
     robot: &Robot,
     found: &Identification,
     drives: Option<&DriveSummary>,
-    rows: Vec<Row>,
+    mut rows: Vec<Row>,
 ) -> Result<Report, Diagnostic> {
+    worst_first(&mut rows, |row| row.unit.clone(), |row| row.rms_before);
     let tree = robot.tree()?;
     let posture = vec![0.0; tree.joints.len()];
     let logs = found.logs.iter().map(|log| {

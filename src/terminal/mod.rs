@@ -2,6 +2,7 @@
 pub mod arguments;
 pub mod failure;
 pub mod interruption;
+pub mod next;
 pub mod output;
 pub mod pages;
 pub mod progress;

@@ -13,6 +13,7 @@ use crate::excitation::{
     self, DesignedMotion, PostureOptions, PostureSet, SeparateOptions, SeparatingMotion,
 };
 use crate::identification::{self, Identified};
+use crate::inventory::{self, Inventory};
 use crate::measurements::Log;
 use crate::progress::{Progress, Run, Silent};
 use crate::report::steps_of;
@@ -141,7 +142,7 @@ impl Workbench {
         ledger
     }
 
-    /// Opens a log, or a table of postures or impacts, whose columns have our names (`docs/diagnosis.md`).
+    /// Opens a log, or a table of postures or impacts, whose columns have our names (`docs/logs.md`).
     ///
     /// # Errors
     /// As [`Log::open`].
@@ -155,6 +156,14 @@ impl Workbench {
     /// As [`Log::with_mapping`].
     pub fn log_with(&self, path: impl AsRef<Path>, mapping: Mapping) -> Result<Log, Diagnostics> {
         Log::with_mapping(path, mapping)
+    }
+
+    /// What a file holds, also one whose columns have names that are not ours; `docs/logs.md` explains all columns.
+    ///
+    /// # Errors
+    /// As [`inventory::examine()`].
+    pub fn inventory(&self, path: impl AsRef<Path>, mapping: &Mapping) -> Result<Inventory, Diagnostics> {
+        inventory::examine(path, mapping, Some(&inventory::Robot::of(&self.robot)?))
     }
 
     /// What the model predicts against what was logged, row by row: rms, largest error, noise.

@@ -8,6 +8,8 @@ mod fuzz_diagnose;
 mod fuzz_evaluate;
 #[path = "../support/fuzz_inspect.rs"]
 mod fuzz_inspect;
+#[path = "../support/fuzz_inventory.rs"]
+mod fuzz_inventory;
 
 const ROBOT: &str = include_str!("../../robots/seven_link/robot.urdf");
 
@@ -129,6 +131,13 @@ fn nothing_that_is_derived_from_seeds_panics() {
 #[test]
 fn states_never_panic() {
     run_few("evaluate", 40, fuzz_evaluate::run);
+}
+
+/// Whatever a log's names are: what is proposed reads, and what is written is a log.
+#[test]
+fn logs_of_others_never_panic() {
+    let folder = crate::cli::scratch("corpus_inventory");
+    run("inventory", |text| fuzz_inventory::run(text.as_bytes(), &folder));
 }
 
 #[test]

@@ -4,7 +4,8 @@ use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, FoundEffect, Rejected, Ste
 use bipedc_analysis::experiments::Channel;
 use bipedc_analysis::log::{Mapping, Reader, Table};
 use bipedc_analysis::measure::DataSource;
-use bipedc_analysis::report::{Fact, HistoryStep, Report, Row, Series};
+use bipedc_analysis::number::worst_first;
+use bipedc_analysis::report::{Fact, HistoryStep, NextStep, Report, Row, Series};
 use bipedc_analysis::signal::{Butterworth, Spline};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
@@ -43,17 +44,24 @@ fn made() -> Report {
         let measured = table.column(&format!("{name}/effort")).unwrap();
         row(name, &time, &measured[TRIM..measured.len() - TRIM], &nominal[j], &motion[j])
     });
-    let rows: Vec<Row> = rows.collect();
+    let mut rows: Vec<Row> = rows.collect();
+    worst_first(&mut rows, |row| row.unit.clone(), |row| row.rms_before);
     let posture: Vec<f64> = motion.iter().map(|m| m[0].iter().sum::<f64>() / m[0].len() as f64).collect();
     Report {
         title: "tulip: diagnosis of train.csv.gz".to_owned(),
         robot: "tulip".to_owned(),
+        log: "validation.csv.gz".to_owned(),
+        next: vec![NextStep {
+            why: "Write what was found into the description:".to_owned(),
+            command: "bipedc amend robots/tulip --from diagnosis.json".to_owned(),
+        }],
         drawing: Some(drawing(&robot.description, &tree, &posture)),
         diagnosis: Some(diagnosis(&rows)),
         history: history(),
         facts: vec![
-            Fact::new("filter", "zero-phase 4th-order Butterworth, cut-off 16 Hz; efforts are not filtered"),
-            Fact::new("samples", format!("{} at 250 Hz; 0.5 s left out at both ends", time.len())),
+            Fact::new("filter", "zero-phase 4th-order Butterworth; efforts are not filtered"),
+            Fact::new("cut-off", "16 Hz"),
+            Fact::new("samples", time.len().to_string()),
         ],
         rows,
         ..Report::default()

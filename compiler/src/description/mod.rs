@@ -71,6 +71,17 @@ impl SourceFiles {
         parse(&self.urdf_text, &self.urdf_path, &self.toml_text, &self.toml_path)
     }
 
+    /// What the URDF's `<dynamics>` state of joints that move, with line and column. The equations of motion leave it out: damping
+    /// and friction are effects of the description.
+    pub fn stated_dynamics(&self) -> Vec<(String, JointDynamics, (usize, usize))> {
+        let mut messages = Messages::new(&self.urdf_text, &self.urdf_path);
+        let Some(robot) = read_urdf(&self.urdf_text, &mut messages) else { return Vec::new() };
+        let joints = robot.joints.iter().zip(&robot.joint_places).filter(|(joint, _)| joint.kind.moves());
+        let stated = joints.filter(|(_, place)| place.dynamics != JointDynamics::default());
+        let at = |place: &urdf::JointPlaces| messages.source.line_and_column(place.dynamics_at.unwrap_or(0));
+        stated.map(|(_, place)| (place.name.clone(), place.dynamics, at(place))).collect()
+    }
+
     /// Line and column of a joint in the URDF, for messages of later stages.
     pub fn joint_place(&self, name: &str) -> Option<(usize, usize)> {
         let mut messages = Messages::new(&self.urdf_text, &self.urdf_path);

@@ -5,6 +5,21 @@ pub fn four_decimals(x: f64) -> String {
     if x == 0.0 || (0.01..1e7).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.2e}") }
 }
 
+/// Rows for people: the largest error first. Errors of different units cannot be compared: rows of one unit stay together, in the
+/// order in which units first stand.
+pub fn worst_first<T>(rows: &mut [T], unit: impl Fn(&T) -> String, error: impl Fn(&T) -> f64) {
+    let mut units: Vec<String> = Vec::new();
+    for row in rows.iter() {
+        let unit = unit(row);
+        if !units.contains(&unit) {
+            units.push(unit);
+        }
+    }
+    let place = |row: &T| units.iter().position(|known| *known == unit(row));
+    let size = |row: &T| if error(row).is_nan() { f64::NEG_INFINITY } else { error(row) };
+    rows.sort_by(|a, b| place(a).cmp(&place(b)).then(size(b).total_cmp(&size(a))));
+}
+
 /// So many digits that count, in plain text, at most nine decimals and no exponent.
 pub(crate) fn counting(x: f64, digits: i32) -> String {
     if x == 0.0 || !x.is_finite() {
@@ -88,6 +103,14 @@ mod tests {
         );
         assert_eq!([0.0, 0.012_345, 12_345.6].map(|x| counting(x, 4)), ["0", "0.01235", "12346"]);
         assert_eq!([1e-12, f64::INFINITY].map(|x| counting(x, 3)), ["0.000000000", "inf"]);
+    }
+
+    #[test]
+    fn units_stay_apart() {
+        let mut rows = [("N", 1.0), ("m", 0.1), ("N", f64::NAN), ("N", 3.0), ("m", 5.0)];
+        worst_first(&mut rows, |row| row.0.to_owned(), |row| row.1);
+        let order: Vec<String> = rows.iter().map(|row| format!("{} {}", row.1, row.0)).collect();
+        assert_eq!(order, ["3 N", "1 N", "NaN N", "5 m", "0.1 m"]);
     }
 
     #[test]

@@ -24,15 +24,15 @@ Examples:
   bipedc amend robots/tulip --effect payload --link torso --set mass=1.2,x=0.05,y=0,z=0.3
   bipedc amend robots/tulip --formula \"k * sin(3 * position)\" --name cable --joint left_knee_pitch \\
          --param \"k=0.1,unit=N m,min=0,max=2\"
-  bipedc amend robots/tulip --from diagnosis.json            everything that a diagnosis found
-  bipedc amend robots/tulip --from diagnosis.json --only 1   the most important of it
-  bipedc amend robots/tulip --from identified.json           masses, friction, offsets of an identification
+  bipedc amend robots/tulip --from diagnosis.json           all that it found
+  bipedc amend robots/tulip --from diagnosis.json --only 1  the most important
+  bipedc amend robots/tulip --from identified.json          an identification's
   bipedc amend robots/tulip --effect coulomb_friction --joint left_knee_pitch --remove
-  bipedc amend robots/tulip --undo                           biped.toml as before the last amend, byte for byte
+  bipedc amend robots/tulip --undo                          as it was before
 
-An effect stands as an [[effect]] table in biped.toml; `bipedc effects` lists the kinds with their parameters and
-units (SI). Comments and order of the file stay. An effect of the same kind at the same place gets the new parameters,
-unless --add. Nothing is written unless the amended description reads. Every amend is a step in history.json beside
+An effect stands as an [[effect]] table in biped.toml; `bipedc effects` lists the kinds with their parameters and \
+units (SI). Comments and order of the file stay. An effect of the same kind at the same place gets the new parameters, \
+unless --add. Nothing is written unless the amended description reads. Every amend is a step in history.json beside \
 the description: `bipedc history` shows them.";
 
 /// Add an effect to a robot's description, or take the last step back

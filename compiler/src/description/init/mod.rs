@@ -1,5 +1,6 @@
 //! A first `biped.toml` for a URDF, with every guess written out so that it can be corrected.
 mod feet;
+mod friction;
 mod pairs;
 mod points;
 
@@ -49,6 +50,7 @@ fn describe(robot: &UrdfRobot, tree: &Tree, file: &str) -> String {
     write_feet(&feet, &mut out);
     pairs::write_symmetry(robot, tree, &frames, &mut out);
     write_actuation(robot, &mut out);
+    friction::write_friction(robot, &mut out);
     write_phases(&feet, &mut out);
     out
 }

@@ -3,9 +3,11 @@
 //! The reader of `urdf-rs` knows no positions and refuses files that every robotics tool loads (a second `<origin>`
 //! in the published KUKA LWR, undeclared name spaces), so its types are filled here.
 use super::attributes::{check_attributes, find, number, text, vector};
+use super::rewrite::JointDynamics;
 use super::shapes::read_collisions;
 use crate::description::geometry::quaternion_to_rpy;
 use crate::description::source::{Messages, Place, short};
+use bipedc_effects::magnitude::refusal;
 use bipedc_effects::spelling::did_you_mean;
 use roxmltree::Node;
 use urdf_rs::{Axis, Inertia, Inertial, JointLimit, JointType, LinkName, Mass, Pose, Vec3};
@@ -43,6 +45,9 @@ pub(crate) struct JointPlaces {
     pub(crate) limit: Place,
     pub(crate) has_range: bool,
     pub(crate) mimic: Place,
+    pub(crate) dynamics_at: Place,
+    /// No part of the rigid body: for those who offer it as effects.
+    pub(crate) dynamics: JointDynamics,
 }
 
 /// Elements that URDF and its usual extensions have directly in `<robot>`.
@@ -265,9 +270,20 @@ fn read_joint(node: Node<'_, '_>, elements: &mut Elements, messages: &mut Messag
         limit: place("limit"),
         has_range: limit.is_some_and(|node| node.has_attribute("lower") || node.has_attribute("upper")),
         mimic: place("mimic"),
+        dynamics_at: place("dynamics"),
+        dynamics: stated_dynamics(find(&children, "dynamics")),
         name,
     };
     elements.joints.push((places, typed));
+}
+
+/// Damping and friction as far as they are positive numbers: nothing depends on them, so nothing is said about others.
+fn stated_dynamics(node: Option<Node<'_, '_>>) -> JointDynamics {
+    let stated = |name: &str| {
+        let value: f64 = node?.attribute(name)?.trim().parse().ok()?;
+        (value > 0.0 && refusal(value).is_none()).then_some(value)
+    };
+    JointDynamics { damping: stated("damping"), friction: stated("friction") }
 }
 
 /// Origin, axis and limits. Kind and links are decided from the places, where "prismatik" can be reported.

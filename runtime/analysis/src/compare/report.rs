@@ -1,6 +1,6 @@
 //! The result of a comparison, for people and for programs.
 use crate::measure::Missing;
-use crate::number::four_decimals;
+use crate::number::{four_decimals, worst_first};
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -131,6 +131,13 @@ impl fmt::Display for Comparison {
 }
 
 impl Comparison {
+    /// The channels with the largest error first, those of one unit together.
+    pub fn worst_first(&self) -> Vec<&Channel> {
+        let mut channels: Vec<&Channel> = self.channels.iter().collect();
+        worst_first(&mut channels, |channel| channel.unit.clone(), |channel| channel.rms);
+        channels
+    }
+
     fn write_table(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let wide = |texts: &mut dyn Iterator<Item = usize>, least: usize| texts.fold(least, usize::max);
         let name = wide(&mut self.channels.iter().map(|c| c.name.chars().count()), 5);
@@ -142,7 +149,7 @@ impl Comparison {
             "{what:name$}  {:>column$}  {:>column$}  {:>column$}  {:>10}  {:>8}",
             "rms", "max", "noise", "relative", "samples"
         )?;
-        for c in &self.channels {
+        for c in self.worst_first() {
             let relative = c.relative.map_or_else(|| "-".to_owned(), |r| format!("{:.2} %", 100.0 * r));
             let [rms, max, noise] = [c.rms, c.max, c.noise].map(four_decimals);
             writeln!(

@@ -80,20 +80,11 @@ fn parse(file: &Path, line: &str, number: usize, mapping: &Mapping) -> Result<He
         Diagnostics(vec![at(error, e.offset).help("close it on the same line, or drop the quotation marks")])
     })?;
     let names: Vec<&str> = fields.iter().map(|f| &line[f.clone()]).collect();
-    if let Some(error) = wrong_separator(line, &names) {
+    if let Some(error) = wrong_separator(line, &names).or_else(|| no_names(&names)) {
         return Err(Diagnostics(vec![at(error, 0)]));
     }
     let mut errors = Vec::new();
-    let mut index = HashMap::new();
-    for (i, name) in names.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
-        if let Some(first) = index.insert(*name, i)
-            && errors.len() < MOST_ERRORS
-        {
-            let message =
-                format!("column `{}` appears twice: as number {} and {}", shorten(name), first + 1, i + 1);
-            errors.push(at(Diagnostic::error(message), fields[i].start).help("remove or rename one of them"));
-        }
-    }
+    let index = index_of(&names, &mut errors, |error, k| at(error, fields[k].start));
     let columns = apply(mapping, &names, &index, &mut errors);
     let kind =
         Kind::ALL.into_iter().find(|k| columns.iter().any(|c| c.name == k.column() && is_first(c, mapping)));
@@ -108,6 +99,25 @@ fn parse(file: &Path, line: &str, number: usize, mapping: &Mapping) -> Result<He
             Err(Diagnostics(errors))
         }
     }
+}
+
+/// Where each name stands; names that stand twice are errors, `at` their field.
+pub(super) fn index_of<'n>(
+    names: &[&'n str],
+    errors: &mut Vec<Diagnostic>,
+    at: impl Fn(Diagnostic, usize) -> Diagnostic,
+) -> HashMap<&'n str, usize> {
+    let mut index = HashMap::new();
+    for (i, name) in names.iter().enumerate().filter(|(_, name)| !name.is_empty()) {
+        if let Some(first) = index.insert(*name, i)
+            && errors.len() < MOST_ERRORS
+        {
+            let message =
+                format!("column `{}` appears twice: as number {} and {}", shorten(name), first + 1, i + 1);
+            errors.push(at(Diagnostic::error(message), i).help("remove or rename one of them"));
+        }
+    }
+    index
 }
 
 /// The leading column is the first of the file unless the mapping file names it.
@@ -155,20 +165,23 @@ fn unknown_source(mapping: &Mapping, position: (usize, usize), wanted: &str, nam
     error.help(suggest(wanted, names.iter().copied(), otherwise))
 }
 
-fn wrong_separator(line: &str, names: &[&str]) -> Option<Diagnostic> {
+/// Semicolons or tabs where commas are expected.
+pub(super) fn wrong_separator(line: &str, names: &[&str]) -> Option<Diagnostic> {
     let separator = [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|(c, _)| line.contains(*c));
-    if let (1, Some((_, name))) = (names.len(), separator) {
-        return Some(
-            Diagnostic::error(format!("the columns are separated by {name}, expected commas"))
-                .help("export the file with commas between columns and points in numbers"),
-        );
-    }
-    (names[0].parse::<f64>().is_ok()).then(|| {
-        Diagnostic::error(format!(
-            "no header row: the first line starts with the number {}",
-            shorten(names[0])
-        ))
-        .help("put the names of the columns into the first line, such as `time,left_knee/position`")
+    let (1, Some((_, name))) = (names.len(), separator) else { return None };
+    let error = Diagnostic::error(format!("the columns are separated by {name}, expected commas"));
+    Some(error.help("export the file with commas between columns and points in numbers"))
+}
+
+/// A first line of numbers.
+fn no_names(names: &[&str]) -> Option<Diagnostic> {
+    names[0].parse::<f64>().is_ok().then(|| {
+        let first = shorten(names[0]);
+        Diagnostic::error(format!("no header row: the first line starts with the number {first}"))
+            .help(
+                "put the names of the columns into the first line, such as `time,left_knee/position`; of joint states that \
+                 `ros2 topic echo --csv` printed `bipedc log --csv` makes such a log",
+            )
     })
 }
 
@@ -179,7 +192,10 @@ fn no_kind(names: &[&str]) -> Diagnostic {
     );
     let help = match names.iter().find(|n| Kind::ALL.iter().any(|k| k.column() == **n)) {
         Some(name) => format!("move column `{name}` to the front"),
-        None => format!("name it in a mapping file: time = \"{}\"", shorten(names[0])),
+        None => format!(
+            "name it in a mapping file: time = \"{}\"; `bipedc log` proposes such a file",
+            shorten(names[0])
+        ),
     };
     Diagnostic::error(message).help(help)
 }

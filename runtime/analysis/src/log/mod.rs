@@ -2,7 +2,7 @@
 //!
 //! A [`Log`] is a file that was opened: what its columns are is known. Its [`Reader`]s give one row at a time, so memory
 //! does not grow with the file; [`Blocks`] cuts a log into overlapping pieces for filtering; [`Table`] holds a small file
-//! as a whole. A [`Mapping`] gives other column names, factors and signs. Units are SI, names those of the URDF; see [`names`] for the columns.
+//! as a whole; [`RawRows`] gives what stands in a file that nobody understands yet. A [`Mapping`] gives other column names, factors and signs. Units are SI, names those of the URDF; see [`names`] for the columns.
 mod blocks;
 mod fields;
 mod file;
@@ -12,6 +12,7 @@ mod kept;
 mod lines;
 mod mapping;
 pub mod names;
+mod raw;
 mod reader;
 mod spikes;
 mod table;
@@ -21,5 +22,6 @@ pub use file::Log;
 pub use header::{Column, Kind};
 pub use lines::{LONGEST_LINE, MOST_BLANK};
 pub use mapping::{ForceFrame, MappedColumn, Mapping};
+pub use raw::{Field, RawRow, RawRows};
 pub use reader::{Absent, MOST_ERRORS, Reader, Row};
 pub use table::{LARGEST_TABLE, Table};

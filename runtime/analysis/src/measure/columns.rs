@@ -107,8 +107,10 @@ impl Plan {
             let message =
                 format!("no column is of a joint of this robot; columns: {}", names::list(columns, 8));
             let help = format!(
-                "columns are named like `left_knee/position`, joints of the robot: {}; a mapping file gives other names",
-                names::list(known(), 40)
+                "columns are named like `left_knee/position`, joints of the robot: {}; a mapping file gives other names, \
+                 `bipedc log {} --robot ROBOT` proposes one",
+                names::list(known(), 40),
+                reader.file().display()
             );
             return Err(Diagnostics(vec![
                 Diagnostic::error(message).in_file(reader.file()).at(1, 0).help(help),

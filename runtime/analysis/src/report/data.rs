@@ -9,13 +9,17 @@ pub struct Report {
     pub title: String,
     /// Name of the robot.
     pub robot: String,
+    /// Name of the log that the rows are of; may be empty.
+    pub log: String,
     /// The answer in plain words; empty lines separate paragraphs. If empty, [`Diagnosis::summary`] stands in.
     pub summary: String,
+    /// Commands that go on from here.
+    pub next: Vec<NextStep>,
     /// The robot's shape.
     pub drawing: Option<Drawing>,
     /// What the samples run over: time, or numbers of postures or impacts.
     pub abscissa: Abscissa,
-    /// One per measured scalar, in the order of the model.
+    /// One per measured scalar, those of one unit together: the page numbers and shows them in this order.
     pub rows: Vec<Row>,
     /// Ranked causes.
     pub diagnosis: Option<Diagnosis>,
@@ -29,6 +33,15 @@ pub struct Report {
     pub assumptions: Vec<String>,
     /// Preprocessing and provenance: cut-off, samples, hashes of the logs.
     pub facts: Vec<Fact>,
+}
+
+/// A command that goes on from a result.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NextStep {
+    /// What it is for.
+    pub why: String,
+    /// As it is typed.
+    pub command: String,
 }
 
 /// A number that was estimated.

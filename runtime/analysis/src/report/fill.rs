@@ -3,13 +3,14 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::breakdown::{breakdown, direction_states, motion_states, velocity_of};
 use crate::experiments::Experiment;
 use crate::experiments::plotted::{Row, Series};
+use crate::number::worst_first;
 use bipedc_effects::effect::Effect;
 
 /// Signals that residuals are plotted against, in this order.
 const SIGNALS: [&str; 4] = ["velocity", "position", "acceleration", "load"];
 
 /// Rows of the experiment that judged, with the effects and corrections of its diagnosis; without one, of the model
-/// alone. Errors are those of the diagnosis where it has them.
+/// alone. Errors are those of the diagnosis where it has them. The largest error comes first, those of one unit together.
 pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Vec<Row> {
     let found = diagnosis.iter().flat_map(|d| d.effects.iter().chain(&d.inertial_corrections));
     let effects: Vec<Effect> = found.map(|found| found.effect.clone()).collect();
@@ -29,7 +30,9 @@ pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Ve
             None => built,
         }
     });
-    rows.collect()
+    let mut rows: Vec<Row> = rows.collect();
+    worst_first(&mut rows, |row| row.unit.clone(), |row| row.rms_before);
+    rows
 }
 
 fn row_of(experiment: &dyn Experiment, index: usize, response: Option<Vec<f64>>) -> Row {

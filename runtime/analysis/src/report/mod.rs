@@ -21,6 +21,7 @@ mod causes;
 mod data;
 mod fill;
 mod film;
+mod opening;
 mod page;
 mod payload;
 mod sections;
@@ -29,7 +30,7 @@ mod thin;
 mod write;
 
 pub use crate::experiments::plotted::{Row, RowPart, Series, Signal};
-pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, Report};
+pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, NextStep, Report};
 pub use fill::rows_of;
 pub use film::{
     Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Plot, Pose, render_film, write_film,

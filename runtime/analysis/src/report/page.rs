@@ -1,6 +1,6 @@
 //! The page as a whole.
 use super::data::Report;
-use super::{causes, payload, sections, svg};
+use super::{causes, opening, payload, sections, svg};
 use crate::experiments::plotted::Row;
 use crate::number::{percent, with_unit};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -20,7 +20,7 @@ const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 
 /// The page as one HTML document, below [`super::LARGEST_PAGE`] bytes.
 pub fn render(report: &Report) -> String {
     let content = html! {
-        (sections::summary(report))
+        (opening::section(report))
         (places(report))
         (joint(report))
         @if let Some(diagnosis) = &report.diagnosis { (causes::section(diagnosis)) }
@@ -82,43 +82,39 @@ fn header(title: &str, robot: &str) -> Markup {
     }
 }
 
-/// Where the model fails: the robot and the table of rows, which choose the row that is plotted.
+/// Where the model fails: the table of rows, which chooses the row that is plotted.
 fn places(report: &Report) -> Markup {
     if report.rows.is_empty() {
         return html! {};
     }
     let amended = report.rows.iter().any(|row| row.rms_after.is_some());
-    let robot = svg::robot(report);
+    let units = units(&report.rows);
+    let begins = |group: usize| units[..group].iter().map(|rows| rows.len()).sum::<usize>();
     html! {
         section.places aria-labelledby="where" {
             h2 #where { "Where the model fails" }
-            p.hint { "Choose a row with a click or with the arrow keys." @if robot.is_some() { " Discs carry the numbers of the table." } }
-            @if let Some((drawing, (width, height))) = robot {
-                figure.robot {
-                    @if amended {
-                        div.switch role="group" aria-label="Colours show" {
-                            button type="button" data-show="before" aria-pressed="true" { "nominal model" }
-                            button type="button" data-show="after" aria-pressed="false" { (after(&report.rows)) }
-                        }
-                    }
-                    svg #robot viewBox=(format!("0 0 {width} {height}")) role="group"
-                        aria-label=(format!("{} with its joints, coloured by the share of their torque that is unexplained", report.robot)) { (drawing) }
-                    figcaption { "Unexplained share of the measured torque: " span.keys { (svg::legend()) } }
-                }
-            }
+            p.hint { "Choose a row with a click or with the arrow keys, here or in the drawing." }
             div.table {
                 table #rows data-first=(worst(&report.rows)) {
-                    caption { "Unexplained: what neither model nor noise accounts for, as a share of the measured signal" }
+                    caption { "The largest error first. Unexplained: what neither model nor noise accounts for, as a share of the measured signal" }
                     thead { (heads(amended, after(&report.rows))) }
-                    tbody { @for (index, row) in report.rows.iter().enumerate() { (line(index, row)) } }
+                    @for (group, rows) in units.iter().enumerate() { tbody {
+                        @if units.len() > 1 { tr.unit { th colspan="5" scope="rowgroup" { "errors in " (rows[0].unit) } } }
+                        @for (index, row) in rows.iter().enumerate() { (line(begins(group) + index, row)) }
+                    } }
                 }
             }
         }
     }
 }
 
+/// Neighbouring rows of one unit.
+pub(super) fn units(rows: &[Row]) -> Vec<&[Row]> {
+    rows.chunk_by(|a, b| a.unit == b.unit).collect()
+}
+
 /// What the second model is called.
-fn after(rows: &[Row]) -> &str {
+pub(super) fn after(rows: &[Row]) -> &str {
     rows.first().map_or("with effects", |row| row.series.after())
 }
 
@@ -133,8 +129,8 @@ fn heads(amended: bool, after: &str) -> Markup {
         tr {
             th scope="col" { "no." }
             th scope="col" { "row" }
-            th scope="col" { "unexplained" small { (both) } }
             th.number scope="col" { "error (RMS)" small { (both) } }
+            th.share scope="col" { "unexplained" small { (both) } }
             th.number.noise-column scope="col" { "noise" }
         }
     }
@@ -160,22 +156,19 @@ fn line(index: usize, row: &Row) -> Markup {
         tr data-words=(format!("Unexplained {shares}, error {error}, noise {noise}.")) {
             td.no { (index + 1) }
             th scope="row" { button type="button" data-row=(index) aria-pressed="false" { (row.name) } }
+            td.number.error { (error) }
             td.share {
                 (bar(row.unexplained_before))
                 @if let Some(share) = row.unexplained_after { " → " (percent(share)) }
             }
-            td.number.error { (error) }
             td.number.noise-column { (noise) }
         }
     }
 }
 
-/// The row that is shown first: the one with the largest unexplained share.
+/// The row that is shown first: the first of which more than noise is left.
 fn worst(rows: &[Row]) -> usize {
-    let finite = rows.iter().enumerate().filter(|(_, row)| row.unexplained_before.is_finite());
-    finite
-        .max_by(|a, b| a.1.unexplained_before.total_cmp(&b.1.unexplained_before))
-        .map_or(0, |(index, _)| index)
+    rows.iter().position(|row| row.unexplained_before > 0.0).unwrap_or(0)
 }
 
 /// The plots of the chosen row; the script fills them.

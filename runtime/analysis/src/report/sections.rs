@@ -1,34 +1,12 @@
-//! Words, history, and what all of it rests on.
+//! Warnings, estimates, history, and what all of it rests on.
 use super::causes::lines;
 use super::data::Report;
 use super::svg;
 use crate::number::with_unit;
 use maud::{Markup, html};
 
-/// The answer in plain words, and the figures that matter most.
-pub(super) fn summary(report: &Report) -> Markup {
-    let words = match &report.diagnosis {
-        Some(diagnosis) if report.summary.is_empty() => diagnosis.summary.as_str(),
-        _ => report.summary.as_str(),
-    };
-    let normal = words.replace("\r\n", "\n");
-    let paragraphs = normal.split("\n\n").map(str::trim).filter(|p| !p.is_empty());
-    html! {
-        section.summary aria-label="Summary" {
-            @for paragraph in paragraphs { p { (paragraph) } }
-            @if let Some(diagnosis) = &report.diagnosis { @if let Some(fall) = svg::headline(diagnosis) {
-                dl.figures {
-                    div { dt { "held-out error, nominal" } dd { (with_unit(fall.before, &fall.unit)) } }
-                    div { dt { "with effects" } dd { (with_unit(fall.after, &fall.unit)) } }
-                    @if fall.noise > 0.0 { div { dt { "noise of the measurement" } dd { (with_unit(fall.noise, &fall.unit)) } } }
-                }
-            } }
-            (lines("Warnings", "warnings", &warnings(report)))
-        }
-    }
-}
-
-fn warnings(report: &Report) -> Vec<String> {
+/// What the data could not support.
+pub(super) fn warnings(report: &Report) -> Vec<String> {
     let found = report.diagnosis.iter().flat_map(|d| &d.warnings);
     distinct(report.warnings.iter().chain(found))
 }

@@ -93,6 +93,17 @@
     for (const disc of discs) disc.setAttribute("class", `joint u${disc.dataset[button.dataset.show]}`);
   });
 
+  /* Copying: where the browser refuses it, the command stands marked, to be copied by keys. */
+  for (const button of all("[data-copy]")) {
+    const code = button.parentElement.querySelector("code");
+    button.hidden = false;
+    button.addEventListener("click", () => {
+      getSelection().selectAllChildren(code);
+      button.textContent = document.execCommand("copy") ? "Copied" : "Marked";
+      setTimeout(() => { button.textContent = "Copy"; }, 1500);
+    });
+  }
+
   const actions = {
     in: () => state.scale(0.5), out: () => state.scale(2), left: () => state.move(-0.25), right: () => state.move(0.25), reset: () => state.reset(),
   };

@@ -1,0 +1,249 @@
+//! What is seen first: the answer in figures, the robot beside them, the answer in words, and what to do next.
+use super::causes::lines;
+use super::data::{NextStep, Report};
+use super::svg;
+use crate::diagnose::AT_NOISE;
+use crate::experiments::plotted::Row;
+use crate::number::{joined, percent, significant, with_unit};
+use maud::{Markup, html};
+
+/// Paragraphs that stand open; the rest is a click away.
+const OPEN: usize = 4;
+
+/// A figure and what it is.
+struct Card {
+    title: String,
+    figure: String,
+    words: String,
+}
+
+impl Card {
+    fn new(title: &str, figure: impl Into<String>, words: impl Into<String>) -> Self {
+        Self { title: title.to_owned(), figure: figure.into(), words: words.into() }
+    }
+}
+
+/// Cards, robot, words, warnings, commands.
+pub(super) fn section(report: &Report) -> Markup {
+    let cards = cards(report);
+    html! {
+        section.opening aria-label="Summary" {
+            div.answer {
+                @if !cards.is_empty() {
+                    dl.cards { @for card in &cards { div.card {
+                        dt { (card.title) }
+                        dd.figure { (card.figure) }
+                        dd.words { (card.words) }
+                    } } }
+                }
+                (words(report))
+                (next(&report.next))
+                (lines("Warnings", "warnings", &super::sections::warnings(report)))
+            }
+            (robot(report))
+        }
+    }
+}
+
+fn cards(report: &Report) -> Vec<Card> {
+    let mut cards = Vec::new();
+    if !report.log.is_empty() {
+        cards.push(Card::new("log", &report.log, log_words(report)));
+    }
+    cards.extend(explained(&report.rows));
+    cards.extend(report.diagnosis.as_ref().and_then(svg::headline).map(|fall| {
+        let noise = if fall.noise > 0.0 {
+            format!("the measurement's noise is {}", with_unit(fall.noise, &fall.unit))
+        } else {
+            "root mean square over all rows".to_owned()
+        };
+        let figure = format!("{} → {}", significant(fall.before, 3), with_unit(fall.after, &fall.unit));
+        Card::new("held-out error, with effects", figure, noise)
+    }));
+    let units = super::page::units(&report.rows);
+    let is_noise = |row: &Row| row.noise > 0.0 && row.rms_before <= AT_NOISE * row.noise;
+    let told = units.iter().enumerate().filter(|(k, rows)| *k == 0 || !rows.iter().all(is_noise));
+    cards.extend(told.filter_map(|(_, rows)| worst(rows)));
+    if report.diagnosis.is_none() {
+        cards.extend(units.first().and_then(|rows| noise(rows)));
+    }
+    cards
+}
+
+/// What was read of the log, from the facts.
+fn log_words(report: &Report) -> String {
+    let fact = |name: &str| report.facts.iter().find(|fact| fact.name == name).map(|fact| &fact.value);
+    let samples = fact("samples").map(|samples| format!("{samples} samples"));
+    let cutoff = fact("cut-off").map(|cutoff| format!("cut-off {cutoff}"));
+    let training = report.diagnosis.as_ref().filter(|found| found.validation.is_some());
+    let training = training.map(|found| {
+        let file = std::path::Path::new(&found.training.file).file_name().unwrap_or_default();
+        format!("it judges; estimated from {}", file.to_string_lossy())
+    });
+    samples.into_iter().chain(cutoff).chain(training).collect::<Vec<_>>().join(", ")
+}
+
+/// The error that counts: with effects where there are any.
+fn last(row: &Row) -> f64 {
+    row.rms_after.unwrap_or(row.rms_before)
+}
+
+/// How many rows have nothing but noise left.
+fn explained(rows: &[Row]) -> Option<Card> {
+    if rows.iter().all(|row| row.noise <= 0.0) {
+        return None;
+    }
+    let count = |error: fn(&Row) -> f64| {
+        rows.iter().filter(|row| row.noise > 0.0 && error(row) <= AT_NOISE * row.noise).count()
+    };
+    let what = if rows.iter().all(|row| row.joint.is_some()) { "joints" } else { "rows" };
+    let before = count(|row| row.rms_before);
+    let words = if rows.iter().any(|row| row.rms_after.is_some()) {
+        format!("have nothing but noise left; {before} by the nominal model")
+    } else {
+        "have nothing but noise left".to_owned()
+    };
+    Some(Card::new("explained", format!("{} of {} {what}", count(last), rows.len()), words))
+}
+
+/// The largest error among rows of one unit.
+fn worst(rows: &[Row]) -> Option<Card> {
+    let row = rows
+        .iter()
+        .filter(|row| row.rms_before.is_finite())
+        .max_by(|a, b| a.rms_before.total_cmp(&b.rms_before))?;
+    let figure = match row.rms_after {
+        Some(after) => format!("{} → {}", significant(row.rms_before, 3), with_unit(after, &row.unit)),
+        None => with_unit(row.rms_before, &row.unit),
+    };
+    let shares = match row.unexplained_after {
+        Some(after) => format!("{} → {}", percent(row.unexplained_before), percent(after)),
+        None => percent(row.unexplained_before),
+    };
+    let words = format!("{}: {shares} of the measured signal is unexplained", row.name);
+    Some(Card::new("largest error", figure, words))
+}
+
+/// From the quietest to the noisiest row of one unit.
+fn noise(rows: &[Row]) -> Option<Card> {
+    let known = || rows.iter().map(|row| row.noise).filter(|noise| *noise > 0.0);
+    let (low, high) = known().fold((f64::INFINITY, 0.0), |(low, high), x| (x.min(low), x.max(high)));
+    let unit = &rows.first()?.unit;
+    let figure = if known().count() > 1 {
+        format!("{} to {}", significant(low, 2), joined(significant(high, 2), unit))
+    } else if high > 0.0 {
+        with_unit(high, unit)
+    } else {
+        return None;
+    };
+    Some(Card::new("noise", figure, "of the measurement, estimated: no model leaves less"))
+}
+
+/// The answer in plain words.
+fn words(report: &Report) -> Markup {
+    let words = match &report.diagnosis {
+        Some(diagnosis) if report.summary.is_empty() => diagnosis.summary.as_str(),
+        _ => report.summary.as_str(),
+    };
+    let normal = words.replace("\r\n", "\n");
+    let paragraphs: Vec<&str> = normal.split("\n\n").map(str::trim).filter(|p| !p.is_empty()).collect();
+    let (open, rest) = paragraphs.split_at(paragraphs.len().min(OPEN));
+    html! {
+        @if !open.is_empty() { div.summary {
+            @for paragraph in open { p { (paragraph) } }
+            @if !rest.is_empty() { details {
+                summary { "and " (rest.len()) " more" }
+                @for paragraph in rest { p { (paragraph) } }
+            } }
+        } }
+    }
+}
+
+/// Commands, to be copied.
+fn next(steps: &[NextStep]) -> Markup {
+    html! {
+        @if !steps.is_empty() { div.next {
+            h2 { "What to do next" }
+            @for step in steps {
+                p { (step.why) }
+                div.command {
+                    code tabindex="0" { @for (k, word) in step.command.split(' ').enumerate() {
+                        @if k > 0 { " " }
+                        span { (word) }
+                    } }
+                    button type="button" data-copy hidden { "Copy" }
+                }
+            }
+        } }
+    }
+}
+
+/// The robot, joints coloured by what is unexplained.
+fn robot(report: &Report) -> Markup {
+    let Some((drawing, (width, height))) = svg::robot(report) else { return html! {} };
+    let amended = report.rows.iter().any(|row| row.rms_after.is_some());
+    html! {
+        figure.robot {
+            @if amended {
+                div.switch role="group" aria-label="Colours show" {
+                    button type="button" data-show="before" aria-pressed="true" { "nominal model" }
+                    button type="button" data-show="after" aria-pressed="false" { (super::page::after(&report.rows)) }
+                }
+            }
+            svg #robot viewBox=(format!("0 0 {width} {height}")) role="group"
+                aria-label=(format!("{} with its joints, coloured by the share of their torque that is unexplained", report.robot)) { (drawing) }
+            figcaption { "Unexplained share of the measured torque; discs carry the numbers of the table: " span.keys { (svg::legend()) } }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::Channel;
+    use crate::report::Series;
+
+    fn row(name: &str, unit: &str, error: f64, noise: f64) -> Row {
+        let series = Series {
+            time: vec![0.0, 1.0],
+            measured: vec![4.0, -4.0],
+            nominal: vec![4.0 - error, -4.0 - error],
+            ..Series::default()
+        };
+        Row::new(name, Channel::Effort, unit, noise, series).at_joint(name)
+    }
+
+    #[test]
+    fn figures_say_what_the_rows_say() {
+        let rows =
+            vec![row("knee", "N m", 2.0, 0.1), row("hip", "N m", 0.1, 0.1), row("slide", "N", 9.0, 0.0)];
+        let report = Report { rows, log: "walk.csv".to_owned(), ..Report::default() };
+        let figures: Vec<(String, String)> =
+            cards(&report).into_iter().map(|card| (card.title, card.figure.replace('\u{a0}', " "))).collect();
+        let expected = [
+            ("log", "walk.csv"),
+            ("explained", "1 of 3 joints"),
+            ("largest error", "2.00 N m"),
+            ("largest error", "9.00 N"),
+            ("noise", "0.10 to 0.10 N m"),
+        ];
+        let expected = expected.map(|(title, figure)| (title.to_owned(), figure.to_owned()));
+        assert_eq!(figures, expected);
+    }
+
+    #[test]
+    fn many_words_are_folded_and_commands_escaped() {
+        let report = Report {
+            summary: (0..9).map(|k| format!("word {k}")).collect::<Vec<_>>().join("\n\n"),
+            next: vec![NextStep { why: "why".to_owned(), command: "bipedc x > <y>".to_owned() }],
+            ..Report::default()
+        };
+        let page = section(&report).into_string();
+        assert!(page.contains("and 5 more"), "{page}");
+        // Words that no line is broken in.
+        assert!(
+            page.contains("<span>bipedc</span> <span>x</span> <span>&gt;</span> <span>&lt;y&gt;</span>"),
+            "{page}"
+        );
+    }
+}

@@ -1,0 +1,34 @@
+//! `bipedc completions`: what a shell needs to complete commands, options and files.
+use crate::Cli;
+use crate::terminal::failure::Outcome;
+use crate::terminal::output;
+use clap::{Args, CommandFactory};
+use clap_complete::{Shell, generate};
+use std::process::ExitCode;
+
+const EXAMPLES: &str = "\
+Examples:
+  bipedc completions bash > ~/.local/share/bash-completion/completions/bipedc
+  bipedc completions zsh > ~/.zfunc/_bipedc          with ~/.zfunc in fpath
+  bipedc completions fish > ~/.config/fish/completions/bipedc.fish
+
+A new shell then completes commands, options, kinds and files at the tabulator key.";
+
+/// Print a script with which a shell completes commands and options
+#[derive(Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Completions {
+    /// Whose script
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+impl Completions {
+    /// Prints.
+    pub fn run(self) -> Outcome {
+        let mut script = Vec::new();
+        generate(self.shell, &mut Cli::command(), "bipedc", &mut script);
+        output::print(&String::from_utf8_lossy(&script))?;
+        Ok(ExitCode::SUCCESS)
+    }
+}
