@@ -31,7 +31,9 @@ fn cases_are_as_many_as_promised() {
     assert_eq!(names.len(), plans.len(), "two cases have one name");
     let count = |group: Group| plans.iter().filter(|plan| plan.group == group).count();
     assert!(plans.len() >= 70 && count(Group::Pair) == 12 && count(Group::Clean) >= 5);
-    assert_eq!((count(Group::Cad), count(Group::CadAndEffect), count(Group::Outside)), (5, 10, 6));
+    assert_eq!((count(Group::Cad), count(Group::CadAndEffect), count(Group::Outside)), (6, 15, 6));
+    let robots: BTreeSet<&str> = plans.iter().map(|plan| plan.robot).collect();
+    assert!(robots.len() >= 11, "{robots:?}");
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     for part in plans.iter().filter(|plan| plan.group != Group::Outside).flat_map(|plan| &plan.parts) {
         assert!(bipedc_effects::effect::kind(part.kind).is_some(), "no kind `{}`", part.kind);
