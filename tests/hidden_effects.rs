@@ -95,7 +95,7 @@ fn diagnosed(name: &str) -> (serde_json::Value, Truth) {
     let (truth, folder) = made(name, "diagnosed");
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_bipedc"))
         .args(["diagnose", "--json"])
-        .args([root().join("robots").join(&truth.robot), folder.join("train.csv")])
+        .args([plan(name).folder(&root()), folder.join("train.csv")])
         .arg("--validate")
         .arg(folder.join("validation.csv"))
         .output()
@@ -130,4 +130,53 @@ fn a_spinning_foot_is_found_from_flat_impacts() {
     is_found(&answer, &truth, "spin_friction", "radius");
     let after = answer["rms_after"].as_f64().unwrap();
     assert!(after < 1.1 * truth.oracle && truth.oracle < 0.2 * truth.nominal, "{after} {truth:?}");
+}
+
+/// CAD errors scale with the robot: centres of mass that are off by millimetres are a cause in a robot of 2 kg.
+#[test]
+fn small_robots_keep_their_causes() {
+    let (answer, truth) = diagnosed("small_biped_com_offset-1");
+    let hidden = &truth.effects[0];
+    let found = &answer["effects"].as_array().unwrap()[..];
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(
+        (&found[0]["kind"], found[0]["link"].as_str()),
+        (&"com_offset".into(), hidden.location.link.as_deref())
+    );
+    assert_eq!(answer["inertial_corrections"].as_array().unwrap().len(), 0);
+    let axes = ["x", "y", "z"];
+    let off = |axis: &&str| found[0]["parameters"][axis].as_f64().unwrap() - hidden.value(axis);
+    let distance = |of: &dyn Fn(&&str) -> f64| axes.iter().map(|axis| of(axis).powi(2)).sum::<f64>().sqrt();
+    assert!(distance(&off) < 0.15 * distance(&|axis| hidden.value(axis)), "{found:?} for {hidden:?}");
+}
+
+/// Sliding joints have newtons and metres per second, and the sign of their friction changes within their own speeds.
+#[test]
+fn sliding_joints_have_their_own_units() {
+    let name = "gantry_asymmetric_coulomb_friction-1";
+    let (answer, truth) = diagnosed(name);
+    for parameter in ["positive", "negative"] {
+        is_found(&answer, &truth, "asymmetric_coulomb_friction", parameter);
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sliding");
+    std::fs::create_dir_all(&folder).unwrap();
+    for file in ["robot.urdf", "biped.toml"] {
+        std::fs::copy(plan(name).folder(&root()).join(file), folder.join(file)).unwrap();
+    }
+    let _ = std::fs::remove_file(folder.join("history.json"));
+    let found = folder.join("found.json");
+    std::fs::write(&found, answer.to_string()).unwrap();
+    let amended = std::process::Command::new(env!("CARGO_BIN_EXE_bipedc"))
+        .arg("amend")
+        .args([&folder, Path::new("--from"), &found])
+        .output()
+        .unwrap();
+    assert!(amended.status.success(), "{}", String::from_utf8_lossy(&amended.stderr));
+    let text = std::fs::read_to_string(folder.join("biped.toml")).unwrap();
+    let line =
+        |key: &str| text.lines().find(|line| line.starts_with(key)).unwrap_or_else(|| panic!("{text}"));
+    assert!(line("positive = ").contains("# N,"), "{text}");
+    assert!(line("smoothing = ").contains("# m/s"), "{text}");
+    let width: f64 = line("smoothing = ").split_whitespace().nth(2).unwrap().parse().unwrap();
+    assert!(width < 0.02, "{text}");
 }

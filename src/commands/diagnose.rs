@@ -29,7 +29,8 @@ Examples:
 Candidates (see `bipedc effects`) are fitted to the log, judged on the other one, and enter one after the other as \
 long as each lowers the held-out error by more than its price. Without --validate, blocks of the log itself judge.
 --inertial says what may happen to masses and inertias meanwhile: `prior` lets them move as far as CAD data usually \
-are off (2 % of mass, 2 mm, 4 % of inertia), `none` keeps them, `free` estimates them (for robots whose URDF is a guess).
+are off (masses by 2 %, centres of mass by 2 % of a link's size, inertias by 4 %), `none` keeps them, \
+`free` estimates them (for robots whose URDF is a guess).
 --refit does the same for the effects that the description has: their values there are forgotten and estimated again.
 Currents of stiff drives (<joint>/motor_current, A) stand in for efforts that a log lacks, as in `bipedc compare`; the drives' \
 friction and rotor inertia are then effects of the model, and --refit estimates them too.

@@ -36,7 +36,7 @@ pub struct Options {
 /// How far inertial parameters may move while effects are looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Inertial {
-    /// As far as CAD data usually are off: 2 % of mass, 2 mm, 4 % of inertia.
+    /// As far as CAD data usually are off: 2 % of mass, 2 % of a link's size, 4 % of inertia.
     #[default]
     Prior,
     /// Not at all.
