@@ -10,6 +10,7 @@ mod parallel;
 mod parsimony;
 mod refinement;
 mod regression;
+mod resolution;
 mod run;
 mod search;
 mod significance;

@@ -25,10 +25,10 @@ pub(super) fn noise_floor(
     train: &dyn Experiment,
     judge: &dyn Experiment,
     own_blocks: bool,
-    row: usize,
+    (row, resolution): (usize, f64),
 ) -> (f64, f64) {
     let (a, b): (Signals, Signals) = (smoother::signals(train, row), smoother::signals(judge, row));
-    let noise = train.rows()[row].noise.powi(2);
+    let noise = resolution.powi(2);
     let (r, s) = (train.residual(row), judge.residual(row));
     let (n, m) = (r.len(), s.len());
     let in_block = |i: usize, count: usize, wanted: usize| (i * BLOCKS / count.max(1)) % 3 == wanted;

@@ -4,6 +4,7 @@ use super::candidates::{all_forms, candidates_of};
 use super::fit::{Candidate, Corrections, Fit, NormalEquations, Term, errors, fit, sizes};
 use super::noise_floor::noise_floor;
 use super::parallel::parallel;
+use super::resolution::resolutions;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
 use crate::physical::is_possible;
@@ -51,6 +52,8 @@ pub(super) struct Regression<'a> {
     /// Variance of the noise floor and how many samples tell the same, per row.
     noise_floors: Vec<(f64, f64)>,
     corrections: Option<Corrections>,
+    /// Root mean squares below which errors say nothing, by row.
+    pub resolutions: Vec<f64>,
     /// Sum of squares per row below which errors are the measurement's noise, however small they become.
     noise_squares: Vec<f64>,
     /// Inertial parameters are estimated freely: without them nothing can be said of the size of effects.
@@ -129,6 +132,7 @@ impl<'a> Regression<'a> {
             floor_deviance: Vec::new(),
             noise_floors: Vec::new(),
             corrections: None,
+            resolutions: resolutions(train),
             noise_squares: Vec::new(),
             reference: Vec::new(),
             free: options.widening > 1.0,
@@ -146,8 +150,9 @@ impl<'a> Regression<'a> {
     /// Weights from what a smooth function of the signals could reach, or the noise where there are no signals.
     fn weigh(&mut self) {
         let rows = self.train.rows();
-        self.noise_floors =
-            parallel(rows.len(), |row| noise_floor(self.train, self.judge, self.own_blocks, row));
+        self.noise_floors = parallel(rows.len(), |row| {
+            noise_floor(self.train, self.judge, self.own_blocks, (row, self.resolutions[row]))
+        });
         self.floor_deviance = self
             .judge_sums
             .rows
@@ -155,12 +160,13 @@ impl<'a> Regression<'a> {
             .zip(&self.noise_floors)
             .map(|(row, (_, c))| row.count as f64 / c)
             .collect();
-        let noise = |(row, sums): (&crate::experiments::Row, &super::fit::RowEquations)| {
-            NOISE_MARGIN * row.noise.powi(2) * sums.count as f64
+        let noise = |(resolution, sums): (&f64, &super::fit::RowEquations)| {
+            NOISE_MARGIN * resolution.powi(2) * sums.count as f64
         };
         // Tables of postures and impacts know no more than a bound of their noise.
         let is_table = self.train.motion().time.is_empty();
-        self.noise_squares = rows
+        self.noise_squares = self
+            .resolutions
             .iter()
             .zip(&self.judge_sums.rows)
             .map(|row| if is_table { 0.0 } else { noise(row) })
@@ -182,7 +188,7 @@ impl<'a> Regression<'a> {
         let mut changed = false;
         for (row, (variance, _)) in self.noise_floors.iter_mut().enumerate() {
             let reached = scored.errors[row] / self.judge_sums.rows[row].count.max(1) as f64;
-            let noise = self.train.rows()[row].noise.powi(2);
+            let noise = self.resolutions[row].powi(2);
             if reached < LOWER * *variance && noise < LOWER * *variance {
                 *variance = reached.max(noise);
                 changed = true;

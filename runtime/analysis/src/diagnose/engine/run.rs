@@ -14,6 +14,8 @@ use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use std::collections::BTreeMap;
 
+/// Effects with a smaller share of the main rows' error are there for other rows.
+const ELSEWHERE: f64 = 0.01;
 /// Most searches with a lower noise floor.
 const WEIGHINGS: usize = 2;
 
@@ -240,7 +242,8 @@ impl Conclusion<'_> {
         }
         diagnosis.indistinguishable = self.alternatives(&diagnosis.effects, &order);
         let (final_train, final_judge) = (Amended::new(train, &all), Amended::new(judge, &all));
-        diagnosis.unexplained_parts = unexplained(&final_train, &final_judge, &counts, effects);
+        diagnosis.unexplained_parts =
+            unexplained(&final_train, &final_judge, &counts, (effects, &self.regression.resolutions));
         diagnosis.unexplained = !diagnosis.unexplained_parts.is_empty();
         diagnosis.suspects = diagnosis.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
         diagnosis.rejected = self.rejected(&diagnosis);
@@ -278,9 +281,9 @@ impl Conclusion<'_> {
             .map(|k| {
                 let (before, after) = (all[k].1, all[k + 1].1);
                 let mut share = (before * before - after * after) / nominal;
-                if main.len() < judge.rows().len() && share.abs() < 1e-9 {
-                    // An effect that shows in another kind of row only.
-                    share = (all[k].0 - all[k + 1].0) / all[0].0.max(f64::MIN_POSITIVE);
+                if main.len() < judge.rows().len() && share < ELSEWHERE {
+                    // An effect that shows in another kind of row.
+                    share = share.max((all[k].0 - all[k + 1].0) / all[0].0.max(f64::MIN_POSITIVE));
                 }
                 (share, Step { effect: self.settled.refined.effects[standing + k].clone(), before, after })
             })

@@ -60,6 +60,8 @@ pub fn summary(d: &Diagnosis) -> String {
     out.trim_end().to_owned()
 }
 
+/// So many times the noise: it was a simulator that had none.
+const HARDLY_ANY: f64 = 100.0;
 /// Rows above so many times their noise have something left.
 const LEFT: f64 = 1.4;
 
@@ -75,13 +77,19 @@ fn what_is_left(d: &Diagnosis) -> String {
     let further = if d.effects.is_empty() { "No" } else { "No further" };
     match loudest(d) {
         None => format!("Nothing else is missing in {}.", looked_at(d)),
-        Some((row, fall, ratio)) => format!(
-            "{further} effect was found in {}. What is left is above the noise: {row} is missed by {} {}, {ratio:.1} times the \
-             noise of its measurement.",
-            looked_at(d),
-            short(fall.after),
-            fall.unit,
-        ),
+        Some((row, fall, ratio)) => {
+            let times = if ratio > HARDLY_ANY {
+                "and there is hardly any noise".to_owned()
+            } else {
+                format!("{ratio:.1} times the noise of its measurement")
+            };
+            format!(
+                "{further} effect was found in {}. What is left is above the noise: {row} is missed by {} {}, {times}.",
+                looked_at(d),
+                short(fall.after),
+                fall.unit,
+            )
+        }
     }
 }
 

@@ -45,7 +45,7 @@ pub(super) fn unexplained(
     train: &Amended<'_>,
     judge: &Amended<'_>,
     counts: &(dyn Fn(usize, usize) -> bool + Sync),
-    effects: &[Effect],
+    (effects, resolutions): (&[Effect], &[f64]),
 ) -> Vec<Unexplained> {
     let own_blocks = std::ptr::eq(train.time().as_ptr(), judge.time().as_ptr());
     let parts = parallel(train.rows().len(), |row| {
@@ -55,7 +55,7 @@ pub(super) fn unexplained(
         // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
         let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let matters = squares(s) > TRACE * squares(judge.nominal(row));
-        let size = squares(s) / (what.noise.powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
+        let size = squares(s) / (resolutions[row].powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
         let named = |share: f64, signals: Vec<String>| Unexplained {
             joint: what.joint.clone().unwrap_or_else(|| what.name.clone()),
             share,

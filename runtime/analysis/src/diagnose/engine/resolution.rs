@@ -1,0 +1,32 @@
+//! How little of a row is worth an explanation: its noise, or what neither models nor sensors are right by.
+//!
+//! Logs of simulations have no noise; what is left there are time steps and filters, a hundred thousandth of the signal, and
+//! many a cause fits that.
+use crate::experiments::{Channel, Experiment};
+
+/// Part of a row's own signal.
+const OWN: f64 = 2e-3;
+/// Part of the largest signal of its kind: the others of the force or moment that it is a component of.
+const OF_COMPONENTS: f64 = 2e-3;
+/// The same among joints, each of which has a drive of its own size.
+const OF_JOINTS: f64 = 2e-4;
+
+/// Root mean squares below which errors say nothing, by row.
+pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {
+    let rows = experiment.rows();
+    let size = |row: usize| {
+        let values = experiment.measured(row).unwrap_or_default();
+        (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    };
+    let sizes: Vec<f64> = (0..rows.len()).map(size).collect();
+    let largest = |row: usize| {
+        let alike =
+            |other: &usize| (rows[*other].channel, rows[*other].unit) == (rows[row].channel, rows[row].unit);
+        (0..rows.len()).filter(alike).map(|other| sizes[other]).fold(0.0, f64::max)
+    };
+    let resolution = |row: usize| {
+        let of_largest = if rows[row].channel == Channel::Effort { OF_JOINTS } else { OF_COMPONENTS };
+        rows[row].noise.max(OWN * sizes[row]).max(of_largest * largest(row))
+    };
+    (0..rows.len()).map(resolution).collect()
+}
