@@ -31,8 +31,9 @@ pub(super) fn best(reading: &[f64], residual: &[f64], others: &[&[f64]]) -> Opti
         let clipped: Vec<f64> = residual.iter().zip(reading).map(unclipped).collect();
         detrended(&clipped, &picked, others).iter().map(|x| x * x).sum()
     };
-    // From most of the readings beyond the limit (a drive far too weak) to a handful of them.
-    let (low, high) = (size(by_size.len() * 9 / 10), size(FEWEST / 4));
+    // From nearly half of the readings beyond the limit to a handful of them: with more, clipping makes a sign of the
+    // reading, and that is like friction.
+    let (low, high) = (size(by_size.len() * 9 / 20), size(FEWEST / 4));
     let tried = |k: usize| low.max(1e-3 * high) * (high / low.max(1e-3 * high)).powf(k as f64 / TRIED as f64);
     let all: Vec<f64> = (0..TRIED).map(|k| left(tried(k))).collect();
     let least = (0..TRIED).min_by(|a, b| all[*a].total_cmp(&all[*b]))?;
