@@ -5,7 +5,7 @@
 //! digits (sines, quotients) are added and multiplied as they are.
 
 /// More digits than this may be the binary number's own.
-const SHORT: usize = 15;
+const SHORT: u32 = 15;
 
 /// `x + y`
 pub fn sum(x: f64, y: f64) -> f64 {
@@ -44,19 +44,49 @@ type Decimal = (i128, i32);
 
 fn exactly(x: f64, y: f64, operation: impl Fn(Decimal, Decimal) -> Option<Decimal>) -> Option<f64> {
     let (digits, exponent) = operation(short(x)?, short(y)?)?;
-    format!("{digits}e{exponent}").parse().ok().filter(|value: &f64| value.is_finite())
+    nearest(digits, exponent).filter(|value| value.is_finite())
 }
+
+/// The binary number nearest to digits · 10^exponent.
+fn nearest(digits: i128, exponent: i32) -> Option<f64> {
+    // Both factors are exact up to here, so that one operation rounds once.
+    let power = POWERS.get(exponent.unsigned_abs() as usize);
+    match power.filter(|_| digits.unsigned_abs() <= 1 << f64::MANTISSA_DIGITS) {
+        Some(power) if exponent < 0 => Some(digits as f64 / power),
+        Some(power) => Some(digits as f64 * power),
+        None => format!("{digits}e{exponent}").parse().ok(),
+    }
+}
+
+/// Powers of ten that are binary numbers.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19,
+    1e20, 1e21, 1e22,
+];
 
 /// The shortest decimal that is nearest to this number alone, if it is short.
 fn short(x: f64) -> Option<Decimal> {
-    let text = format!("{x:e}");
-    let (digits, exponent) = text.split_once('e')?;
-    let places = digits.split_once('.').map_or(0, |(_, places)| places.len());
-    let digits = digits.replace('.', "");
-    if digits.trim_start_matches('-').len() > SHORT {
+    if !x.is_finite() {
         return None;
     }
-    Some((digits.parse().ok()?, exponent.parse::<i32>().ok()? - places as i32))
+    let mut buffer = zmij::Buffer::new();
+    let text = buffer.format_finite(x);
+    let (text, mut exponent) = match text.split_once('e') {
+        Some((text, exponent)) => (text, exponent.parse::<i32>().ok()?),
+        None => (text, 0),
+    };
+    let (whole, places) = text.split_once('.').unwrap_or((text, ""));
+    exponent -= places.len() as i32;
+    // At most 17 digits and the zeros between them and the point.
+    let mut digits = 0_i128;
+    for digit in whole.bytes().chain(places.bytes()).filter(u8::is_ascii_digit) {
+        digits = 10 * digits + i128::from(digit - b'0');
+    }
+    while digits != 0 && digits % 10 == 0 {
+        digits /= 10;
+        exponent += 1;
+    }
+    (digits < 10_i128.pow(SHORT)).then_some((if x < 0.0 { -digits } else { digits }, exponent))
 }
 
 #[cfg(test)]
@@ -72,6 +102,26 @@ mod tests {
         assert_eq!(product(2.028, 9.81), 19.89468);
         assert_eq!(sum(0.3, -0.3).to_bits(), 0.0_f64.to_bits());
         assert_eq!(sum(1e12, 1e-3), 1_000_000_000_000.001);
+    }
+
+    #[test]
+    fn numbers_are_taken_apart_into_their_shortest_digits() {
+        let known = [
+            (0.0102, (102, -4)),
+            (-9.81, (-981, -2)),
+            (1200.0, (12, 2)),
+            (1e300, (1, 300)),
+            (-2.5e-310, (-25, -311)),
+            (123_456_789_012_345.0, (123_456_789_012_345, 0)),
+        ];
+        for (number, decimal) in known {
+            assert_eq!(short(number), Some(decimal), "{number}");
+            assert_eq!(nearest(decimal.0, decimal.1), Some(number), "{number}");
+        }
+        assert_eq!(short(std::f64::consts::PI), None);
+        assert_eq!(short(1.0 / 3.0 * 1e-7), None);
+        // More digits than one rounding can take.
+        assert_eq!(nearest(123_456_789_012_345_678_901, -20), Some(1.234_567_890_123_456_8));
     }
 
     #[test]

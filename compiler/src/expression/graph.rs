@@ -3,7 +3,7 @@ use super::node::{Call, Expr, Input, Node};
 use super::{Purpose, decimal, exact_sin_cos};
 use bipedc_runtime::Argument;
 use std::cell::{Cell, RefCell};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 #[derive(PartialEq, Eq, Hash)]
 enum Key {
@@ -35,7 +35,7 @@ struct Store {
     nodes: Vec<Node>,
     /// What each node was made for.
     purposes: Vec<Purpose>,
-    ids: HashMap<Key, u32>,
+    ids: FxHashMap<Key, u32>,
 }
 
 impl Store {

@@ -3,7 +3,7 @@ use super::{Instruction, Operand, Program};
 use crate::expression::Call;
 use bipedc_runtime::math::sin_cos;
 use bipedc_runtime::{Argument, Real, State};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -272,9 +272,9 @@ fn last_uses(program: &Program, order: &[usize]) -> Vec<usize> {
 /// Places of everything that is not computed: constants first, then inputs, then sines and cosines.
 struct Layout {
     constants: Vec<f64>,
-    constant_places: HashMap<u64, u32>,
+    constant_places: FxHashMap<u64, u32>,
     inputs: Vec<(u32, Argument, u32)>,
-    input_places: HashMap<(Argument, u32), u32>,
+    input_places: FxHashMap<(Argument, u32), u32>,
     first_sine: u32,
     size: u32,
 }
@@ -283,9 +283,9 @@ impl Layout {
     fn new(program: &Program) -> Self {
         let mut layout = Self {
             constants: Vec::new(),
-            constant_places: HashMap::new(),
+            constant_places: FxHashMap::default(),
             inputs: Vec::new(),
-            input_places: HashMap::new(),
+            input_places: FxHashMap::default(),
             first_sine: 0,
             size: 0,
         };

@@ -3,7 +3,7 @@
 use super::{Instruction, Operand, Program, schedule};
 use crate::expression::{Expr, Graph, Node, Purpose};
 use bipedc_runtime::{Argument, Arguments};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// In which order operations are written down. Compilers keep it nearly as it is, so it decides how much
 /// independent work stands close together and how many values live at a time.
@@ -25,11 +25,11 @@ pub fn lower(graph: &Graph, outputs: &[Expr], order: Order) -> Program {
         nodes: &nodes,
         purpose_of: &graph.purposes(),
         uses: &uses,
-        angle_of: HashMap::new(),
+        angle_of: FxHashMap::default(),
         angles: Vec::new(),
         instructions: Vec::new(),
         purposes: Vec::new(),
-        value_of: HashMap::new(),
+        value_of: FxHashMap::default(),
         arguments: Vec::new(),
     };
     let angles = angle_nodes(&nodes, &uses);
@@ -92,11 +92,11 @@ struct Lowering<'a> {
     nodes: &'a [Node],
     purpose_of: &'a [Purpose],
     uses: &'a [u32],
-    angle_of: HashMap<usize, u32>,
+    angle_of: FxHashMap<usize, u32>,
     angles: Vec<Operand>,
     instructions: Vec<Instruction>,
     purposes: Vec<Purpose>,
-    value_of: HashMap<usize, Operand>,
+    value_of: FxHashMap<usize, Operand>,
     arguments: Vec<Argument>,
 }
 

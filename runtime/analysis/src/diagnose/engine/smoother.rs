@@ -176,8 +176,8 @@ fn choose_ridge(x: &DMatrix<f64>, y: &DVector<f64>, kept: usize, mean: f64) -> f
         (0..matrix.nrows()).for_each(|i| matrix[(i, i)] += ridge * mean);
         matrix.cholesky().map_or(f64::INFINITY, |c| (b * c.solve(&right) - yb).norm_squared())
     };
-    let tried = [1e-6, 1e-4, 1e-2, 1.0];
-    tried.into_iter().min_by(|p, q| error(*p).total_cmp(&error(*q))).unwrap_or(1e-2)
+    let tried = [1e-6, 1e-4, 1e-2, 1.0].map(|ridge| (error(ridge), ridge));
+    tried.into_iter().min_by(|p, q| p.0.total_cmp(&q.0)).map_or(1e-2, |(_, ridge)| ridge)
 }
 
 /// Integrated autocorrelation: how many samples count as one. At least 1.
