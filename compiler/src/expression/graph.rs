@@ -2,8 +2,8 @@
 use super::node::{Call, Expr, Input, Node};
 use super::{Purpose, decimal, exact_sin_cos};
 use bipedc_runtime::Argument;
-use std::cell::{Cell, RefCell};
 use rustc_hash::FxHashMap;
+use std::cell::{Cell, RefCell};
 
 #[derive(PartialEq, Eq, Hash)]
 enum Key {
