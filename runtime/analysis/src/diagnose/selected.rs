@@ -49,6 +49,9 @@ impl Experiment for Selected<'_> {
     fn measured(&self, row: usize) -> Option<Vec<f64>> {
         self.inner.measured(self.places[row])
     }
+    fn sticks(&self, row: usize) -> &[bool] {
+        self.inner.sticks(self.places[row])
+    }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let here = |(row, values)| Some((self.places.iter().position(|p| *p == row)?, values));
         self.inner.response(effects).into_iter().filter_map(here).collect()

@@ -95,6 +95,11 @@ pub trait Experiment: Sync {
         None
     }
 
+    /// Samples at which a joint sticks, so that its row bounds a torque and tells none: one flag each; empty: nowhere.
+    fn sticks(&self, _row: usize) -> &[bool] {
+        &[]
+    }
+
     /// The nominal residual minus the residual under the effects, for the rows that change: what the effects
     /// together explain. Effects that do not apply change nothing.
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)>;

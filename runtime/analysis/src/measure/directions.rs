@@ -84,22 +84,29 @@ impl Turning<'_> {
     }
 
     fn known(&self, speeds: &[f64], still: f64) -> Vec<bool> {
-        let (pause, reach) = (self.samples(PAUSE), self.samples(REACH));
-        let mut known = vec![true; speeds.len()];
-        let mut first = 0;
-        for stretch in speeds.chunk_by(|a, b| (a.abs() < still) == (b.abs() < still)) {
-            let last = first + stretch.len();
-            if stretch[0].abs() < still && stretch.len() > pause {
-                known[first.saturating_sub(reach)..(last + reach).min(speeds.len())].fill(false);
-            }
-            first = last;
-        }
-        known
+        let period = 1.0 / (self.cutoff_hz * self.step);
+        resting(speeds, still, period, REACH).into_iter().map(|rests| !rests).collect()
     }
 
     fn samples(&self, periods: f64) -> usize {
         (periods / (self.cutoff_hz * self.step)).ceil() as usize
     }
+}
+
+/// Samples at which a joint rests (it is slower than `still` for longer than a reversal takes), and those around as far as
+/// a filter carries that: `reach` periods of its cut-off, of `period` samples each.
+pub(crate) fn resting(speeds: &[f64], still: f64, period: f64, reach: f64) -> Vec<bool> {
+    let (pause, reach) = ((PAUSE * period).ceil() as usize, (reach * period).ceil() as usize);
+    let mut rests = vec![false; speeds.len()];
+    let mut first = 0;
+    for stretch in speeds.chunk_by(|a, b| (a.abs() < still) == (b.abs() < still)) {
+        let last = first + stretch.len();
+        if stretch[0].abs() < still && stretch.len() > pause {
+            rests[first.saturating_sub(reach)..(last + reach).min(speeds.len())].fill(true);
+        }
+        first = last;
+    }
+    rests
 }
 
 #[cfg(test)]

@@ -32,8 +32,9 @@ pub(super) fn noise_floor(
     let (r, s) = (train.residual(row), judge.residual(row));
     let (n, m) = (r.len(), s.len());
     let in_block = |i: usize, count: usize, wanted: usize| (i * BLOCKS / count.max(1)) % 3 == wanted;
-    let for_training = |i: usize| !own_blocks || !in_block(i, n, 1);
-    let for_judging = |i: usize| !own_blocks || in_block(i, m, 1);
+    let moves = |experiment: &dyn Experiment, i: usize| !experiment.sticks(row).get(i).is_some_and(|s| *s);
+    let for_training = |i: usize| moves(train, i) && (!own_blocks || !in_block(i, n, 1));
+    let for_judging = |i: usize| moves(judge, i) && (!own_blocks || in_block(i, m, 1));
     match reach((&a, r, &for_training), (&b, s, &for_judging)) {
         Some(reach) => {
             // However long a residual remembers, a log is worth a few hundred samples.

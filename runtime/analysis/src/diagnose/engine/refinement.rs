@@ -61,6 +61,9 @@ impl Experiment for Amended<'_> {
     fn residual(&self, row: usize) -> &[f64] {
         &self.residual[row]
     }
+    fn sticks(&self, row: usize) -> &[bool] {
+        self.inner.sticks(row)
+    }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         self.inner.response(effects)
     }
@@ -254,7 +257,9 @@ fn equations(
         let play = experiment.rows()[row].channel == Channel::Transmission;
         let mut emphasis = forgiveness(experiment.residual(row), if play { 0.1 } else { 2.0 });
         let count = emphasis.len();
-        emphasis.iter_mut().enumerate().filter(|(i, _)| !teaches(*i, count)).for_each(|(_, e)| *e = 0.0);
+        let sticks = experiment.sticks(row);
+        let silent = |i: usize| !teaches(i, count) || sticks.get(i).is_some_and(|sticks| *sticks);
+        emphasis.iter_mut().enumerate().filter(|(i, _)| silent(*i)).for_each(|(_, e)| *e = 0.0);
         block_equations(experiment, row, spread, &flat, BLOCKS, Some(&emphasis))
     })
 }

@@ -401,5 +401,10 @@ fn equations_of(
     columns: &[Vec<Column>],
 ) -> Vec<BlockEquations> {
     let flat: Vec<(usize, &Column)> = columns.iter().flatten().enumerate().collect();
-    parallel(experiment.rows().len(), |row| block_equations(experiment, row, spread, &flat, BLOCKS, None))
+    parallel(experiment.rows().len(), |row| {
+        let sticks = experiment.sticks(row);
+        let emphasis: Vec<f64> = sticks.iter().map(|sticks| if *sticks { 0.0 } else { 1.0 }).collect();
+        let emphasis = Some(&*emphasis).filter(|emphasis| !emphasis.is_empty());
+        block_equations(experiment, row, spread, &flat, BLOCKS, emphasis)
+    })
 }

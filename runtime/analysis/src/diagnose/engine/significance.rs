@@ -29,7 +29,8 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
             _ => x * x,
         };
         let rows = 0..regression.judge.rows().len();
-        rows.map(|row| amended.residual(row).iter().map(|x| size(row, *x)).sum()).collect()
+        let told = |row: usize| without_sticking(regression.judge, row, amended.residual(row));
+        rows.map(|row| told(row).map(|x| size(row, x)).sum()).collect()
     };
     let judged = regression.standing.len()..refined.effects.len();
     let falls = judged.clone().map(|k| {
@@ -63,6 +64,17 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     let least = || falls.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, fall)| *fall < 0.5 * LEAST);
     let of = |effect, impossible| Insignificant { effect, impossible };
     doubtful.map(|k| of(k, true)).or_else(|| least().map(|(k, _)| of(k, false)))
+}
+
+/// Values of a row but those where its joint sticks.
+pub(super) fn without_sticking<'v>(
+    experiment: &'v dyn Experiment,
+    row: usize,
+    values: &'v [f64],
+) -> impl Iterator<Item = f64> + use<'v> {
+    let sticks = experiment.sticks(row);
+    let told = move |i: usize| !sticks.get(i).is_some_and(|sticks| *sticks);
+    values.iter().enumerate().filter(move |(i, _)| told(*i)).map(|(_, x)| *x)
 }
 
 /// Whether all that an effect might be includes that it is nothing.

@@ -52,10 +52,14 @@ pub(super) fn unexplained(
         let what = &train.rows()[row];
         let (a, b) = (smoother::signals(train, row), smoother::signals(judge, row));
         let (r, s) = (train.residual(row), judge.residual(row));
+        // Where a joint sticks, its friction is what is needed there, within its bounds.
+        let sticks = |experiment: &Amended<'_>, i: usize| experiment.sticks(row).get(i).is_some_and(|s| *s);
+        let moving: Vec<f64> =
+            s.iter().enumerate().map(|(i, x)| if sticks(judge, i) { 0.0 } else { *x }).collect();
         // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
         let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-        let matters = squares(s) > TRACE * squares(judge.nominal(row));
-        let size = squares(s) / (resolutions[row].powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
+        let matters = squares(&moving) > TRACE * squares(judge.nominal(row));
+        let size = squares(&moving) / (resolutions[row].powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
         let named = |share: f64, signals: Vec<String>| Unexplained {
             joint: what.joint.clone().unwrap_or_else(|| what.name.clone()),
             share,
@@ -72,11 +76,12 @@ pub(super) fn unexplained(
             0.15 * (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt()
         };
         let (slow_a, slow_b) = if smeared { (speed(&a), speed(&b)) } else { (0.0, 0.0) };
-        let trains = |i: usize| a[1].1[i].abs() >= slow_a && (!own_blocks || !counts(i, r.len()));
-        let judges = |i: usize| b[1].1[i].abs() >= slow_b && counts(i, s.len());
+        let trains =
+            |i: usize| !sticks(train, i) && a[1].1[i].abs() >= slow_a && (!own_blocks || !counts(i, r.len()));
+        let judges = |i: usize| !sticks(judge, i) && b[1].1[i].abs() >= slow_b && counts(i, s.len());
         let Some(reach) = reach((&a, r, &trains), (&b, s, &judges)) else { return too_few() };
         let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
-        let slow = slow_share(judge.time(), s);
+        let slow = slow_share(judge.time(), &moving);
         let share = if smooth > UNEXPLAINED { smooth } else { slow };
         (matters && ((smooth > UNEXPLAINED && size > NOISE_MARGIN) || (slow > SLOW && size > LOUD.powi(2))))
             .then(|| {

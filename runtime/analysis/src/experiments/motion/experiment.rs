@@ -32,6 +32,8 @@ pub struct MotionExperiment<'a> {
     inertial: OnceLock<Vec<Option<Inertial>>>,
     parameters: InertialParameters,
     residual: Vec<Vec<f64>>,
+    /// Where the joint of a row sticks, see [`super::sticking`].
+    sticks: Vec<Vec<bool>>,
 }
 
 impl<'a> MotionExperiment<'a> {
@@ -86,6 +88,7 @@ impl<'a> MotionExperiment<'a> {
             inertial: OnceLock::new(),
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
+            sticks: Vec::new(),
             recording,
         };
         this.list_rows();
@@ -94,7 +97,32 @@ impl<'a> MotionExperiment<'a> {
         for (row, residual) in this.residuals(&this.present, &all, None) {
             this.residual[row] = residual;
         }
+        this.sticks = (0..this.rows.len()).map(|row| this.sticking(row)).collect();
         Ok(this)
+    }
+
+    /// Where the joint of an effort sticks.
+    fn sticking(&self, row: usize) -> Vec<bool> {
+        let joint = self.joint_of[row];
+        if self.rows[row].channel != Channel::Effort {
+            return Vec::new();
+        }
+        let states = &self.recording.trajectory;
+        let signals: [Vec<f64>; 4] = [
+            states.positions(joint).collect(),
+            states.velocities(joint).collect(),
+            states.accelerations(joint).collect(),
+            states.of_joint(&self.load, joint).collect(),
+        ];
+        let present: Vec<&Effect> = self.present.iter().filter(|e| self.joint(e) == Some(joint)).collect();
+        let what = super::sticking::Joint {
+            residual: &self.residual[row],
+            signals: &signals,
+            still: self.reversal_speed(joint),
+            noise: self.rows[row].noise,
+            period: 1.0 / (self.recording.cutoff_hz * self.recording.step),
+        };
+        super::sticking::sticking(&what, &present)
     }
 
     /// What it was made from.
@@ -427,6 +455,9 @@ impl Experiment for MotionExperiment<'_> {
             _ => &self.recording.effort,
         };
         measured[self.joint_of[row]].clone()
+    }
+    fn sticks(&self, row: usize) -> &[bool] {
+        &self.sticks[row]
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let all: Vec<Effect> = self.present.iter().chain(effects).cloned().collect();

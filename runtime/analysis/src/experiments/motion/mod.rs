@@ -6,5 +6,6 @@ mod limit;
 mod places;
 mod rigid;
 mod ripple;
+mod sticking;
 
 pub use experiment::MotionExperiment;
