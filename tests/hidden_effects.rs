@@ -150,6 +150,24 @@ fn small_robots_keep_their_causes() {
     assert!(distance(&off) < 0.15 * distance(&|axis| hidden.value(axis)), "{found:?} for {hidden:?}");
 }
 
+/// Where a joint sticks its friction is anything between its bounds: what those samples seem to say of delays and of friction at
+/// low speed is not so.
+#[test]
+fn sticking_joints_have_no_delay() {
+    for name in ["scara_stribeck_friction-1", "stribeck_friction-2"] {
+        let (answer, truth) = diagnosed(name);
+        let found = answer["effects"].as_array().unwrap();
+        assert_eq!(found.len(), 1, "{name}: {found:?}");
+        for parameter in ["coulomb", "static"] {
+            is_found(&answer, &truth, "stribeck_friction", parameter);
+        }
+        let joint = truth.effects[0].location.joint.as_deref().unwrap();
+        let told = answer["assumptions"].as_array().unwrap().iter().filter_map(|line| line.as_str());
+        let line = told.filter(|line| line.contains("stick in or next to")).collect::<Vec<_>>();
+        assert!(line.len() == 1 && line[0].contains(&format!("{joint} ")), "{line:?}");
+    }
+}
+
 /// Sliding joints have newtons and metres per second, and the sign of their friction changes within their own speeds.
 #[test]
 fn sliding_joints_have_their_own_units() {

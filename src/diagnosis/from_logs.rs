@@ -143,7 +143,7 @@ fn answer(
     let mut answer = work(&*train.experiment, judging_experiment, &request.search);
     answer.training = train.source.clone();
     answer.validation = judge.as_ref().map(|judge| judge.source.clone());
-    answer.assumptions = train.assumptions.clone();
+    answer.assumptions = train.assumptions.iter().cloned().chain(sticking(&*train.experiment)).collect();
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
     if options.reading.cutoff_hz.is_none() {
@@ -153,6 +153,22 @@ fn answer(
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
     let report = options.report.then(report).transpose()?;
     Ok(Diagnosed { diagnosis: answer, warnings, report })
+}
+
+/// Which joints stick, and that their samples are left out there.
+fn sticking(experiment: &dyn Experiment) -> Option<String> {
+    let share = |row: usize| {
+        let sticks = experiment.sticks(row);
+        let part = sticks.iter().filter(|sticks| **sticks).count() as f64 / sticks.len().max(1) as f64;
+        (part > 0.0).then(|| format!("{} {:.0} %", experiment.rows()[row].name, 100.0 * part))
+    };
+    let joints: Vec<String> = (0..experiment.rows().len()).filter_map(share).collect();
+    (!joints.is_empty()).then(|| {
+        format!(
+            "joints stick in or next to a part of their samples ({}), where dry friction may be anything between its bounds: left out",
+            joints.join(", ")
+        )
+    })
 }
 
 /// The same with the rows of some channels only.
