@@ -164,6 +164,67 @@ impl Corrections {
         lower.solve_lower_triangular_mut(&mut right);
         Self { scale, lower, right }
     }
+
+    /// Products with the inertial columns, scaled and through the factor: all that fits need of them.
+    fn through_factor(&self, mut products: DVector<f64>) -> DVector<f64> {
+        products.component_mul_assign(&self.scale);
+        self.lower.solve_lower_triangular_mut(&mut products);
+        products
+    }
+}
+
+/// A term's products with all else, formed once for all fits with the same weights.
+pub(super) struct TermProducts {
+    /// By row that the term touches.
+    rows: Vec<RowProducts>,
+    /// With the inertial columns, see [`Corrections::through_factor`]; empty without corrections.
+    inertial: DVector<f64>,
+}
+
+struct RowProducts {
+    row: usize,
+    /// The term in the coordinates of the row: places and factors.
+    local: Vec<(usize, f64)>,
+    /// Weighted, with everything in the row.
+    products: DVector<f64>,
+}
+
+impl TermProducts {
+    pub fn new(
+        train: &NormalEquations,
+        weights: &[f64],
+        corrections: Option<&Corrections>,
+        term: &Term,
+    ) -> Self {
+        let mut rows = Vec::new();
+        let mut inertial = DVector::zeros(corrections.map_or(0, |c| c.right.len()));
+        for (index, (row, w)) in train.rows.iter().zip(weights).enumerate() {
+            let Some(local) = row.local(term) else { continue };
+            let products = row.product(term, &local) * *w;
+            if !inertial.is_empty() {
+                for (place, body) in row.bodies.iter().enumerate() {
+                    for i in 0..10 {
+                        inertial[parameter_index(*body, i)] += products[parameter_index(place, i)];
+                    }
+                }
+            }
+            let local = local.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect();
+            rows.push(RowProducts { row: index, local, products });
+        }
+        let inertial = corrections.map_or_else(|| DVector::zeros(0), |c| c.through_factor(inertial));
+        Self { rows, inertial }
+    }
+
+    /// With another term.
+    fn with(&self, other: &Self) -> f64 {
+        let shared = other.rows.iter().filter_map(|o| Some((self.rows.iter().find(|r| r.row == o.row)?, o)));
+        shared.map(|(row, o)| o.local.iter().map(|(place, x)| row.products[*place] * x).sum::<f64>()).sum()
+    }
+
+    /// With the residual, the last of everything in a row.
+    fn residual(&self) -> f64 {
+        self.rows.iter().map(|row| row.products[row.products.len() - 1]).sum()
+    }
 }
 
 /// The result of a fit.
@@ -177,40 +238,14 @@ pub(super) struct Fit {
     pub prior: f64,
 }
 
-/// Least squares of the terms, with the inertial corrections if there are any.
+/// Least squares of the terms, with the inertial corrections if there are any (the same with which the products were formed).
 ///
 /// `None` if the data cannot tell the terms apart.
-pub(super) fn fit(
-    train: &NormalEquations,
-    weights: &[f64],
-    corrections: Option<&Corrections>,
-    terms: &[&Term],
-) -> Option<Fit> {
-    let p = corrections.map_or(0, |c| c.right.len());
+pub(super) fn fit(corrections: Option<&Corrections>, terms: &[&TermProducts]) -> Option<Fit> {
     let k = terms.len();
-    // Products among the terms, with the inertial columns, and with the residual.
-    let (mut own, mut cross, mut right) = (DMatrix::zeros(k, k), DMatrix::zeros(p, k), DVector::zeros(k));
-    for (row, w) in train.rows.iter().zip(weights) {
-        let locals: Vec<Option<DVector<f64>>> = terms.iter().map(|t| row.local(t)).collect();
-        for (k, local) in locals.iter().enumerate() {
-            let Some(local) = local else { continue };
-            let product = row.product(terms[k], local) * *w;
-            right[k] += product[row.residual()];
-            for (l, other) in locals.iter().enumerate() {
-                if let Some(other) = other {
-                    own[(k, l)] += product.dot(other);
-                }
-            }
-            if p > 0 {
-                for (place, body) in row.bodies.iter().enumerate() {
-                    for i in 0..10 {
-                        cross[(parameter_index(*body, i), k)] += product[parameter_index(place, i)];
-                    }
-                }
-            }
-        }
-    }
-    let (corrections, coefficients) = solve(corrections, own, cross, &right)?;
+    let own = DMatrix::from_fn(k, k, |r, c| terms[r].with(terms[c]));
+    let right = DVector::from_fn(k, |r, _| terms[r].residual());
+    let (corrections, coefficients) = solve(corrections, own, &right, terms)?;
     let prior = corrections.iter().map(|x| x * x).sum();
     Some(Fit { corrections, coefficients, prior })
 }
@@ -220,20 +255,18 @@ pub(super) fn fit(
 fn solve(
     corrections: Option<&Corrections>,
     mut own: DMatrix<f64>,
-    mut cross: DMatrix<f64>,
     right: &DVector<f64>,
+    terms: &[&TermProducts],
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let k = right.len();
     // Columns that change nothing, such as a shift out of the plane of a planar robot, get the coefficient 0.
     let largest = (0..k).map(|i| own[(i, i)]).fold(0.0, f64::max);
     let mut right = right.clone();
-    for i in 0..k {
-        if own[(i, i)] <= 1e-16 * largest {
-            own.row_mut(i).fill(0.0);
-            own.column_mut(i).fill(0.0);
-            cross.column_mut(i).fill(0.0);
-            (own[(i, i)], right[i]) = (largest, 0.0);
-        }
+    let idle: Vec<bool> = (0..k).map(|i| own[(i, i)] <= 1e-16 * largest).collect();
+    for i in (0..k).filter(|&i| idle[i]) {
+        own.row_mut(i).fill(0.0);
+        own.column_mut(i).fill(0.0);
+        (own[(i, i)], right[i]) = (largest, 0.0);
     }
     let scale = DVector::from_fn(k, |i, _| own[(i, i)].sqrt().recip());
     if scale.iter().any(|s| !s.is_finite()) {
@@ -245,13 +278,10 @@ fn solve(
         }
     }
     let mut right = right.component_mul(&scale);
-    if let Some(known) = corrections {
-        for c in 0..k {
-            for r in 0..cross.nrows() {
-                cross[(r, c)] *= known.scale[r] * scale[c];
-            }
-        }
-        known.lower.solve_lower_triangular_mut(&mut cross);
+    let unless_idle = |c: usize| if idle[c] { 0.0 } else { scale[c] };
+    let p = corrections.map_or(0, |known| known.right.len());
+    let cross = DMatrix::from_fn(p, k, |r, c| terms[c].inertial[r] * unless_idle(c));
+    if let Some(known) = corrections.filter(|_| k > 0) {
         own.gemm_tr(-1.0, &cross, &cross, 1.0);
         right.gemv_tr(-1.0, &cross, &known.right, 1.0);
     }
@@ -264,7 +294,9 @@ fn solve(
         None => Vec::new(),
         Some(known) => {
             let mut left = known.right.clone();
-            left.gemv(-1.0, &cross, &x, 1.0);
+            if k > 0 {
+                left.gemv(-1.0, &cross, &x, 1.0);
+            }
             known.lower.tr_solve_lower_triangular_mut(&mut left);
             left.component_mul(&known.scale).iter().copied().collect()
         }

@@ -1,6 +1,6 @@
 //! The final estimate by Gauss–Newton: all parameters of all effects at once, with everything nonlinear, and error bars.
 use super::block_equations::{BlockEquations, Spread, block_equations};
-use super::fit::{Corrections, NormalEquations, Term, fit};
+use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::parallel::parallel;
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
@@ -142,9 +142,7 @@ pub(super) fn refine(
         let here: f64 = sums.rows.iter().zip(weights).map(|(row, w)| w * row.squares()).sum();
         let corrections = corrected.then(|| Corrections::new(&sums, weights, spread.len()));
         let terms: Vec<Term> = (0..unknowns.len()).map(Term::Data).collect();
-        let Some(step) = fit(&sums, weights, corrections.as_ref(), &terms.iter().collect::<Vec<_>>()) else {
-            break;
-        };
+        let Some(step) = step(&sums, weights, corrections.as_ref(), &terms) else { break };
         let moved = apply(&current, &unknowns, &step.coefficients);
         let negligible = unknowns.iter().zip(&step.coefficients).all(|(u, d)| {
             let value = current[u.effect].value(&u.name);
@@ -171,6 +169,17 @@ pub(super) fn refine(
     current.truncate(wanted);
     half_width.truncate(wanted);
     Refined { effects: current, half_width, corrections, covariance }
+}
+
+/// One step of all unknowns and corrections.
+fn step(
+    sums: &NormalEquations,
+    weights: &[f64],
+    corrections: Option<&Corrections>,
+    terms: &[Term],
+) -> Option<Fit> {
+    let products = parallel(terms.len(), |k| TermProducts::new(sums, weights, corrections, &terms[k]));
+    fit(corrections, &products.iter().collect::<Vec<_>>())
 }
 
 /// The effects and what is estimated beside them without being reported.

@@ -1,7 +1,7 @@
 //! The linear regression that a search works on: candidates, normal equations, weights, and what a set of effects costs.
 use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::candidates::{all_forms, candidates_of};
-use super::fit::{Candidate, Corrections, Fit, NormalEquations, Term, errors, fit, sizes};
+use super::fit::{Candidate, Corrections, Fit, NormalEquations, Term, TermProducts, errors, fit, sizes};
 use super::noise_floor::noise_floor;
 use super::parallel::parallel;
 use super::resolution::resolutions;
@@ -10,6 +10,7 @@ use crate::experiments::form::{Column, Form, Search};
 use crate::physical::is_possible;
 use crate::robot::inertial_parameters::{InertialParameters, body_of, parameter_index};
 use bipedc_effects::effect::{Effect, Kind, Law, Location};
+use std::sync::OnceLock;
 
 /// Blocks of time that a log is cut into.
 pub(super) const BLOCKS: usize = 9;
@@ -52,6 +53,8 @@ pub(super) struct Regression<'a> {
     /// Variance of the noise floor and how many samples tell the same, per row.
     noise_floors: Vec<(f64, f64)>,
     corrections: Option<Corrections>,
+    /// Products of each candidate's terms with all else, formed when first asked for.
+    products: Vec<OnceLock<Vec<TermProducts>>>,
     /// Root mean squares below which errors say nothing, by row.
     pub resolutions: Vec<f64>,
     /// Sum of squares per row below which errors are the measurement's noise, however small they become.
@@ -132,6 +135,7 @@ impl<'a> Regression<'a> {
             floor_deviance: Vec::new(),
             noise_floors: Vec::new(),
             corrections: None,
+            products: Vec::new(),
             resolutions: resolutions(train),
             noise_squares: Vec::new(),
             reference: Vec::new(),
@@ -180,6 +184,7 @@ impl<'a> Regression<'a> {
         let wanted = self.train.inertial_count() > 0 && self.spread.corrects;
         self.corrections =
             wanted.then(|| Corrections::new(&self.train_sums, &self.weights, self.spread.len()));
+        self.products = self.candidates.iter().map(|_| OnceLock::new()).collect();
     }
 
     /// Lowers the noise floor where effects do better than the smooth function did, which cannot follow every jump. Tells
@@ -224,6 +229,7 @@ impl<'a> Regression<'a> {
     /// Gives a candidate the terms that it had.
     pub fn recall(&mut self, c: usize, (form, terms): (Form, Vec<Term>)) {
         (self.candidates[c].form, self.candidates[c].terms) = (form, terms);
+        self.products[c] = OnceLock::new();
     }
 
     /// Takes nonlinear forms at their estimates beside the active candidates.
@@ -243,6 +249,7 @@ impl<'a> Regression<'a> {
                 let Some(form) = self.candidates[c].form.linearised(self.train, coefficients) else { break };
                 let rows = self.candidates[c].rows.clone();
                 self.candidates[c] = Candidate::new(form, &[], rows, &self.spread, 0);
+                self.products[c] = OnceLock::new();
             }
         }
     }
@@ -273,12 +280,19 @@ impl<'a> Regression<'a> {
     pub fn scored_fit(&self, active: &[usize], corrected: bool) -> Option<ScoredFit> {
         let terms = self.terms(active);
         let corrections = self.corrections.as_ref().filter(|_| corrected);
-        let fit = fit(&self.train_sums, &self.weights, corrections, &terms)?;
+        let products: Vec<&TermProducts> = active.iter().flat_map(|&c| self.products_of(c)).collect();
+        let fit = fit(corrections, &products)?;
         let errors = errors(&self.judge_sums, &fit, &terms);
         let heard = errors.iter().zip(&self.noise_squares).map(|(error, noise)| error.max(*noise));
         let deviance: f64 = heard.zip(&self.weights).map(|(e, w)| e * w).sum();
         let cost = deviance + fit.prior + self.complexity_penalty(active);
         Some(ScoredFit { fit, errors, cost })
+    }
+
+    fn products_of(&self, c: usize) -> &[TermProducts] {
+        let corrections = self.corrections.as_ref();
+        let of = |term: &Term| TermProducts::new(&self.train_sums, &self.weights, corrections, term);
+        self.products[c].get_or_init(|| self.candidates[c].terms.iter().map(of).collect())
     }
 
     /// Errors of a fit in each judging block, one row.
