@@ -76,11 +76,15 @@ impl RowEquations {
     /// Sum of squares of a combination of everything.
     fn square(&self, u: &DVector<f64>) -> f64 {
         // Only the places in use: most columns of the library are idle.
-        let used: Vec<usize> = (0..u.len()).filter(|&i| u[i] != 0.0).collect();
+        let used: Vec<(usize, f64)> =
+            u.iter().copied().enumerate().filter(|(_, factor)| *factor != 0.0).collect();
+        let rows = self.gram.nrows();
         let mut sum = 0.0;
-        for &c in &used {
-            let column = self.gram.column(c);
-            sum += u[c] * used.iter().map(|&r| u[r] * column[r]).sum::<f64>();
+        for (k, &(c, factor)) in used.iter().enumerate() {
+            let column = &self.gram.as_slice()[c * rows..(c + 1) * rows];
+            // Symmetric: what lies above the diagonal counts twice.
+            let above: f64 = used[..k].iter().map(|&(r, x)| x * column[r]).sum();
+            sum += factor * (2.0 * above + factor * column[c]);
         }
         sum.max(0.0)
     }
@@ -88,20 +92,25 @@ impl RowEquations {
     /// A term in the coordinates of this row; `None` if it does not touch it.
     fn local(&self, term: &Term) -> Option<DVector<f64>> {
         let mut out = DVector::zeros(self.gram.nrows());
+        self.add(term, 1.0, &mut out).then_some(out)
+    }
+
+    /// Adds a multiple of a term in the coordinates of this row; tells whether the term touches it.
+    fn add(&self, term: &Term, factor: f64, out: &mut DVector<f64>) -> bool {
         match term {
             Term::Data(id) => {
-                let place = self.ids.iter().position(|i| i == id)?;
-                out[parameter_index(self.bodies.len(), 0) + place] = 1.0;
+                let Some(place) = self.ids.iter().position(|i| i == id) else { return false };
+                out[parameter_index(self.bodies.len(), 0) + place] += factor;
             }
             Term::Inertial(direction) => {
                 for (place, body) in self.bodies.iter().enumerate() {
                     for k in 0..10 {
-                        out[parameter_index(place, k)] = direction[parameter_index(*body, k)];
+                        out[parameter_index(place, k)] += factor * direction[parameter_index(*body, k)];
                     }
                 }
             }
         }
-        Some(out)
+        true
     }
 }
 
@@ -317,9 +326,7 @@ pub(super) fn sizes(sums: &NormalEquations, terms: &[Term], coefficients: &[f64]
     let size = |row: &RowEquations| {
         let mut u = DVector::zeros(row.residual() + 1);
         for (term, coefficient) in terms.iter().zip(coefficients) {
-            if let Some(local) = row.local(term) {
-                u.axpy(*coefficient, &local, 1.0);
-            }
+            row.add(term, *coefficient, &mut u);
         }
         row.square(&u)
     };
@@ -338,18 +345,7 @@ fn error(row: &RowEquations, fit: &Fit, terms: &[&Term]) -> f64 {
         }
     }
     for (term, coefficient) in terms.iter().zip(&fit.coefficients) {
-        match term {
-            Term::Data(id) => {
-                if let Some(place) = row.ids.iter().position(|i| i == id) {
-                    u[10 * row.bodies.len() + place] += coefficient;
-                }
-            }
-            Term::Inertial(_) => {
-                if let Some(local) = row.local(term) {
-                    u.axpy(*coefficient, &local, 1.0);
-                }
-            }
-        }
+        row.add(term, *coefficient, &mut u);
     }
     row.square(&u)
 }
