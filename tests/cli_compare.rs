@@ -58,6 +58,26 @@ fn three_link_log(name: &str, per_second: f64, effort: &str) -> std::path::PathB
     file
 }
 
+/// Most robots measure the motor: its angle stands for the joint's where that was not logged, and the answer says so.
+#[test]
+fn the_motors_side_stands_for_the_joints() {
+    let log = three_link_log("compare_motor_side", 1.0, "0.1");
+    let joints = std::fs::read_to_string(&log).unwrap();
+    let motors = log.with_file_name("motors.csv");
+    std::fs::write(&motors, joints.replace("left_hip_pitch/position", "left_hip_pitch/motor_position"))
+        .unwrap();
+    let compare = |log: &Path| {
+        bipedc(&["compare", "robots/three_link", "--base", "fixed", text(log), "--json"]).ok().json()
+    };
+    let (by_joints, by_motors) = (compare(&log), compare(&motors));
+    assert_eq!(by_motors["channels"], by_joints["channels"]);
+    let assumed = |answer: &Value| {
+        let lines = answer["assumptions"].as_array().unwrap();
+        lines.iter().any(|line| line.as_str().unwrap().contains("`motor_position` for `left_hip_pitch`:"))
+    };
+    assert!(assumed(&by_motors) && !assumed(&by_joints), "{}", by_motors["assumptions"]);
+}
+
 #[test]
 fn enormous_values_are_named_and_printed_sanely() {
     let compare =

@@ -63,6 +63,7 @@ impl Plan {
         }
         let mut plan = Self::default();
         plan.note_unknown_joints(layout, reader)?;
+        let mut by_motor: Vec<&str> = Vec::new();
         for joint in &layout.joints {
             let mut columns = JointColumns {
                 position: plan.add(reader, format!("{}/position", joint.name)),
@@ -70,11 +71,16 @@ impl Plan {
                 effort: plan.add(reader, format!("{}/effort", joint.name)),
                 motor_position: plan.add(reader, format!("{}/motor_position", joint.name)),
             };
+            if columns.position.is_none() && columns.motor_position.is_some() {
+                (columns.position, columns.motor_position) = (columns.motor_position, None);
+                by_motor.push(&joint.name);
+            }
             if options.velocity == VelocitySource::Logged && columns.position.is_some() {
                 columns.velocity = plan.add(reader, format!("{}/velocity", joint.name));
             }
             plan.joints.push(columns);
         }
+        plan.note_motor_side(&by_motor);
         plan.note_missing(layout, reader, options)?;
         plan.add_base(layout, reader)?;
         reader.select(&plan.selected);
@@ -124,6 +130,17 @@ impl Plan {
             self.warnings.push(Diagnostic::warning(message).in_file(reader.file()).at(1, 0).help(help));
         }
         Ok(())
+    }
+
+    /// Joints of which only the motor's side is measured.
+    fn note_motor_side(&mut self, joints: &[&str]) {
+        if !joints.is_empty() {
+            self.assumptions.push(format!(
+                "no position column but `motor_position` for {}: the joint turns as its motor does, as if nothing gave way between \
+                 them (elasticity and play there look like other effects)",
+                names::list(joints.iter().copied(), 40)
+            ));
+        }
     }
 
     fn note_missing(
