@@ -8,6 +8,7 @@ use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::formula::Formula;
 use bipedc_runtime::Argument;
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 /// Places in the arguments of a gait ([`Argument::Parameters`]): φ, φ₊, φ₋, the gait parameters, then of each output the
@@ -58,7 +59,7 @@ pub struct VirtualConstraints<'g> {
 
 /// Names of formulas as expressions.
 struct Reader<'g, 'a> {
-    names: BTreeMap<String, Sym<'g>>,
+    names: RefCell<BTreeMap<String, Sym<'g>>>,
     quantities: &'a BTreeMap<String, Formula>,
     /// A node of the graph, for constants.
     some: Sym<'g>,
@@ -73,9 +74,15 @@ impl<'g> Reader<'g, '_> {
     fn value(&self, formula: &Formula) -> Result<Sym<'g>, String> {
         let mut variables = vec![("", Sloped::constant(self.some, 0))];
         for name in formula.names() {
-            let value = match (self.names.get(name), self.quantities.get(name)) {
-                (Some(&value), _) => value,
-                (None, Some(quantity)) => self.value(quantity)?,
+            let known = self.names.borrow().get(name).copied();
+            let value = match (known, self.quantities.get(name)) {
+                (Some(value), _) => value,
+                (None, Some(quantity)) => {
+                    let value = self.value(quantity)?;
+                    // Once each: quantities may be named by many others.
+                    self.names.borrow_mut().insert(name.clone(), value);
+                    value
+                }
                 (None, None) => return Err(format!("nothing is called `{name}`")),
             };
             variables.push((name, Sloped::constant(value, 0)));
@@ -102,7 +109,8 @@ pub fn virtual_constraints<'g>(
     for (index, parameter) in gait.parameters.iter().enumerate() {
         names.insert(parameter.name.clone(), argument(arguments.parameter(index)));
     }
-    let reader = Reader { names, quantities: &gait.quantities, some: model.constant(0.0) };
+    let reader =
+        Reader { names: RefCell::new(names), quantities: &gait.quantities, some: model.constant(0.0) };
     let GaitPhase { variable, outputs, guard, .. } = &gait.phase;
     let variable = reader.of("the phase variable", variable)?;
     let of_outputs = |of: fn(&GaitOutput) -> &Formula| {
@@ -229,19 +237,22 @@ fn not_fixed() -> Diagnostic {
         .help("each [[phase.output]] controls something that the others and the phase variable leave open")
 }
 
-/// Pivots below this part of the largest element of a matrix of whole and half numbers are rounding.
+/// Pivots below this are rounding, where the largest element of each row is 1.
 const SINGULAR: f64 = 1e-10;
 
 /// The inverse of a matrix by rows (Gauss–Jordan with row exchanges), if it has one.
 fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
     let n = a.len();
-    let largest = a.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
     for (k, row) in a.iter_mut().enumerate() {
         row.extend((0..n).map(|column| f64::from(u8::from(column == k))));
+        // Outputs may have any scale.
+        let largest = row[..n].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        row.iter_mut().for_each(|x| *x /= largest);
     }
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
-        if a[pivot][k].abs() <= SINGULAR * largest {
+        // An output that nothing moves has no scale: its row is no number, and neither is the pivot.
+        if !a[pivot][k].is_finite() || a[pivot][k].abs() <= SINGULAR {
             return None;
         }
         a.swap(k, pivot);

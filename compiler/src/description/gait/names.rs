@@ -2,13 +2,10 @@
 use super::dimension::{self, Dimension};
 use super::{PHASE, PHASE_END, PHASE_START};
 use crate::description::model::{Base, JointKind, RobotDescription};
-use crate::description::settings::table::Entry;
-use crate::description::source::{Messages, suggest};
+use crate::description::settings::table::{Entry, Section};
+use crate::description::source::{Messages, short, suggest};
 use bipedc_effects::effect::formula::Formula;
 use std::collections::BTreeMap;
-
-/// Quantities that refer to each other deeper than this go in a circle.
-const DEPTH: usize = 32;
 
 /// What a name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,6 +34,8 @@ pub(super) struct Allowed {
 pub(super) struct Known {
     pub of: Of,
     pub dimension: Dimension,
+    /// A quantity: a name of the configuration, a parameter, and a name of the phase in it or in what it names.
+    leaves: [Option<String>; 3],
 }
 
 /// All names with what they stand for.
@@ -77,7 +76,7 @@ impl Names {
     pub(super) fn add(&mut self, name: &str, of: Of, dimension: Dimension) -> bool {
         let fresh = !self.known.contains_key(name);
         if fresh {
-            self.known.insert(name.to_owned(), Known { of, dimension });
+            self.known.insert(name.to_owned(), Known { of, dimension, leaves: Default::default() });
         }
         fresh
     }
@@ -85,8 +84,51 @@ impl Names {
     /// The unit of φ.
     pub(super) fn set_phase_dimension(&mut self, dimension: Dimension) {
         for name in [PHASE, PHASE_START, PHASE_END] {
-            self.known.insert(name.to_owned(), Known { of: Of::Phase, dimension });
+            self.known
+                .insert(name.to_owned(), Known { of: Of::Phase, dimension, leaves: Default::default() });
         }
+    }
+
+    /// Finds out what quantities are made of, those that others name first. Each is looked at once, however many name it.
+    pub(super) fn settle(&mut self, section: &Section<'_, '_>, messages: &mut Messages<'_>) {
+        let mut open: Vec<Entry<'_, '_>> = section.entries();
+        while !open.is_empty() {
+            let ready = |entry: &Entry<'_, '_>| {
+                let formula = self.quantities.get(entry.key);
+                let waits = |name: &String| open.iter().any(|other| other.key == name);
+                !formula.is_some_and(|formula| formula.names().iter().any(waits))
+            };
+            let Some(index) = open.iter().position(ready) else {
+                for entry in &open {
+                    let message = format!("{} depends on itself", entry.name());
+                    messages.error(entry.at, message, "a quantity is made of other things");
+                }
+                return;
+            };
+            let entry = open.swap_remove(index);
+            let dimension = self.formula(&entry, ANYTHING, messages).and_then(|(_, dimension)| dimension);
+            let leaves =
+                self.quantities.get(entry.key).map_or_else(Default::default, |formula| self.leaves(formula));
+            if let Some(known) = self.known.get_mut(entry.key) {
+                (known.dimension, known.leaves) = (dimension, leaves);
+            }
+        }
+    }
+
+    /// A name of each kind that a formula depends on.
+    fn leaves(&self, formula: &Formula) -> [Option<String>; 3] {
+        let mut found: [Option<String>; 3] = Default::default();
+        for name in formula.names() {
+            let Some(known) = self.known.get(name) else { continue };
+            let of = match known.of {
+                Of::Configuration => [Some(name.clone()), None, None],
+                Of::Parameter => [None, Some(name.clone()), None],
+                Of::Phase => [None, None, Some(name.clone())],
+                Of::Quantity => known.leaves.clone(),
+            };
+            found = [0, 1, 2].map(|kind| found[kind].take().or_else(|| of[kind].clone()));
+        }
+        found
     }
 
     /// Reads a formula, with all that it names in its quantities, and its unit.
@@ -106,17 +148,15 @@ impl Names {
             }
         };
         for name in formula.names() {
-            if let Err((message, help)) = self.refusal(name, allowed, 0) {
-                let index = word_index(&text, name);
-                messages.error(
-                    entry.inside_text(index, messages),
-                    format!("{}: {message}", entry.name()),
-                    help,
-                );
+            if let Err((message, help)) = self.refusal(name, allowed) {
+                let at = entry.inside_text(word_index(&text, name), messages);
+                messages.error(at, format!("{}: {message}", entry.name()), help);
                 return None;
             }
         }
-        match self.dimension(&formula, 0) {
+        let dimension = |name: &String| self.known.get(name).and_then(|known| known.dimension);
+        let names: Vec<Dimension> = formula.names().iter().map(dimension).collect();
+        match dimension::dimension_of(&formula, &names) {
             Ok(dimension) => Some((formula, dimension)),
             Err(problem) => {
                 let message = format!("{}: the units do not fit: {problem}", entry.name());
@@ -127,48 +167,28 @@ impl Names {
     }
 
     /// Why a formula cannot have this name, and what to do.
-    fn refusal(&self, name: &str, allowed: Allowed, depth: usize) -> Result<(), (String, String)> {
+    fn refusal(&self, name: &str, allowed: Allowed) -> Result<(), (String, String)> {
         let Some(known) = self.known.get(name) else {
-            let names = || self.known.keys().map(String::as_str);
-            return Err((
-                format!("nothing is called `{name}`"),
-                suggest(name, names().collect::<Vec<_>>(), "names"),
-            ));
+            let names: Vec<&str> = self.known.keys().map(String::as_str).collect();
+            return Err((format!("nothing is called `{}`", short(name)), suggest(name, names, "names")));
         };
-        let (fits, what) = match known.of {
-            Of::Configuration => (allowed.configuration, "belongs to the configuration"),
-            Of::Parameter => (allowed.parameters, "is a gait parameter"),
-            Of::Phase => (allowed.phase, "belongs to the phase variable"),
-            Of::Quantity if depth > DEPTH => {
-                return Err((
-                    format!("`{name}` depends on itself"),
-                    "a quantity is made of other things".into(),
-                ));
-            }
-            Of::Quantity => {
-                let inner = self.quantities.get(name).map_or(&[][..], Formula::names);
-                return inner.iter().try_for_each(|name| self.refusal(name, allowed, depth + 1));
-            }
+        let rules = [allowed.configuration, allowed.parameters, allowed.phase];
+        let words = ["belongs to the configuration", "is a gait parameter", "belongs to the phase variable"];
+        let leaves = match known.of {
+            Of::Configuration => [Some(name), None, None],
+            Of::Parameter => [None, Some(name), None],
+            Of::Phase => [None, None, Some(name)],
+            Of::Quantity => [0, 1, 2].map(|kind| known.leaves[kind].as_deref()),
         };
-        if fits {
-            return Ok(());
+        match (0..3).find_map(|kind| leaves[kind].filter(|_| !rules[kind]).map(|leaf| (leaf, words[kind]))) {
+            None => Ok(()),
+            Some((leaf, word)) => Err((format!("`{}` {word}", short(leaf)), allowed.rule.to_owned())),
         }
-        Err((format!("`{name}` {what}"), allowed.rule.to_owned()))
-    }
-
-    fn dimension(&self, formula: &Formula, depth: usize) -> Result<Dimension, String> {
-        if depth > DEPTH {
-            return Err("a quantity depends on itself".to_owned());
-        }
-        let of = |name: &String| match (self.known.get(name), self.quantities.get(name)) {
-            (_, Some(quantity)) => self.dimension(quantity, depth + 1),
-            (Some(known), None) => Ok(known.dimension),
-            (None, None) => Ok(None),
-        };
-        let names = formula.names().iter().map(of).collect::<Result<Vec<_>, _>>()?;
-        dimension::dimension_of(formula, &names)
     }
 }
+
+/// Formulas of `[quantities]`: what they may name shows where they are used.
+const ANYTHING: Allowed = Allowed { configuration: true, parameters: true, phase: true, rule: "" };
 
 /// Where a name begins in a formula, in characters.
 fn word_index(text: &str, name: &str) -> usize {

@@ -30,9 +30,15 @@ const GUARD: Allowed = Allowed {
     rule: "a guard is a function of the configuration and the gait parameters",
 };
 
+/// The unit of φ, which formulas are checked with; what is wrong with it is said by [`read_phase`].
+pub(super) fn read_phase_unit(top: &Section<'_, '_>, names: &mut Names, messages: &mut Messages<'_>) {
+    let unit = top.sections("phase", messages).first().and_then(|section| section.get("unit")?.text());
+    names.set_phase_dimension(unit.and_then(parse_unit));
+}
+
 pub(super) fn read_phase(
     top: &Section<'_, '_>,
-    names: &mut Names,
+    names: &Names,
     description: &RobotDescription,
     messages: &mut Messages<'_>,
 ) -> Option<GaitPhase> {
@@ -49,7 +55,6 @@ pub(super) fn read_phase(
         .check_keys(&["name", "variable", "unit", "impact_matching", "output", "guard", "posture"], messages);
     let phase = find_phase(section, description, messages);
     let unit = read_unit(section, messages);
-    names.set_phase_dimension(unit.as_deref().and_then(parse_unit));
     let variable = formula(section, "variable", VARIABLE, unit.as_deref(), names, messages);
     let outputs: Vec<Option<GaitOutput>> = section
         .sections("output", messages)
@@ -205,13 +210,13 @@ fn read_output(section: &Section<'_, '_>, names: &Names, messages: &mut Messages
 
 fn read_guard(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) -> Option<Guard> {
     let Some(entry) = section.get("guard") else {
-        let help = "add guard = { formula = \"left_foot_toe_x - right_foot_toe_x - step_length\", between = [0.0, 1.5] }";
+        let help = "add guard = { zero = \"left_foot_toe_x - right_foot_toe_x - step_length\", between = [0.0, 1.5] }";
         messages.error(section.at, "the phase has no `guard`", help);
         return None;
     };
     let guard = entry.section("guard".to_owned(), messages)?;
-    guard.check_keys(&["formula", "between"], messages);
-    let formula = formula(&guard, "formula", GUARD, None, names, messages);
+    guard.check_keys(&["zero", "between"], messages);
+    let formula = formula(&guard, "zero", GUARD, None, names, messages);
     let between = match guard.get("between") {
         Some(entry) => range(&entry, messages),
         None => {

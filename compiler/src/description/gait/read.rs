@@ -1,7 +1,7 @@
 //! From a gait file to a checked gait.
 use super::dimension::parse_unit;
-use super::names::{Allowed, Names, Of};
-use super::phase::read_phase;
+use super::names::{Names, Of};
+use super::phase::{read_phase, read_phase_unit};
 use super::{Gait, GaitLimits, GaitParameter};
 use crate::description::model::RobotDescription;
 use crate::description::settings::table::{Entry, Section};
@@ -10,14 +10,12 @@ use crate::description::source::{Messages, finish, short};
 use crate::description::urdf::read_urdf;
 use crate::description::{SourceFiles, load_text};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::effect::formula::Formula;
 use bipedc_effects::spelling;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
 const KEYS: [&str; 6] = ["gravity", "parameters", "quantities", "phase", "limits", "effect"];
-
-/// Formulas of `[quantities]`: what they may name shows where they are used.
-const ANYTHING: Allowed = Allowed { configuration: true, parameters: true, phase: true, rule: "" };
 
 /// The file of a gait: `name` is one of `gaits/` beside the description, or a path that ends in `.toml`.
 ///
@@ -86,8 +84,9 @@ fn read(
     let gravity = top.get("gravity").and_then(|entry| positive(&entry, messages));
     let mut names = Names::of_robot(description);
     let parameters = read_parameters(top, &mut names, messages);
+    read_phase_unit(top, &mut names, messages);
     read_quantities(top, &mut names, messages);
-    let phase = read_phase(top, &mut names, description, messages);
+    let phase = read_phase(top, &names, description, messages);
     let mut urdf_messages = Messages::new(&sources.urdf_text, &sources.urdf_path);
     let urdf = read_urdf(&sources.urdf_text, &mut urdf_messages);
     let known = Known { robot: urdf.as_ref() };
@@ -205,12 +204,10 @@ fn read_quantities(top: &Section<'_, '_>, names: &mut Names, messages: &mut Mess
     }
     // A quantity may name those below it: what they are is known first.
     for entry in section.entries() {
-        let text = entry.string(messages);
-        if let Some(Ok(formula)) = text.as_deref().map(bipedc_effects::effect::formula::Formula::parse) {
+        let formula = entry.text().map(Formula::parse);
+        if let Some(Ok(formula)) = formula {
             names.quantities.insert(entry.key.to_owned(), formula);
         }
     }
-    for entry in section.entries() {
-        let _ = names.formula(&entry, ANYTHING, messages);
-    }
+    names.settle(&section, messages);
 }

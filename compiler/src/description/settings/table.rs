@@ -149,6 +149,11 @@ impl<'t, 'i> Entry<'t, 'i> {
         }
     }
 
+    /// The text, if it is one; nothing is reported.
+    pub(in crate::description) fn text(&self) -> Option<&'t str> {
+        self.value.as_str()
+    }
+
     pub(in crate::description) fn is_table(&self) -> bool {
         matches!(self.value, DeValue::Table(_))
     }

@@ -181,8 +181,8 @@ impl Course<'_, '_> {
             let (low, high) = (pair[0], pair[1]);
             (0..=SAMPLES).map(move |k| low + (high - low) * k as f64 / SAMPLES as f64)
         });
-        let alpha = |phase: &f64| self.zero_dynamics(*phase).map_or(f64::NAN, |found| found[0]);
-        places.into_iter().find(|phase| !(alpha(phase) > 0.0))
+        let positive = |phase: f64| self.zero_dynamics(phase).is_ok_and(|[alpha, ..]| alpha > 0.0);
+        places.into_iter().find(|&phase| !positive(phase))
     }
 
     /// E of a step that passes its dead centre at this speed (6.12, 6.19).

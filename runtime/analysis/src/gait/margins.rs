@@ -86,9 +86,9 @@ impl GaitModel<'_> {
         air.map(|(_, &height)| height).fold(f64::INFINITY, f64::min)
     }
 
-    /// Force on the foot that stands (x and z), the moment that is left of the base, and the torques of the joints: what the motion on
-    /// the zero dynamics needs.
-    pub(super) fn efforts(&self, course: &Course<'_, '_>, phase: f64, energy: f64) -> Option<Vec<f64>> {
+    /// What the motion on the zero dynamics needs: x and z of the force on the foot that stands (N), its moment about the origin of the
+    /// base (N m), then the torques of the joints. `None`: the step does not get to this phase.
+    pub fn efforts(&self, course: &Course<'_, '_>, phase: f64, energy: f64) -> Option<Vec<f64>> {
         let point = course.surface(phase).ok()?;
         let [rate, acceleration] = course.rates(phase, energy).ok()?;
         let v: Vec<f64> = point.slope.iter().map(|x| x * rate).collect();
