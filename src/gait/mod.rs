@@ -5,13 +5,13 @@ use crate::progress::Progress;
 use bipedc_analysis::gait::{GaitModel, GaitSettings, Step};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{CompiledGait, ProgramModel, compile_gait};
-use bipedc_compiler::description::gait::{Gait, GaitParameter, gait_path, read_gait};
+use bipedc_compiler::description::gait::{Gait, GaitParameter, gait_path, parse_gait, read_gait};
 use bipedc_compiler::description::suggest;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_effects::magnitude;
 use serde::{Serialize, Serializer};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A robot with one of its gaits.
 #[derive(Debug, Clone)]
@@ -63,7 +63,30 @@ impl GaitBench {
     /// No such gait; everything in the file that has no meaning, with line and column; functions that cannot be derived.
     pub fn open(robot: &Robot, name: &str, progress: &dyn Progress) -> Result<Self, Diagnostics> {
         let file = gait_path(&robot.sources, name)?;
-        let (gait, warnings) = read_gait(&file, &robot.sources, &robot.description)?;
+        let read = read_gait(&file, &robot.sources, &robot.description)?;
+        Self::derived(robot, file, read, progress)
+    }
+
+    /// The same from a text; `file` gives the gait's name and serves messages.
+    ///
+    /// # Errors
+    /// As [`GaitBench::open`].
+    pub fn parse(
+        robot: &Robot,
+        file: &Path,
+        text: &str,
+        progress: &dyn Progress,
+    ) -> Result<Self, Diagnostics> {
+        let read = parse_gait(file, text, &robot.sources, &robot.description)?;
+        Self::derived(robot, file.to_path_buf(), read, progress)
+    }
+
+    fn derived(
+        robot: &Robot,
+        file: PathBuf,
+        (gait, warnings): (Gait, Vec<Diagnostic>),
+        progress: &dyn Progress,
+    ) -> Result<Self, Diagnostics> {
         let compiled = progress
             .stage("deriving", || compile_gait(&robot.description, &gait))
             .map_err(|error| error.or_in_file(&file))?;

@@ -6,7 +6,9 @@ use std::fmt;
 
 /// Six decimals, or that there is no such number.
 fn figure(x: Option<f64>) -> String {
-    x.map_or_else(|| "—".to_owned(), |x| format!("{x:.6}"))
+    // What rounds to zero has no sign.
+    let digits = |x: f64| format!("{:.6}", if x.abs() < 5e-7 { 0.0 } else { x });
+    x.map_or_else(|| "—".to_owned(), digits)
 }
 
 fn row(name: &str, value: Option<f64>, unit: &str) -> Vec<String> {

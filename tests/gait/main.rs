@@ -4,6 +4,7 @@ mod command;
 mod files;
 mod identities;
 mod oracle;
+mod page;
 mod simulated;
 
 use bipedc::Robot;

@@ -31,13 +31,12 @@ pub struct CompiledGait {
 }
 
 /// Functions of the model that a step needs.
-const OF_ROBOT: [&str; 6] = [
+const OF_ROBOT: [&str; 5] = [
     "inverse_dynamics",
     "relabelled_configuration",
     "relabelled_velocity",
     "contact_distances",
     "contact_normal_directions",
-    "mass_matrix",
 ];
 
 /// Derives everything that a gait needs.

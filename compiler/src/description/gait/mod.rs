@@ -5,7 +5,7 @@ mod names;
 mod phase;
 mod read;
 
-pub use read::{gait_path, read_gait};
+pub use read::{gait_path, parse_gait, read_gait};
 
 use bipedc_effects::effect::Effect;
 use bipedc_effects::effect::formula::Formula;

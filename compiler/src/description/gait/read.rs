@@ -52,9 +52,21 @@ pub fn read_gait(
     sources: &SourceFiles,
     description: &RobotDescription,
 ) -> Result<(Gait, Vec<Diagnostic>), Diagnostics> {
-    let text = load_text(path)?;
-    let mut messages = Messages::new(&text, path);
-    let (table, errors) = DeTable::parse_recoverable(&text);
+    parse_gait(path, &load_text(path)?, sources, description)
+}
+
+/// The same from a text; `path` gives the gait's name and serves messages.
+///
+/// # Errors
+/// As [`read_gait`].
+pub fn parse_gait(
+    path: &Path,
+    text: &str,
+    sources: &SourceFiles,
+    description: &RobotDescription,
+) -> Result<(Gait, Vec<Diagnostic>), Diagnostics> {
+    let mut messages = Messages::new(text, path);
+    let (table, errors) = DeTable::parse_recoverable(text);
     for error in &errors {
         let at = error.span().map(|span| span.start);
         let message = format!("broken TOML: {}", error.message().replace('\n', "; "));

@@ -29,6 +29,8 @@ pub enum SurfaceFailure {
     Singular,
     /// No posture was found where the outputs vanish.
     NotConverged,
+    /// Formulas, or their slopes, are no finite numbers there.
+    NotFinite,
 }
 
 impl fmt::Display for SurfaceFailure {
@@ -36,6 +38,7 @@ impl fmt::Display for SurfaceFailure {
         f.write_str(match self {
             Self::Singular => "the outputs do not fix the joints",
             Self::NotConverged => "no posture was found where the outputs vanish",
+            Self::NotFinite => "the formulas or their slopes are no finite numbers",
         })
     }
 }
@@ -49,7 +52,7 @@ impl GaitModel<'_> {
         let Some(function) = self.functions.surface else { return self.iterate(arguments, near) };
         let found = self.call(function, &State::new().with(Argument::Parameters, arguments));
         if found.iter().any(|x| !x.is_finite()) {
-            return Err(SurfaceFailure::NotConverged);
+            return Err(SurfaceFailure::NotFinite);
         }
         let column = |k: usize| found[k * self.size()..(k + 1) * self.size()].to_vec();
         Ok(SurfacePoint { q: column(0), slope: column(1), curvature: column(2) })
@@ -62,7 +65,8 @@ impl GaitModel<'_> {
         let slope = factors(&self.call(self.functions.slope, &state))?;
         let state = state.with(Argument::V, &slope);
         let curvature = factors(&self.call(self.functions.curvature, &state))?;
-        Ok(SurfacePoint { slope, curvature, q })
+        let finite = slope.iter().chain(&curvature).all(|x| x.is_finite());
+        if finite { Ok(SurfacePoint { slope, curvature, q }) } else { Err(SurfaceFailure::NotFinite) }
     }
 
     /// q where all constraints vanish: steps are halved while they make it worse.
@@ -106,7 +110,7 @@ impl GaitModel<'_> {
         let n = self.size();
         let columns = self.call(self.functions.jacobian, state);
         if columns.iter().any(|x| !x.is_finite()) {
-            return Err(SurfaceFailure::NotConverged);
+            return Err(SurfaceFailure::NotFinite);
         }
         let factors = DMatrix::from_vec(n, n, columns).full_piv_lu();
         let pivots = factors.u().diagonal().map(f64::abs);
