@@ -11,10 +11,12 @@ fn page() -> String {
 
 /// The fenced block of this language that has these words.
 fn block(page: &str, language: &str, words: &str) -> String {
-    let blocks =
-        page.split(&format!("```{language}\n")).skip(1).filter_map(|rest| rest.split("\n```").next());
-    let found = blocks.into_iter().find(|block| block.contains(words));
-    found.unwrap_or_else(|| panic!("no block with `{words}`")).to_owned()
+    // Fences open and close in turn.
+    let parts: Vec<&str> = page.split("```").collect();
+    let inside = parts.iter().skip(1).step_by(2).filter_map(|part| part.split_once('\n'));
+    let found = inside.filter(|(name, _)| *name == language).map(|(_, text)| text.trim_end());
+    let mut found = found.filter(|text| text.contains(words));
+    found.next().unwrap_or_else(|| panic!("no block with `{words}`")).to_owned()
 }
 
 #[test]
