@@ -10,6 +10,7 @@ pub mod diagnosis;
 pub mod excitation;
 pub mod export;
 pub mod film;
+pub mod gait;
 pub mod identification;
 pub mod inventory;
 pub mod kinds;

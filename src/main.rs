@@ -21,6 +21,7 @@ Examples:
   bipedc effects coulomb_friction          what a model may lack, how it looks
   bipedc identify robots/tulip log.csv --write-urdf new.urdf
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv
+  bipedc gait step robots/three_link --gait thesis --speed 1.5
 
 A ROBOT is a folder with `robot.urdf` and `biped.toml`, or one of these files. Units are SI.
 Results never overwrite what they were made from; files appear whole or not at all.

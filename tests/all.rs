@@ -29,6 +29,8 @@ mod experiments;
 mod floors;
 #[path = "free_run/main.rs"]
 mod free_run;
+#[path = "gait/main.rs"]
+mod gait;
 #[path = "ground/main.rs"]
 mod ground;
 mod hidden_effects;

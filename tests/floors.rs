@@ -24,13 +24,13 @@ const ANALYSIS: [&[&str]; 6] = [
     &["robot"],
     &["measure", "physical"],
     &["experiments"],
-    &["compare", "diagnose", "identify", "simulate"],
+    &["compare", "diagnose", "gait", "identify", "simulate"],
     &["report"],
 ];
 /// The same of the root package: its library, then the command on top of it.
 const ROOT: [&[&str]; 8] = [
     &["crate_paths", "export", "kinds", "progress", "robot", "table"],
-    &["amendment", "film", "inventory", "measurements"],
+    &["amendment", "film", "gait", "inventory", "measurements"],
     &["report", "simulation"],
     &["comparison", "diagnosis", "identification"],
     &["excitation"],

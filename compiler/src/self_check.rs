@@ -102,7 +102,7 @@ impl<'a> Checked<'a> {
                     .and_then(|compiled| compiled.functions.first().map(evaluator))),
             })
             .collect::<Result<Vec<_>, Diagnostic>>()?;
-        let parameters = compiled.base_parameters;
+        let parameters = compiled.run_time_parameters;
         Ok(Self { robot: &compiled.name, tree, parameters, functions, rows: tree.row_names() })
     }
 

@@ -9,6 +9,7 @@ mod effects;
 mod evaluate;
 mod excite;
 mod export;
+mod gait;
 mod generate;
 mod history;
 mod identify;
@@ -38,6 +39,7 @@ pub enum Command {
     Identify(identify::Identify),
     Excite(excite::Excite),
     Simulate(simulate::Simulate),
+    Gait(gait::Gait),
     Completions(completions::Completions),
 }
 
@@ -60,6 +62,7 @@ impl Command {
             Self::Identify(command) => command.run(),
             Self::Excite(command) => command.run(),
             Self::Simulate(command) => command.run(),
+            Self::Gait(command) => command.run(),
             Self::Completions(command) => command.run(),
         }
     }

@@ -12,6 +12,7 @@ use crate::diagnosis::{self, Diagnosed, Inertial};
 use crate::excitation::{
     self, DesignedMotion, PostureOptions, PostureSet, SeparateOptions, SeparatingMotion,
 };
+use crate::gait::GaitBench;
 use crate::identification::{self, Identified};
 use crate::inventory::{self, Inventory};
 use crate::measurements::Log;
@@ -351,6 +352,14 @@ impl Workbench {
         options: &simulation::Options,
     ) -> Result<Simulated, Diagnostics> {
         scene.simulate_with(controller, out.as_ref(), options, &self.run())
+    }
+
+    /// One of the robot's gaits: by its name in `gaits/` beside the description, or a file.
+    ///
+    /// # Errors
+    /// As [`GaitBench::open`].
+    pub fn gait(&self, name: &str) -> Result<GaitBench, Diagnostics> {
+        GaitBench::open(&self.robot, name, &*self.progress)
     }
 
     /// Designs a motion from which parameters are told well, and writes it.

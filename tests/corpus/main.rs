@@ -6,6 +6,8 @@ use std::path::Path;
 mod fuzz_diagnose;
 #[path = "../support/fuzz_evaluate.rs"]
 mod fuzz_evaluate;
+#[path = "../support/fuzz_gait.rs"]
+mod fuzz_gait;
 #[path = "../support/fuzz_inspect.rs"]
 mod fuzz_inspect;
 #[path = "../support/fuzz_inventory.rs"]
@@ -138,6 +140,11 @@ fn states_never_panic() {
 fn logs_of_others_never_panic() {
     let folder = crate::cli::scratch("corpus_inventory");
     run("inventory", |text| fuzz_inventory::run(text.as_bytes(), &folder));
+}
+
+#[test]
+fn gaits_never_panic() {
+    run_few("gait", 12, fuzz_gait::run);
 }
 
 #[test]

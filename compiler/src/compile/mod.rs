@@ -1,6 +1,7 @@
 //! The pipeline: from a tree and a request list to optimised programs.
 mod catalogue;
 mod families;
+mod gait;
 mod in_process;
 mod names;
 mod notes;
@@ -10,6 +11,7 @@ mod solvable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry};
 pub use families::regressors::parameter_names;
+pub use gait::{CompiledGait, compile_gait};
 pub use in_process::ProgramModel;
 pub use names::{crate_name, distinct, identifier};
 pub use quantity::Quantity;
@@ -72,8 +74,8 @@ pub struct CompiledModel {
     pub tree: Tree,
     /// In the order of the catalogue.
     pub functions: Vec<Function>,
-    /// Number of base parameters that functions take at run time; 0 where they are folded.
-    pub base_parameters: usize,
+    /// Number of parameters that functions take at run time: base parameters, unless they are folded, or what a gait takes.
+    pub run_time_parameters: usize,
 }
 
 impl CompiledModel {
@@ -84,7 +86,7 @@ impl CompiledModel {
             Argument::Q => tree.nq,
             Argument::V | Argument::A | Argument::Tau => tree.nv,
             Argument::Forces => 3 * tree.points.len(),
-            Argument::Parameters => self.base_parameters,
+            Argument::Parameters => self.run_time_parameters,
             Argument::MotorQ | Argument::MotorV | Argument::MotorA => tree.joints.len(),
         }
     }
@@ -198,11 +200,11 @@ fn compile_with_empty(
             Ok(Function { notes, ..finish(&graph, entry, request.subject.clone(), quantity) })
         })
         .collect::<Result<Vec<_>, Diagnostic>>()?;
-    let base_parameters = leading.map_or(0, |leading| leading.len());
+    let run_time_parameters = leading.map_or(0, |leading| leading.len());
     let names = distinct_functions(functions.iter().map(|f| f.name.clone()));
     let functions =
         functions.into_iter().zip(names).map(|(f, name)| Function { name, ..f }).collect::<Vec<_>>();
-    Ok(CompiledModel { name: description.name.clone(), tree: tree.clone(), functions, base_parameters })
+    Ok(CompiledModel { name: description.name.clone(), tree: tree.clone(), functions, run_time_parameters })
 }
 
 /// Refuses what divides by zero in every state.

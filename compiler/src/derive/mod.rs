@@ -26,6 +26,8 @@ pub mod relabel;
 pub mod solve;
 pub mod support;
 pub mod unresisted;
+pub mod virtual_constraints;
+pub mod zero_dynamics;
 
 pub use inertia::BodyInertia;
 pub use kinematics::Motions;

@@ -2,6 +2,7 @@
 //!
 //! [`read`] takes a folder, [`parse`] the two texts. Both find everything that is wrong at once.
 mod check;
+pub mod gait;
 pub(crate) mod geometry;
 mod init;
 mod mesh_files;

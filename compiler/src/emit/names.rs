@@ -46,7 +46,7 @@ fn inputs(model: &CompiledModel, argument: Argument) -> Vec<String> {
             tree.points.iter().flat_map(|point| of_point(&point.name)).collect()
         }
         // Their own names are formulas.
-        Argument::Parameters => (0..model.base_parameters).map(|k| k.to_string()).collect(),
+        Argument::Parameters => (0..model.run_time_parameters).map(|k| k.to_string()).collect(),
         Argument::MotorQ | Argument::MotorV | Argument::MotorA => {
             tree.joints.iter().map(|joint| joint.name.clone()).collect()
         }

@@ -8,6 +8,7 @@ mod graph;
 mod linear;
 mod node;
 mod purpose;
+mod rewrite;
 mod symbol;
 mod vector;
 
@@ -18,5 +19,6 @@ pub use graph::Graph;
 pub use linear::{LinearForm, separate};
 pub use node::{Call, Expr, Input, Node};
 pub use purpose::{Purpose, Work};
+pub use rewrite::{replaced, slopes_along};
 pub use symbol::Sym;
 pub use vector::{Matrix3, Vector3};

@@ -2,6 +2,7 @@
 pub mod compare;
 pub mod diagnose;
 pub mod experiments;
+pub mod gait;
 pub mod identify;
 pub mod log;
 pub mod measure;

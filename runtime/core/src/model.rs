@@ -14,7 +14,7 @@ pub enum Argument {
     Tau = 3,
     /// External forces at the contact points, three per point, world axes, N.
     Forces = 4,
-    /// Inertial or base parameters, where the function takes them at run time.
+    /// Inertial or base parameters, or those of a gait, where the function takes them at run time.
     Parameters = 5,
     /// Motor angles of the driven joints (motor shaft), rad.
     MotorQ = 6,

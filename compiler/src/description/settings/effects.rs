@@ -10,7 +10,7 @@ use bipedc_effects::spelling;
 /// All keys that say where.
 const PLACES: [&str; 4] = ["joint", "other_joint", "link", "sensor"];
 
-pub(super) fn read_effects(
+pub(in crate::description) fn read_effects(
     top: &Section<'_, '_>,
     known: Known<'_>,
     feet: &[Foot],

@@ -1,12 +1,12 @@
 //! `biped.toml`: what the URDF cannot say. Every key has a default; `robots/README.md` lists them all.
 mod base;
 mod drives;
-mod effects;
+pub(super) mod effects;
 mod feet;
 mod formula;
 mod phases;
 mod symmetry;
-mod table;
+pub(super) mod table;
 
 use super::geometry::Frame;
 use super::model::{
@@ -43,8 +43,8 @@ pub(crate) const DEFAULT_URDF: &str = "robot.urdf";
 
 /// What a description may refer to; `None` while the URDF is unreadable, so that nothing is reported twice.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Known<'r> {
-    pub(super) robot: Option<&'r UrdfRobot>,
+pub(in crate::description) struct Known<'r> {
+    pub(in crate::description) robot: Option<&'r UrdfRobot>,
 }
 
 impl<'r> Known<'r> {
@@ -208,7 +208,12 @@ fn read_generate(top: &Section<'_, '_>, messages: &mut Messages<'_>) -> Generate
 }
 
 /// Whether a name can become part of a Rust name; reports if not.
-pub(super) fn check_identifier(name: &str, what: &str, at: Place, messages: &mut Messages<'_>) {
+pub(in crate::description) fn check_identifier(
+    name: &str,
+    what: &str,
+    at: Place,
+    messages: &mut Messages<'_>,
+) {
     let good = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && name.starts_with(|c: char| c.is_ascii_alphabetic());
     if !good {

@@ -14,29 +14,29 @@ fn inside(title: &str) -> String {
 
 /// A TOML table with its name for messages.
 #[derive(Debug, Clone)]
-pub(super) struct Section<'t, 'i> {
+pub(in crate::description) struct Section<'t, 'i> {
     table: &'t DeTable<'i>,
     /// How messages call it: `[base]`, `[drives.left_knee]`, [`TOP`].
-    pub(super) title: String,
-    pub(super) at: Place,
+    pub(in crate::description) title: String,
+    pub(in crate::description) at: Place,
 }
 
 /// A value with its key, place and title.
 #[derive(Debug, Clone)]
-pub(super) struct Entry<'t, 'i> {
-    pub(super) key: &'t str,
-    pub(super) at: Place,
+pub(in crate::description) struct Entry<'t, 'i> {
+    pub(in crate::description) key: &'t str,
+    pub(in crate::description) at: Place,
     title: String,
     value: &'t DeValue<'i>,
 }
 
 impl<'t, 'i> Section<'t, 'i> {
-    pub(super) fn top(table: &'t DeTable<'i>) -> Self {
+    pub(in crate::description) fn top(table: &'t DeTable<'i>) -> Self {
         Self { table, title: TOP.into(), at: Some(0) }
     }
 
     /// Reports keys that are not among the known ones.
-    pub(super) fn check_keys(&self, known: &[&'static str], messages: &mut Messages<'_>) {
+    pub(in crate::description) fn check_keys(&self, known: &[&'static str], messages: &mut Messages<'_>) {
         for (key, _) in self.table.iter() {
             let written: &str = key.get_ref();
             if !known.contains(&written) {
@@ -49,22 +49,22 @@ impl<'t, 'i> Section<'t, 'i> {
         }
     }
 
-    pub(super) fn has(&self, key: &str) -> bool {
+    pub(in crate::description) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
 
     /// Where a key stands (not its value).
-    pub(super) fn key_place(&self, key: &str) -> Place {
+    pub(in crate::description) fn key_place(&self, key: &str) -> Place {
         self.table.get_key_value(key).map(|(key, _)| key.span().start)
     }
 
-    pub(super) fn get(&self, key: &'t str) -> Option<Entry<'t, 'i>> {
+    pub(in crate::description) fn get(&self, key: &'t str) -> Option<Entry<'t, 'i>> {
         let value = self.table.get(key)?;
         Some(Entry { key, at: place(value), title: self.title.clone(), value: value.get_ref() })
     }
 
     /// All entries in the order of the file.
-    pub(super) fn entries(&self) -> Vec<Entry<'t, 'i>> {
+    pub(in crate::description) fn entries(&self) -> Vec<Entry<'t, 'i>> {
         let mut pairs: Vec<_> = self.table.iter().collect();
         pairs.sort_by_key(|(key, _)| key.span().start);
         let entry = |(key, value): (&'t Spanned<_>, &'t Spanned<DeValue<'i>>)| {
@@ -75,20 +75,28 @@ impl<'t, 'i> Section<'t, 'i> {
     }
 
     /// The table under a key.
-    pub(super) fn section(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<Section<'t, 'i>> {
+    pub(in crate::description) fn section(
+        &self,
+        key: &'t str,
+        messages: &mut Messages<'_>,
+    ) -> Option<Section<'t, 'i>> {
         self.get(key)?.section(format!("[{key}]"), messages)
     }
 
-    pub(super) fn string(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<(String, Place)> {
+    pub(in crate::description) fn string(
+        &self,
+        key: &'t str,
+        messages: &mut Messages<'_>,
+    ) -> Option<(String, Place)> {
         let entry = self.get(key)?;
         entry.string(messages).map(|text| (text, entry.at))
     }
 
-    pub(super) fn number(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<f64> {
+    pub(in crate::description) fn number(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<f64> {
         self.get(key)?.number(messages)
     }
 
-    pub(super) fn boolean(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<bool> {
+    pub(in crate::description) fn boolean(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<bool> {
         let entry = self.get(key)?;
         match entry.value {
             DeValue::Boolean(value) => Some(*value),
@@ -96,12 +104,20 @@ impl<'t, 'i> Section<'t, 'i> {
         }
     }
 
-    pub(super) fn strings(&self, key: &'t str, messages: &mut Messages<'_>) -> Option<Vec<(String, Place)>> {
+    pub(in crate::description) fn strings(
+        &self,
+        key: &'t str,
+        messages: &mut Messages<'_>,
+    ) -> Option<Vec<(String, Place)>> {
         self.get(key)?.strings(messages)
     }
 
     /// An array of tables, written `[[key]]` or as inline tables.
-    pub(super) fn sections(&self, key: &'t str, messages: &mut Messages<'_>) -> Vec<Section<'t, 'i>> {
+    pub(in crate::description) fn sections(
+        &self,
+        key: &'t str,
+        messages: &mut Messages<'_>,
+    ) -> Vec<Section<'t, 'i>> {
         let Some(entry) = self.get(key) else { return Vec::new() };
         let title = format!("[[{key}]]");
         let Some(items) = entry.items("an array of tables", messages) else { return Vec::new() };
@@ -111,36 +127,45 @@ impl<'t, 'i> Section<'t, 'i> {
 
 impl<'t, 'i> Entry<'t, 'i> {
     /// "`key` in [section]".
-    pub(super) fn name(&self) -> String {
+    pub(in crate::description) fn name(&self) -> String {
         format!("`{}` {}", short(self.key), inside(&self.title))
     }
 
-    pub(super) fn section(&self, title: String, messages: &mut Messages<'_>) -> Option<Section<'t, 'i>> {
+    pub(in crate::description) fn section(
+        &self,
+        title: String,
+        messages: &mut Messages<'_>,
+    ) -> Option<Section<'t, 'i>> {
         match self.value {
             DeValue::Table(table) => Some(Section { table, title, at: self.at }),
             _ => self.mistyped("a table", messages),
         }
     }
 
-    pub(super) fn string(&self, messages: &mut Messages<'_>) -> Option<String> {
+    pub(in crate::description) fn string(&self, messages: &mut Messages<'_>) -> Option<String> {
         match self.value {
             DeValue::String(text) => Some(text.to_string()),
             _ => self.mistyped("a text in quotes", messages),
         }
     }
 
-    pub(super) fn is_table(&self) -> bool {
+    /// The text, if it is one; nothing is reported.
+    pub(in crate::description) fn text(&self) -> Option<&'t str> {
+        self.value.as_str()
+    }
+
+    pub(in crate::description) fn is_table(&self) -> bool {
         matches!(self.value, DeValue::Table(_))
     }
 
     /// Where the character with this index (from 0) of a text stands in the file.
-    pub(super) fn inside_text(&self, index: usize, messages: &Messages<'_>) -> Place {
+    pub(in crate::description) fn inside_text(&self, index: usize, messages: &Messages<'_>) -> Place {
         let start = self.at?;
         let raw = messages.source.text.get(start..)?;
         Some(start + raw_offset(raw, index))
     }
 
-    pub(super) fn number(&self, messages: &mut Messages<'_>) -> Option<f64> {
+    pub(in crate::description) fn number(&self, messages: &mut Messages<'_>) -> Option<f64> {
         let value = match self.value {
             DeValue::Float(value) => value.as_str().parse::<f64>().ok(),
             DeValue::Integer(value) => {
@@ -158,7 +183,7 @@ impl<'t, 'i> Entry<'t, 'i> {
         Some(value)
     }
 
-    pub(super) fn vector(&self, messages: &mut Messages<'_>) -> Option<[f64; 3]> {
+    pub(in crate::description) fn vector(&self, messages: &mut Messages<'_>) -> Option<[f64; 3]> {
         let items = self.items("three numbers, such as [0.0, 0.0, -0.1]", messages)?;
         if items.len() != 3 {
             let message = format!("{}: expected three numbers, found {}", self.name(), items.len());
@@ -170,7 +195,21 @@ impl<'t, 'i> Entry<'t, 'i> {
         Some(all)
     }
 
-    pub(super) fn strings(&self, messages: &mut Messages<'_>) -> Option<Vec<(String, Place)>> {
+    /// Two numbers.
+    pub(in crate::description) fn pair(&self, messages: &mut Messages<'_>) -> Option<[f64; 2]> {
+        let items = self.items("two numbers, such as [0.1, 0.9]", messages)?;
+        let [low, high] = items.as_slice() else {
+            let message = format!("{}: expected two numbers, found {}", self.name(), items.len());
+            messages.error(self.at, message, "write [low, high]");
+            return None;
+        };
+        Some([low.number(messages)?, high.number(messages)?])
+    }
+
+    pub(in crate::description) fn strings(
+        &self,
+        messages: &mut Messages<'_>,
+    ) -> Option<Vec<(String, Place)>> {
         let items = self.items("an array of texts", messages)?;
         Some(items.iter().filter_map(|item| Some((item.string(messages)?, item.at))).collect())
     }

@@ -1,0 +1,268 @@
+//! Virtual constraints of a gait (6.2) with the pinned foot: what q has to satisfy at a phase φ, and where it can be solved
+//! on the graph the map q = T(φ, p) (6.5).
+use super::frames::{frame_pose, world_poses};
+use super::model::RobotModel;
+use crate::description::gait::{Gait, GaitOutput, GaitPhase, PHASE, PHASE_END, PHASE_START};
+use crate::expression::{Input, Sloped, Sym, ValuedFormula, replaced, slopes_along};
+use crate::tree::Tree;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::effect::formula::Formula;
+use bipedc_runtime::Argument;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+/// Places in the arguments of a gait ([`Argument::Parameters`]): φ, φ₊, φ₋, the gait parameters, then of each output the
+/// value and the slope of h_p at φ₊.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GaitArguments {
+    parameters: usize,
+    outputs: usize,
+}
+
+impl GaitArguments {
+    /// Of a gait.
+    pub fn new(gait: &Gait) -> Self {
+        Self { parameters: gait.parameters.len(), outputs: gait.phase.outputs.len() }
+    }
+    /// How many there are.
+    pub fn len(self) -> usize {
+        3 + self.parameters + 2 * self.outputs
+    }
+    /// Never: φ is always there.
+    pub fn is_empty(self) -> bool {
+        false
+    }
+    /// Where a gait parameter stands.
+    pub fn parameter(self, index: usize) -> usize {
+        3 + index
+    }
+    /// Where value (0) and slope (1) of an output's h_p stand.
+    pub fn matching(self, output: usize, order: usize) -> usize {
+        3 + self.parameters + 2 * output + order
+    }
+}
+
+/// Everything that a gait's formulas say, as expressions of q and of the gait's arguments.
+#[derive(Debug, Clone)]
+pub struct VirtualConstraints<'g> {
+    /// What vanishes where q is on the constraint surface: x and z of the foot that stands, h by output, φ(q) − φ; as many as q.
+    pub residual: Vec<Sym<'g>>,
+    /// φ(q), then h₀(q) by output.
+    pub controlled: Vec<Sym<'g>>,
+    /// h_d by output, without h_p.
+    pub wanted: Vec<Sym<'g>>,
+    /// Zero at the end of the step.
+    pub guard: Sym<'g>,
+    /// x and z of the foot that stands, m.
+    pub foot: [Sym<'g>; 2],
+}
+
+/// Names of formulas as expressions.
+struct Reader<'g, 'a> {
+    names: RefCell<BTreeMap<String, Sym<'g>>>,
+    quantities: &'a BTreeMap<String, Formula>,
+    /// A node of the graph, for constants.
+    some: Sym<'g>,
+}
+
+impl<'g> Reader<'g, '_> {
+    fn of(&self, what: &str, formula: &Formula) -> Result<Sym<'g>, Diagnostic> {
+        self.value(formula).map_err(|problem| Diagnostic::error(format!("{what} has no value: {problem}")))
+    }
+
+    /// Circles were refused when the file was read.
+    fn value(&self, formula: &Formula) -> Result<Sym<'g>, String> {
+        let mut variables = vec![("", Sloped::constant(self.some, 0))];
+        for name in formula.names() {
+            let known = self.names.borrow().get(name).copied();
+            let value = match (known, self.quantities.get(name)) {
+                (Some(value), _) => value,
+                (None, Some(quantity)) => {
+                    let value = self.value(quantity)?;
+                    // Once each: quantities may be named by many others.
+                    self.names.borrow_mut().insert(name.clone(), value);
+                    value
+                }
+                (None, None) => return Err(format!("nothing is called `{name}`")),
+            };
+            variables.push((name, Sloped::constant(value, 0)));
+        }
+        let formula = ValuedFormula { formula: formula.clone(), parameters: BTreeMap::new() };
+        formula.of(&variables).map(|found| found.value)
+    }
+}
+
+/// The constraints of a gait on `model`, whose base is planar; `stance` is the index of the contact point that stands.
+///
+/// # Errors
+/// Formulas without a value, such as a division by zero.
+pub fn virtual_constraints<'g>(
+    model: &RobotModel<'g, '_>,
+    gait: &Gait,
+    stance: usize,
+) -> Result<VirtualConstraints<'g>, Diagnostic> {
+    let arguments = GaitArguments::new(gait);
+    let argument = |index: usize| model.input(Argument::Parameters, index);
+    let points = points(model);
+    let mut names = configuration_names(model, &points);
+    names.extend([PHASE, PHASE_START, PHASE_END].into_iter().map(str::to_owned).zip((0..3).map(argument)));
+    for (index, parameter) in gait.parameters.iter().enumerate() {
+        names.insert(parameter.name.clone(), argument(arguments.parameter(index)));
+    }
+    let reader =
+        Reader { names: RefCell::new(names), quantities: &gait.quantities, some: model.constant(0.0) };
+    let GaitPhase { variable, outputs, guard, .. } = &gait.phase;
+    let variable = reader.of("the phase variable", variable)?;
+    let of_outputs = |of: fn(&GaitOutput) -> &Formula| {
+        let value = |output: &GaitOutput| reader.of(&format!("the output `{}`", output.name), of(output));
+        outputs.iter().map(value).collect::<Result<Vec<_>, _>>()
+    };
+    let controlled = of_outputs(|output| &output.controlled)?;
+    let wanted = of_outputs(|output| &output.wanted)?;
+    let mut residual = points[stance].to_vec();
+    for (index, (&h0, &hd)) in controlled.iter().zip(&wanted).enumerate() {
+        let [value, slope] = [0, 1].map(|order| argument(arguments.matching(index, order)));
+        residual.push(h0 - hd - matching([argument(0), argument(1), argument(2)], value, slope));
+    }
+    residual.push(variable - argument(0));
+    let guard = reader.of("the guard", &guard.formula)?;
+    let controlled = std::iter::once(variable).chain(controlled).collect();
+    Ok(VirtualConstraints { residual, controlled, wanted, guard, foot: points[stance] })
+}
+
+/// h_p: the cubic that has this value and slope at φ₊ and vanishes with its slope at φ₋ (below 6.2).
+fn matching<'g>([phase, start, end]: [Sym<'g>; 3], value: Sym<'g>, slope: Sym<'g>) -> Sym<'g> {
+    let length = end - start;
+    let s = (phase - start) / length;
+    let rest = s.constant(1.0) - s;
+    (value * (s * 2.0 + 1.0) + slope * length * s) * (rest * rest)
+}
+
+/// x and z of all contact points, m.
+fn points<'g>(model: &RobotModel<'g, '_>) -> Vec<[Sym<'g>; 2]> {
+    let poses = world_poses(model);
+    let place = |point| {
+        let position = frame_pose(model, &poses, point).position;
+        [position[0], position[2]]
+    };
+    model.tree.points.iter().map(place).collect()
+}
+
+fn configuration_names<'g>(model: &RobotModel<'g, '_>, points: &[[Sym<'g>; 2]]) -> BTreeMap<String, Sym<'g>> {
+    let base = ["base_x", "base_z", "base_pitch"];
+    let position = |index: usize| model.input(Argument::Q, index);
+    let mut names: BTreeMap<String, Sym<'g>> =
+        base.into_iter().map(str::to_owned).zip((0..3).map(position)).collect();
+    // On a planar base q and v have the same places.
+    names.extend(model.tree.joints.iter().map(|joint| (joint.name.clone(), position(joint.v_index))));
+    for (point, place) in model.tree.points.iter().zip(points) {
+        for (axis, &value) in ["x", "z"].into_iter().zip(place) {
+            names.insert(format!("{}_{axis}", point.name.replace('/', "_")), value);
+        }
+    }
+    names
+}
+
+/// The Jacobian of expressions with respect to q, column after column.
+pub fn configuration_jacobian<'g>(tree: &Tree, of: &[Sym<'g>]) -> Vec<Vec<Sym<'g>>> {
+    let Some(first) = of.first() else { return Vec::new() };
+    let (one, zero) = (first.constant(1.0), first.zero());
+    let column = |index: usize| {
+        slopes_along(of, |input| match input.argument {
+            Argument::Q => Some(if input.index as usize == index { one } else { zero }),
+            _ => None,
+        })
+    };
+    (0..tree.nq).map(column).collect()
+}
+
+/// How expressions change with φ, or with q along v while φ grows by one.
+pub fn slopes_with_phase<'g>(
+    model: &RobotModel<'g, '_>,
+    of: &[Sym<'g>],
+    along_velocity: bool,
+) -> Vec<Sym<'g>> {
+    let one = model.constant(1.0);
+    slopes_along(of, |input| match input {
+        Input { argument: Argument::Parameters, index: 0 } => Some(one),
+        Input { argument: Argument::Q, index } if along_velocity => {
+            Some(model.input(Argument::V, index as usize))
+        }
+        _ => None,
+    })
+}
+
+/// T, T′ and T″ as expressions of the gait's arguments, if φ and the controlled quantities are affine in pitch and joints and
+/// do not speak of where the robot is; `None`: T is to be found by iteration.
+///
+/// # Errors
+/// The outputs and the phase variable do not fix the joints.
+pub fn surface<'g>(
+    model: &RobotModel<'g, '_>,
+    constraints: &VirtualConstraints<'g>,
+) -> Result<Option<[Vec<Sym<'g>>; 3]>, Diagnostic> {
+    let n = model.tree.nq - 2;
+    let columns = configuration_jacobian(model.tree, &constraints.controlled);
+    let slope = |row: usize, column: usize| columns[column][row].constant_value();
+    let moves_with_base = (0..=1).any(|column| (0..n).any(|row| slope(row, column) != Some(0.0)));
+    let matrix: Option<Vec<Vec<f64>>> =
+        (0..n).map(|row| (0..n).map(|column| slope(row, column + 2)).collect()).collect();
+    let Some(matrix) = matrix.filter(|_| !moves_with_base) else { return Ok(None) };
+    // What is affine has its constant part at q = 0.
+    let zero = model.constant(0.0);
+    let at_zero = |input: Input| (input.argument == Argument::Q).then_some(zero);
+    let right: Vec<Sym<'g>> = replaced(&constraints.residual[2..], at_zero).into_iter().map(|h| -h).collect();
+    // In the order of the residual: outputs first, then the phase variable.
+    let rows = (1..n).chain([0]).map(|row| matrix[row].clone()).collect();
+    let inverse = inverse(rows).ok_or_else(not_fixed)?;
+    let angles: Vec<Sym<'g>> = inverse
+        .iter()
+        .map(|row| row.iter().zip(&right).fold(zero, |sum, (&factor, &x)| sum + x * factor))
+        .collect();
+    let turned = |input: Input| match (input.argument, input.index as usize) {
+        (Argument::Q, 0 | 1) => Some(zero),
+        (Argument::Q, index) => Some(angles[index - 2]),
+        _ => None,
+    };
+    // The base is where it puts the foot at the origin.
+    let base = replaced(&constraints.foot, turned).into_iter().map(|x| -x);
+    let position: Vec<Sym<'g>> = base.chain(angles.iter().copied()).collect();
+    let slope = slopes_with_phase(model, &position, false);
+    let curvature = slopes_with_phase(model, &slope, false);
+    Ok(Some([position, slope, curvature]))
+}
+
+fn not_fixed() -> Diagnostic {
+    Diagnostic::error("the outputs and the phase variable do not fix the joints: some of them say the same")
+        .help("each [[phase.output]] controls something that the others and the phase variable leave open")
+}
+
+/// Pivots below this are rounding, where the largest element of each row is 1.
+const SINGULAR: f64 = 1e-10;
+
+/// The inverse of a matrix by rows (Gauss–Jordan with row exchanges), if it has one.
+fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+    let n = a.len();
+    for (k, row) in a.iter_mut().enumerate() {
+        row.extend((0..n).map(|column| f64::from(u8::from(column == k))));
+        // Outputs may have any scale.
+        let largest = row[..n].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        row.iter_mut().for_each(|x| *x /= largest);
+    }
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
+        // An output that nothing moves has no scale: its row is no number, and neither is the pivot.
+        if !a[pivot][k].is_finite() || a[pivot][k].abs() <= SINGULAR {
+            return None;
+        }
+        a.swap(k, pivot);
+        let scale = a[k][k];
+        a[k].iter_mut().for_each(|x| *x /= scale);
+        let row = a[k].clone();
+        for (_, other) in a.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+            let factor = other[k];
+            other.iter_mut().zip(&row).for_each(|(x, y)| *x -= factor * y);
+        }
+    }
+    Some(a.into_iter().map(|row| row[n..].to_vec()).collect())
+}

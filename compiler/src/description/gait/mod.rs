@@ -1,0 +1,101 @@
+//! Gaits: virtual constraints of a phase as formulas of a phase variable and of gait parameters (thesis 6.2.1), read from
+//! `gaits/<name>.toml` beside a robot's description. `docs/gaits.md` lists all keys.
+mod dimension;
+mod names;
+mod phase;
+mod read;
+
+pub use read::{gait_path, parse_gait, read_gait};
+
+use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::formula::Formula;
+use std::collections::BTreeMap;
+
+/// The phase variable φ, in formulas of what is wanted.
+pub const PHASE: &str = "phase";
+/// φ at the beginning of the step, φ₊.
+pub const PHASE_START: &str = "phase_start";
+/// φ at the end of the step, φ₋.
+pub const PHASE_END: &str = "phase_end";
+
+/// A gait file, checked against its robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gait {
+    /// The file's name without its ending.
+    pub name: String,
+    /// Size of gravity, m/s²; `None`: that of the description.
+    pub gravity: Option<f64>,
+    /// In the order of the file.
+    pub parameters: Vec<GaitParameter>,
+    /// Formulas that other formulas name.
+    pub quantities: BTreeMap<String, Formula>,
+    /// The phase that makes a step.
+    pub phase: GaitPhase,
+    /// Makes another body of the description, as the published robot has it.
+    pub effects: Vec<Effect>,
+    /// What the margins of a step are measured against.
+    pub limits: GaitLimits,
+}
+
+/// A number that is chosen anew for each step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GaitParameter {
+    /// As formulas call it.
+    pub name: String,
+    /// SI unit.
+    pub unit: String,
+    /// What it is, for people.
+    pub meaning: String,
+    /// Where nothing else is asked for.
+    pub default: f64,
+    /// Smallest and largest value that is meant.
+    pub bounds: [f64; 2],
+}
+
+/// Virtual constraints of one phase, h = h₀(q) − h_d(φ, p) − h_p(φ) (6.2).
+#[derive(Debug, Clone, PartialEq)]
+pub struct GaitPhase {
+    /// Phase of the description.
+    pub name: String,
+    /// φ(q), which grows along the step.
+    pub variable: Formula,
+    /// Unit of φ.
+    pub unit: String,
+    /// Whether the cubic h_p takes up what the impact leaves of h and its rate (below 6.2).
+    pub impact_matching: bool,
+    /// As many as joints with actuators.
+    pub outputs: Vec<GaitOutput>,
+    /// Where the step ends.
+    pub guard: Guard,
+    /// Joint positions where the search for a posture on the constraints begins, rad or m; those that are missing are 0.
+    pub posture: BTreeMap<String, f64>,
+}
+
+/// One virtual constraint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GaitOutput {
+    /// For messages and tables.
+    pub name: String,
+    /// Of both formulas.
+    pub unit: String,
+    /// h₀(q): what is controlled.
+    pub controlled: Formula,
+    /// h_d(φ, p): what it is to be.
+    pub wanted: Formula,
+}
+
+/// The step ends where a formula of q and p vanishes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guard {
+    /// Zero at the end of the step.
+    pub formula: Formula,
+    /// Smallest and largest φ at which it is looked for.
+    pub between: [f64; 2],
+}
+
+/// What margins are measured against; `None`: not at all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GaitLimits {
+    /// Coulomb's coefficient.
+    pub friction: Option<f64>,
+}

@@ -1,0 +1,203 @@
+//! What formulas of a gait can name, and of what they are then functions.
+use super::dimension::{self, Dimension};
+use super::{PHASE, PHASE_END, PHASE_START};
+use crate::description::model::{Base, JointKind, RobotDescription};
+use crate::description::settings::table::{Entry, Section};
+use crate::description::source::{Messages, short, suggest};
+use bipedc_effects::effect::formula::Formula;
+use std::collections::BTreeMap;
+
+/// What a name stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Of {
+    /// A function of q.
+    Configuration,
+    /// A gait parameter.
+    Parameter,
+    /// φ, φ₊ or φ₋.
+    Phase,
+    /// Another formula.
+    Quantity,
+}
+
+/// Which names a formula may have.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Allowed {
+    pub configuration: bool,
+    pub parameters: bool,
+    pub phase: bool,
+    /// "a controlled quantity depends on the configuration alone", for messages.
+    pub rule: &'static str,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Known {
+    pub of: Of,
+    pub dimension: Dimension,
+    /// A quantity: a name of the configuration, a parameter, and a name of the phase in it or in what it names.
+    leaves: [Option<String>; 3],
+}
+
+/// All names with what they stand for.
+#[derive(Debug, Default)]
+pub(super) struct Names {
+    pub known: BTreeMap<String, Known>,
+    pub quantities: BTreeMap<String, Formula>,
+}
+
+impl Names {
+    /// Joints, coordinates of a planar base, contact points, and φ with its ends, whose unit is given later.
+    pub(super) fn of_robot(description: &RobotDescription) -> Self {
+        let mut names = Self::default();
+        let (angle, length) = (Some([0, 0, 0]), Some([1, 0, 0]));
+        for joint in description.joints.iter().filter(|joint| joint.kind.moves()) {
+            let unit = if joint.kind == JointKind::Prismatic { length } else { angle };
+            names.add(&joint.name, Of::Configuration, unit);
+        }
+        if matches!(description.base, Base::Planar { .. }) {
+            names.add("base_x", Of::Configuration, length);
+            names.add("base_z", Of::Configuration, length);
+            names.add("base_pitch", Of::Configuration, angle);
+        }
+        for foot in &description.feet {
+            for point in &foot.points {
+                for axis in ["x", "z"] {
+                    names.add(&format!("{}_{}_{axis}", foot.name, point.name), Of::Configuration, length);
+                }
+            }
+        }
+        for name in [PHASE, PHASE_START, PHASE_END] {
+            names.add(name, Of::Phase, None);
+        }
+        names
+    }
+
+    /// `false`: the name is taken.
+    pub(super) fn add(&mut self, name: &str, of: Of, dimension: Dimension) -> bool {
+        let fresh = !self.known.contains_key(name);
+        if fresh {
+            self.known.insert(name.to_owned(), Known { of, dimension, leaves: Default::default() });
+        }
+        fresh
+    }
+
+    /// The unit of φ.
+    pub(super) fn set_phase_dimension(&mut self, dimension: Dimension) {
+        for name in [PHASE, PHASE_START, PHASE_END] {
+            self.known
+                .insert(name.to_owned(), Known { of: Of::Phase, dimension, leaves: Default::default() });
+        }
+    }
+
+    /// Finds out what quantities are made of, those that others name first. Each is looked at once, however many name it.
+    pub(super) fn settle(&mut self, section: &Section<'_, '_>, messages: &mut Messages<'_>) {
+        let mut open: Vec<Entry<'_, '_>> = section.entries();
+        while !open.is_empty() {
+            let ready = |entry: &Entry<'_, '_>| {
+                let formula = self.quantities.get(entry.key);
+                let waits = |name: &String| open.iter().any(|other| other.key == name);
+                !formula.is_some_and(|formula| formula.names().iter().any(waits))
+            };
+            let Some(index) = open.iter().position(ready) else {
+                for entry in &open {
+                    let message = format!("{} depends on itself", entry.name());
+                    messages.error(entry.at, message, "a quantity is made of other things");
+                }
+                return;
+            };
+            let entry = open.swap_remove(index);
+            let dimension = self.formula(&entry, ANYTHING, messages).and_then(|(_, dimension)| dimension);
+            let leaves =
+                self.quantities.get(entry.key).map_or_else(Default::default, |formula| self.leaves(formula));
+            if let Some(known) = self.known.get_mut(entry.key) {
+                (known.dimension, known.leaves) = (dimension, leaves);
+            }
+        }
+    }
+
+    /// A name of each kind that a formula depends on.
+    fn leaves(&self, formula: &Formula) -> [Option<String>; 3] {
+        let mut found: [Option<String>; 3] = Default::default();
+        for name in formula.names() {
+            let Some(known) = self.known.get(name) else { continue };
+            let of = match known.of {
+                Of::Configuration => [Some(name.clone()), None, None],
+                Of::Parameter => [None, Some(name.clone()), None],
+                Of::Phase => [None, None, Some(name.clone())],
+                Of::Quantity => known.leaves.clone(),
+            };
+            found = [0, 1, 2].map(|kind| found[kind].take().or_else(|| of[kind].clone()));
+        }
+        found
+    }
+
+    /// Reads a formula, with all that it names in its quantities, and its unit.
+    pub(super) fn formula(
+        &self,
+        entry: &Entry<'_, '_>,
+        allowed: Allowed,
+        messages: &mut Messages<'_>,
+    ) -> Option<(Formula, Dimension)> {
+        let text = entry.string(messages)?;
+        let formula = match Formula::parse(&text) {
+            Ok(formula) => formula,
+            Err(error) => {
+                let at = entry.inside_text(error.at, messages);
+                messages.error(at, format!("{}: {}", entry.name(), error.message), error.help);
+                return None;
+            }
+        };
+        for name in formula.names() {
+            if let Err((message, help)) = self.refusal(name, allowed) {
+                let at = entry.inside_text(word_index(&text, name), messages);
+                messages.error(at, format!("{}: {message}", entry.name()), help);
+                return None;
+            }
+        }
+        let dimension = |name: &String| self.known.get(name).and_then(|known| known.dimension);
+        let names: Vec<Dimension> = formula.names().iter().map(dimension).collect();
+        match dimension::dimension_of(&formula, &names) {
+            Ok(dimension) => Some((formula, dimension)),
+            Err(problem) => {
+                let message = format!("{}: the units do not fit: {problem}", entry.name());
+                messages.error(entry.at, message, "lengths are in m, angles in rad, times in s");
+                None
+            }
+        }
+    }
+
+    /// Why a formula cannot have this name, and what to do.
+    fn refusal(&self, name: &str, allowed: Allowed) -> Result<(), (String, String)> {
+        let Some(known) = self.known.get(name) else {
+            let names: Vec<&str> = self.known.keys().map(String::as_str).collect();
+            return Err((format!("nothing is called `{}`", short(name)), suggest(name, names, "names")));
+        };
+        let rules = [allowed.configuration, allowed.parameters, allowed.phase];
+        let words = ["belongs to the configuration", "is a gait parameter", "belongs to the phase variable"];
+        let leaves = match known.of {
+            Of::Configuration => [Some(name), None, None],
+            Of::Parameter => [None, Some(name), None],
+            Of::Phase => [None, None, Some(name)],
+            Of::Quantity => [0, 1, 2].map(|kind| known.leaves[kind].as_deref()),
+        };
+        match (0..3).find_map(|kind| leaves[kind].filter(|_| !rules[kind]).map(|leaf| (leaf, words[kind]))) {
+            None => Ok(()),
+            Some((leaf, word)) => Err((format!("`{}` {word}", short(leaf)), allowed.rule.to_owned())),
+        }
+    }
+}
+
+/// Formulas of `[quantities]`: what they may name shows where they are used.
+const ANYTHING: Allowed = Allowed { configuration: true, parameters: true, phase: true, rule: "" };
+
+/// Where a name begins in a formula, in characters.
+fn word_index(text: &str, name: &str) -> usize {
+    let letter = |c: char| c.is_alphanumeric() || c == '_';
+    let whole = |at: &usize| {
+        let before = text.get(..*at).and_then(|part| part.chars().next_back());
+        let after = text.get(at + name.len()..).and_then(|part| part.chars().next());
+        !before.is_some_and(letter) && !after.is_some_and(letter)
+    };
+    let found = text.match_indices(name).map(|(at, _)| at).find(whole).unwrap_or(0);
+    text.get(..found).map_or(0, |part| part.chars().count())
+}

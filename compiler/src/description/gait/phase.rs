@@ -1,0 +1,229 @@
+//! `[[phase]]` of a gait: phase variable, outputs, guard.
+use super::dimension::{parse_unit, words};
+use super::names::{Allowed, Names};
+use super::read::{range, read_unit};
+use super::{GaitOutput, GaitPhase, Guard};
+use crate::description::model::{Contact, ContactPart, Phase, RobotDescription};
+use crate::description::settings::table::Section;
+use crate::description::source::{Messages, short, suggest};
+use bipedc_effects::effect::formula::Formula;
+use std::collections::BTreeMap;
+
+const VARIABLE: Allowed = Allowed {
+    configuration: true,
+    parameters: false,
+    phase: false,
+    rule: "a phase variable is a function of the configuration alone: joints, base_pitch, contact points",
+};
+const CONTROLLED: Allowed =
+    Allowed { rule: "what is controlled is a function of the configuration alone", ..VARIABLE };
+const WANTED: Allowed = Allowed {
+    configuration: false,
+    parameters: true,
+    phase: true,
+    rule: "what is wanted is a function of phase, phase_start, phase_end and the gait parameters",
+};
+const GUARD: Allowed = Allowed {
+    configuration: true,
+    parameters: true,
+    phase: false,
+    rule: "a guard is a function of the configuration and the gait parameters",
+};
+
+/// The unit of φ, which formulas are checked with; what is wrong with it is said by [`read_phase`].
+pub(super) fn read_phase_unit(top: &Section<'_, '_>, names: &mut Names, messages: &mut Messages<'_>) {
+    let unit = top.sections("phase", messages).first().and_then(|section| section.get("unit")?.text());
+    names.set_phase_dimension(unit.and_then(parse_unit));
+}
+
+pub(super) fn read_phase(
+    top: &Section<'_, '_>,
+    names: &Names,
+    description: &RobotDescription,
+    messages: &mut Messages<'_>,
+) -> Option<GaitPhase> {
+    let sections = top.sections("phase", messages);
+    let Some(section) = sections.first() else {
+        messages.error(top.at, "the gait has no [[phase]]", "docs/gaits.md shows a whole gait");
+        return None;
+    };
+    if let Some(second) = sections.get(1) {
+        let help = "a step of one phase: point feet, one foot on the ground at a time";
+        messages.error(second.at, "gaits of several phases have no zero dynamics here yet", help);
+    }
+    section
+        .check_keys(&["name", "variable", "unit", "impact_matching", "output", "guard", "posture"], messages);
+    let phase = find_phase(section, description, messages);
+    let unit = read_unit(section, messages);
+    let variable = formula(section, "variable", VARIABLE, unit.as_deref(), names, messages);
+    let outputs: Vec<Option<GaitOutput>> = section
+        .sections("output", messages)
+        .iter()
+        .map(|section| read_output(section, names, messages))
+        .collect();
+    check_number(section, outputs.len(), description, messages);
+    let guard = read_guard(section, names, messages);
+    let impact_matching = section.boolean("impact_matching", messages).unwrap_or(true);
+    let posture = read_posture(section, description, messages);
+    let (phase, outputs) = (phase?, outputs.into_iter().collect::<Option<Vec<_>>>()?);
+    Some(GaitPhase {
+        name: phase.name.clone(),
+        variable: variable?,
+        unit: unit?,
+        impact_matching,
+        outputs,
+        guard: guard?,
+        posture,
+    })
+}
+
+/// Positions of joints, where a search begins.
+fn read_posture(
+    section: &Section<'_, '_>,
+    description: &RobotDescription,
+    messages: &mut Messages<'_>,
+) -> BTreeMap<String, f64> {
+    let mut found = BTreeMap::new();
+    let Some(table) = section.section("posture", messages) else { return found };
+    let moving = || description.joints.iter().filter(|joint| joint.kind.moves()).map(|j| j.name.as_str());
+    for entry in table.entries() {
+        if !moving().any(|name| name == entry.key) {
+            let message = format!("`posture`: the robot has no joint `{}`", short(entry.key));
+            let help = suggest(entry.key, moving().collect::<Vec<_>>(), "joints");
+            messages.error(table.key_place(entry.key), message, help);
+        } else if let Some(value) = entry.number(messages) {
+            found.insert(entry.key.to_owned(), value);
+        }
+    }
+    found
+}
+
+/// The phase of the description, if the zero dynamics of a step can be made of it.
+fn find_phase<'d>(
+    section: &Section<'_, '_>,
+    description: &'d RobotDescription,
+    messages: &mut Messages<'_>,
+) -> Option<&'d Phase> {
+    let Some((name, at)) = section.string("name", messages) else {
+        if !section.has("name") {
+            let help = "add name = \"single_support\": a phase of biped.toml";
+            messages.error(section.at, "a [[phase]] has no `name`", help);
+        }
+        return None;
+    };
+    let Some(phase) = description.phases.iter().find(|phase| phase.name == name) else {
+        let names: Vec<&str> = description.phases.iter().map(|phase| phase.name.as_str()).collect();
+        let message = format!("the robot has no phase `{}`", short(&name));
+        messages.error(at, message, suggest(&name, names, "phases of biped.toml"));
+        return None;
+    };
+    let reason = if phase.next != phase.name {
+        Some(("is followed by another phase", "a step is one phase that is followed by itself"))
+    } else if phase.impact.is_empty() || !phase.relabel {
+        Some((
+            "does not end with an impact that swaps the legs",
+            "add impact and relabel = true in biped.toml",
+        ))
+    } else if !is_one_point(description, &phase.contacts) || !is_one_point(description, &phase.impact) {
+        Some(("does not stand on one point", "contacts and impact name one foot with one contact point each"))
+    } else {
+        None
+    };
+    match reason {
+        None => Some(phase),
+        Some((what, help)) => {
+            messages.error(at, format!("phase `{}` {what}", short(&name)), help);
+            None
+        }
+    }
+}
+
+/// Whether contacts are one point in all: the foot is pinned and may turn.
+fn is_one_point(description: &RobotDescription, contacts: &[Contact]) -> bool {
+    let [contact] = contacts else { return false };
+    let foot = description.feet.iter().find(|foot| foot.name == contact.foot);
+    match &contact.part {
+        ContactPart::Point(_) => true,
+        ContactPart::Flat => foot.is_some_and(|foot| foot.points.len() == 1),
+        ContactPart::Edge(_) => false,
+    }
+}
+
+fn check_number(
+    section: &Section<'_, '_>,
+    found: usize,
+    description: &RobotDescription,
+    messages: &mut Messages<'_>,
+) {
+    let joints = description.joints.iter().filter(|joint| joint.kind.moves()).count();
+    let actuated = description.actuated_joints.len();
+    if actuated != joints {
+        let message = format!("{} of {joints} joints have no actuator", joints.saturating_sub(actuated));
+        let help = "on a pinned foot the robot's turn about it is without an actuator already: one degree of \
+                    underactuation is what zero dynamics need";
+        messages.error(section.at, message, help);
+    } else if found != actuated {
+        let message = format!("{found} outputs for {actuated} actuators");
+        let help =
+            format!("write {actuated} [[phase.output]] tables: with the phase variable they fix every joint");
+        let at = section.key_place("output").or(section.at);
+        messages.error(at, message, help);
+    }
+}
+
+/// A formula of a section with its unit; `unit`: what it must have.
+fn formula<'t>(
+    section: &Section<'t, '_>,
+    key: &'static str,
+    allowed: Allowed,
+    unit: Option<&str>,
+    names: &Names,
+    messages: &mut Messages<'_>,
+) -> Option<Formula> {
+    let Some(entry) = section.get(key) else {
+        messages.error(section.at, format!("{} has no `{key}`", section.title), format!("add {key} = \"…\""));
+        return None;
+    };
+    let (formula, dimension) = names.formula(&entry, allowed, messages)?;
+    let wanted = unit.and_then(parse_unit);
+    if let (Some(wanted), Some(found)) = (wanted, dimension)
+        && wanted != found
+    {
+        let message = format!("{} is in {}, its unit says {}", entry.name(), words(found), words(wanted));
+        messages.error(entry.at, message, "correct the formula or the `unit`");
+        return None;
+    }
+    Some(formula)
+}
+
+fn read_output(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) -> Option<GaitOutput> {
+    section.check_keys(&["name", "unit", "controlled", "wanted"], messages);
+    let name = section.string("name", messages).map(|(name, _)| name);
+    if name.is_none() && !section.has("name") {
+        messages.error(section.at, "an output has no `name`", "add name = \"torso\"");
+    }
+    let unit = read_unit(section, messages);
+    let controlled = formula(section, "controlled", CONTROLLED, unit.as_deref(), names, messages);
+    let wanted = formula(section, "wanted", WANTED, unit.as_deref(), names, messages);
+    Some(GaitOutput { name: name?, unit: unit?, controlled: controlled?, wanted: wanted? })
+}
+
+fn read_guard(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) -> Option<Guard> {
+    let Some(entry) = section.get("guard") else {
+        let help = "add guard = { zero = \"left_foot_toe_x - right_foot_toe_x - step_length\", between = [0.0, 1.5] }";
+        messages.error(section.at, "the phase has no `guard`", help);
+        return None;
+    };
+    let guard = entry.section("guard".to_owned(), messages)?;
+    guard.check_keys(&["zero", "between"], messages);
+    let formula = formula(&guard, "zero", GUARD, None, names, messages);
+    let between = match guard.get("between") {
+        Some(entry) => range(&entry, messages),
+        None => {
+            let help = "add between = [0.0, 1.5]: where φ is at the end of a step";
+            messages.error(guard.at, "the guard has no `between`", help);
+            None
+        }
+    };
+    Some(Guard { formula: formula?, between: between? })
+}

@@ -1,0 +1,225 @@
+//! From a gait file to a checked gait.
+use super::dimension::parse_unit;
+use super::names::{Names, Of};
+use super::phase::{read_phase, read_phase_unit};
+use super::{Gait, GaitLimits, GaitParameter};
+use crate::description::model::RobotDescription;
+use crate::description::settings::table::{Entry, Section};
+use crate::description::settings::{Known, check_identifier, effects};
+use crate::description::source::{Messages, finish, short};
+use crate::description::urdf::read_urdf;
+use crate::description::{SourceFiles, load_text};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::effect::formula::Formula;
+use bipedc_effects::spelling;
+use std::path::{Path, PathBuf};
+use toml::de::DeTable;
+
+const KEYS: [&str; 6] = ["gravity", "parameters", "quantities", "phase", "limits", "effect"];
+
+/// The file of a gait: `name` is one of `gaits/` beside the description, or a path that ends in `.toml`.
+///
+/// # Errors
+/// No gait of this name.
+pub fn gait_path(sources: &SourceFiles, name: &str) -> Result<PathBuf, Diagnostic> {
+    if Path::new(name).extension().is_some_and(|ending| ending == "toml") {
+        return Ok(PathBuf::from(name));
+    }
+    let folder = sources.toml_path.parent().unwrap_or(Path::new("")).join("gaits");
+    let path = folder.join(format!("{name}.toml"));
+    if path.is_file() {
+        return Ok(path);
+    }
+    let listed = std::fs::read_dir(&folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let toml = listed.filter(|path| path.extension().is_some_and(|ending| ending == "toml"));
+    let mut names: Vec<String> =
+        toml.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
+    names.sort_unstable();
+    let otherwise = || match names.is_empty() {
+        true => format!("there are none in {}; docs/gaits.md shows a first one", folder.display()),
+        false => format!("gaits: {}", names.join(", ")),
+    };
+    let help = spelling::suggest(name, names.iter().map(String::as_str), otherwise);
+    Err(Diagnostic::error(format!("the robot has no gait `{}`", short(name))).help(help))
+}
+
+/// Reads a gait for a robot; `sources` are the robot's own files. Returns the gait and the warnings.
+///
+/// # Errors
+/// Everything that has no meaning, all at once, with line and column.
+pub fn read_gait(
+    path: &Path,
+    sources: &SourceFiles,
+    description: &RobotDescription,
+) -> Result<(Gait, Vec<Diagnostic>), Diagnostics> {
+    parse_gait(path, &load_text(path)?, sources, description)
+}
+
+/// The same from a text; `path` gives the gait's name and serves messages.
+///
+/// # Errors
+/// As [`read_gait`].
+pub fn parse_gait(
+    path: &Path,
+    text: &str,
+    sources: &SourceFiles,
+    description: &RobotDescription,
+) -> Result<(Gait, Vec<Diagnostic>), Diagnostics> {
+    let mut messages = Messages::new(text, path);
+    let (table, errors) = DeTable::parse_recoverable(text);
+    for error in &errors {
+        let at = error.span().map(|span| span.start);
+        let message = format!("broken TOML: {}", error.message().replace('\n', "; "));
+        messages.error(at, message, "docs/gaits.md shows a whole gait");
+    }
+    let name = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("gait").to_owned();
+    let gait = match errors.is_empty() {
+        true => read(name, &Section::top(table.get_ref()), sources, description, &mut messages),
+        // After a syntax error the recovered table lacks things.
+        false => None,
+    };
+    let warnings = finish(messages.into_list())?;
+    gait.map(|gait| (gait, warnings)).ok_or_else(|| {
+        // An error was said, or there is a gait; said rather than panicked on.
+        Diagnostics(vec![Diagnostic::error("the gait could not be read").in_file(path)])
+    })
+}
+
+fn read(
+    name: String,
+    top: &Section<'_, '_>,
+    sources: &SourceFiles,
+    description: &RobotDescription,
+    messages: &mut Messages<'_>,
+) -> Option<Gait> {
+    top.check_keys(&KEYS, messages);
+    let gravity = top.get("gravity").and_then(|entry| positive(&entry, messages));
+    let mut names = Names::of_robot(description);
+    let parameters = read_parameters(top, &mut names, messages);
+    read_phase_unit(top, &mut names, messages);
+    read_quantities(top, &mut names, messages);
+    let phase = read_phase(top, &names, description, messages);
+    let mut urdf_messages = Messages::new(&sources.urdf_text, &sources.urdf_path);
+    let urdf = read_urdf(&sources.urdf_text, &mut urdf_messages);
+    let known = Known { robot: urdf.as_ref() };
+    let effects = effects::read_effects(top, known, &description.feet, messages);
+    let limits = read_limits(top, messages);
+    if messages.errors() > 0 {
+        return None;
+    }
+    Some(Gait { name, gravity, parameters, quantities: names.quantities, phase: phase?, effects, limits })
+}
+
+/// A number above 0.
+pub(super) fn positive(entry: &Entry<'_, '_>, messages: &mut Messages<'_>) -> Option<f64> {
+    let value = entry.number(messages)?;
+    if value > 0.0 {
+        return Some(value);
+    }
+    messages.error(entry.at, format!("{} = {value} is not possible", entry.name()), "write a number above 0");
+    None
+}
+
+fn read_limits(top: &Section<'_, '_>, messages: &mut Messages<'_>) -> GaitLimits {
+    let Some(section) = top.section("limits", messages) else { return GaitLimits::default() };
+    section.check_keys(&["friction"], messages);
+    GaitLimits { friction: section.get("friction").and_then(|entry| positive(&entry, messages)) }
+}
+
+fn read_parameters(
+    top: &Section<'_, '_>,
+    names: &mut Names,
+    messages: &mut Messages<'_>,
+) -> Vec<GaitParameter> {
+    let Some(section) = top.section("parameters", messages) else { return Vec::new() };
+    let mut found = Vec::new();
+    for entry in section.entries() {
+        check_identifier(entry.key, "parameter", entry.at, messages);
+        let Some(table) = entry.section(format!("[parameters.{}]", short(entry.key)), messages) else {
+            continue;
+        };
+        let Some(parameter) = read_parameter(entry.key, &table, messages) else { continue };
+        if !names.add(entry.key, Of::Parameter, parse_unit(&parameter.unit)) {
+            let message = format!("`{}` means something else already", short(entry.key));
+            messages.error(section.key_place(entry.key), message, "choose another name for the parameter");
+        }
+        found.push(parameter);
+    }
+    found
+}
+
+fn read_parameter(
+    name: &str,
+    section: &Section<'_, '_>,
+    messages: &mut Messages<'_>,
+) -> Option<GaitParameter> {
+    section.check_keys(&["unit", "meaning", "default", "bounds"], messages);
+    let unit = read_unit(section, messages)?;
+    let meaning = section.string("meaning", messages).map_or_else(String::new, |(text, _)| text);
+    let missing = |key: &'static str, help: &str, messages: &mut Messages<'_>| {
+        if !section.has(key) {
+            messages.error(section.at, format!("`{name}` has no `{key}`"), help);
+        }
+    };
+    missing("default", "add default = 0.4", messages);
+    missing("bounds", "add bounds = [0.1, 0.9]", messages);
+    let default = section.number("default", messages);
+    let bounds = section.get("bounds").and_then(|entry| range(&entry, messages));
+    let (default, bounds) = (default?, bounds?);
+    if !(bounds[0]..=bounds[1]).contains(&default) {
+        let at = section.get("default").and_then(|entry| entry.at);
+        let message = format!(
+            "`default` of `{name}`, {default}, lies outside its bounds {} to {}",
+            bounds[0], bounds[1]
+        );
+        messages.error(at, message, "widen the bounds, or choose another default");
+        return None;
+    }
+    Some(GaitParameter { name: name.to_owned(), unit, meaning, default, bounds })
+}
+
+/// The `unit` of a section.
+pub(super) fn read_unit(section: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<String> {
+    let Some((unit, at)) = section.string("unit", messages) else {
+        if !section.has("unit") {
+            messages.error(section.at, format!("{} has no `unit`", section.title), "add unit = \"rad\"");
+        }
+        return None;
+    };
+    if parse_unit(&unit).is_some() {
+        return Some(unit);
+    }
+    let help = "SI units: rad, m, s, kg, N, J and 1, products like \"N m\", quotients like \"rad/s\"";
+    messages.error(at, format!("the unit `{}` is not understood", short(&unit)), help);
+    None
+}
+
+/// Two numbers, the smaller one first.
+pub(super) fn range(entry: &Entry<'_, '_>, messages: &mut Messages<'_>) -> Option<[f64; 2]> {
+    let [low, high] = entry.pair(messages)?;
+    if low < high {
+        return Some([low, high]);
+    }
+    let message = format!("{} = [{low}, {high}] holds nothing", entry.name());
+    messages.error(entry.at, message, "write the smaller number first");
+    None
+}
+
+fn read_quantities(top: &Section<'_, '_>, names: &mut Names, messages: &mut Messages<'_>) {
+    let Some(section) = top.section("quantities", messages) else { return };
+    for entry in section.entries() {
+        check_identifier(entry.key, "quantity", entry.at, messages);
+        if !names.add(entry.key, Of::Quantity, None) {
+            let message = format!("`{}` means something else already", short(entry.key));
+            messages.error(section.key_place(entry.key), message, "choose another name for the quantity");
+        }
+    }
+    // A quantity may name those below it: what they are is known first.
+    for entry in section.entries() {
+        let formula = entry.text().map(Formula::parse);
+        if let Some(Ok(formula)) = formula {
+            names.quantities.insert(entry.key.to_owned(), formula);
+        }
+    }
+    names.settle(&section, messages);
+}

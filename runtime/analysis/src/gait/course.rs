@@ -1,0 +1,212 @@
+//! One step on the zero dynamics: its energy (6.7–6.13), its dead centre (6.18).
+use super::functions::GaitModel;
+use super::integral::Integral;
+use super::landing::Landing;
+use super::search::zero;
+use super::step::Refusal;
+use super::surface::SurfacePoint;
+use std::cell::RefCell;
+
+/// Places in each panel of the integral at which γ's sign is asked for.
+const SAMPLES: usize = 8;
+/// Outputs (m, rad) that are zero but for rounding.
+const CLOSE: f64 = 1e-8;
+
+/// A step from φ₊ to φ₋.
+#[derive(Clone)]
+pub struct Course<'a, 'm> {
+    gait: &'m GaitModel<'a>,
+    /// How it ends.
+    pub landing: Landing,
+    /// φ₊.
+    pub start: f64,
+    /// Arguments of the gait's functions; φ, the first, is any.
+    arguments: Vec<f64>,
+    potential: Integral,
+    /// φ_m: where P is largest.
+    pub dead_centre: f64,
+    /// P at the dead centre, (kg m²/s)².
+    pub p_max: f64,
+    /// P₋: P at the end.
+    pub p_minus: f64,
+    /// α at the dead centre, kg m² per unit of φ.
+    pub alpha_m: f64,
+    /// Where the iteration for the surface was last.
+    last: RefCell<Vec<f64>>,
+}
+
+impl<'a> GaitModel<'a> {
+    /// The step with these parameters that begins after a landing.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn course(&self, parameters: &[f64], after: &Landing) -> Result<Course<'a, '_>, Refusal> {
+        let landing = self.landing(parameters, after.start)?;
+        let (start, end) = (after.start, landing.end);
+        if !start.is_finite() || !after.eta.is_finite() || start >= end {
+            return Err(Refusal::NoPhaseLeft([start, end]));
+        }
+        let mut arguments = self.arguments(parameters, [start, end]);
+        self.match_impact(&mut arguments, after)?;
+        let last = RefCell::new(after.q.clone());
+        let none = Integral::of([0.0, 0.0], |_| Ok::<f64, Refusal>(0.0))?;
+        let mut course = Course {
+            gait: self,
+            landing,
+            start,
+            arguments,
+            potential: none,
+            dead_centre: start,
+            p_max: 0.0,
+            p_minus: 0.0,
+            alpha_m: f64::NAN,
+            last,
+        };
+        course.potential = Integral::of([start, end], |phase| course.force(phase))?;
+        course.p_minus = course.potential.whole();
+        course.find_dead_centre()?;
+        Ok(course)
+    }
+
+    /// A step that follows one with the same parameters, and is followed by one.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn steady_course(&self, parameters: &[f64]) -> Result<Course<'a, '_>, Refusal> {
+        let landing = self.steady_landing(parameters)?;
+        self.course(parameters, &landing)
+    }
+
+    /// Value and slope of h_p at φ₊: what is left of the outputs and their rates there (below 6.2). Without it the outputs themselves
+    /// have to vanish; their rates are then made to, by torques, which leave the angular momentum as it is.
+    fn match_impact(&self, arguments: &mut [f64], after: &Landing) -> Result<(), Refusal> {
+        let controlled = self.controlled(&after.q, &after.v);
+        let wanted = self.wanted(arguments);
+        let first = 3 + self.settings.parameters;
+        let mut jump = 0.0_f64;
+        for (index, ([value, rate], [goal, slope])) in controlled.iter().skip(1).zip(&wanted).enumerate() {
+            // A jump that is no number stays one.
+            jump = if jump.is_nan() { jump } else { (value - goal).abs().max(jump) };
+            if self.settings.impact_matching {
+                arguments[first + 2 * index] = value - goal;
+                arguments[first + 2 * index + 1] = rate / after.eta - slope;
+            }
+        }
+        if self.settings.impact_matching || jump <= CLOSE { Ok(()) } else { Err(Refusal::OutputsJump(jump)) }
+    }
+}
+
+impl Course<'_, '_> {
+    /// q, T′ and T″ at a phase.
+    ///
+    /// # Errors
+    /// There is no such posture.
+    pub fn surface(&self, phase: f64) -> Result<SurfacePoint, Refusal> {
+        let mut arguments = self.arguments.clone();
+        arguments[0] = phase;
+        let near = self.last.borrow().clone();
+        let found = self.gait.surface(&arguments, &near).map_err(|why| Refusal::NoPosture(phase, why))?;
+        self.last.borrow_mut().clone_from(&found.q);
+        Ok(found)
+    }
+
+    /// Arguments of the gait's functions at a phase.
+    pub fn arguments(&self, phase: f64) -> Vec<f64> {
+        let mut arguments = self.arguments.clone();
+        arguments[0] = phase;
+        arguments
+    }
+
+    /// α, β and γ at a phase (6.6).
+    ///
+    /// # Errors
+    /// There is no such posture.
+    pub fn zero_dynamics(&self, phase: f64) -> Result<[f64; 3], Refusal> {
+        let point = self.surface(phase)?;
+        let found = self.gait.zero_dynamics(&point.q, &point.slope, &point.curvature);
+        if found.iter().all(|x| x.is_finite()) { Ok(found) } else { Err(Refusal::NotFinite(phase)) }
+    }
+
+    /// α γ, the slope of P.
+    fn force(&self, phase: f64) -> Result<f64, Refusal> {
+        self.zero_dynamics(phase).map(|[alpha, _, gamma]| alpha * gamma)
+    }
+
+    /// P(φ) = ∫ α γ dφ from φ₊ (6.10), (kg m²/s)².
+    ///
+    /// # Errors
+    /// There is no such posture.
+    pub fn potential(&self, phase: f64) -> Result<f64, Refusal> {
+        self.potential.at(phase, |phase| self.force(phase))
+    }
+
+    /// Bound of the error of all values of P.
+    pub fn potential_error(&self) -> f64 {
+        self.potential.error()
+    }
+
+    /// φ₊ and φ₋.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.start, self.landing.end]
+    }
+
+    /// Where P is largest: at an end, or where its slope passes zero downwards.
+    fn find_dead_centre(&mut self) -> Result<(), Refusal> {
+        let edges: Vec<f64> = self.potential.edges().collect();
+        let mut best = if self.p_minus > 0.0 { (self.landing.end, self.p_minus) } else { (self.start, 0.0) };
+        let mut last: Option<(f64, f64)> = None;
+        for pair in edges.windows(2) {
+            for k in 0..=SAMPLES {
+                let phase = pair[0] + (pair[1] - pair[0]) * k as f64 / SAMPLES as f64;
+                let value = self.force(phase)?;
+                if let Some(before) = last.filter(|before| before.1 > 0.0 && value <= 0.0) {
+                    let place = zero(|x| self.force(x).unwrap_or(f64::NAN), before, (phase, value));
+                    let height = self.potential(place)?;
+                    if height > best.1 {
+                        best = (place, height);
+                    }
+                }
+                last = Some((phase, value));
+            }
+        }
+        (self.dead_centre, self.p_max) = best;
+        self.alpha_m = self.zero_dynamics(self.dead_centre)?[0];
+        Ok(())
+    }
+
+    /// A place where α vanishes or changes sign: the momentum says nothing of φ̇ there.
+    pub fn singular(&self) -> Option<f64> {
+        let edges: Vec<f64> = self.potential.edges().collect();
+        let places = edges.windows(2).flat_map(|pair| {
+            let (low, high) = (pair[0], pair[1]);
+            (0..=SAMPLES).map(move |k| low + (high - low) * k as f64 / SAMPLES as f64)
+        });
+        let positive = |phase: f64| self.zero_dynamics(phase).is_ok_and(|[alpha, ..]| alpha > 0.0);
+        places.into_iter().find(|&phase| !positive(phase))
+    }
+
+    /// E of a step that passes its dead centre at this speed (6.12, 6.19).
+    pub fn energy(&self, speed: f64) -> f64 {
+        0.5 * (self.alpha_m * speed).powi(2) + self.p_max
+    }
+
+    /// The speed φ̇_m at the dead centre with this energy; `None`: it does not get there (6.13).
+    pub fn speed(&self, energy: f64) -> Option<f64> {
+        let kinetic = energy - self.p_max;
+        (kinetic > 0.0).then(|| (2.0 * kinetic).sqrt() / self.alpha_m.abs()).filter(|speed| speed.is_finite())
+    }
+
+    /// φ̇ and φ̈ at a phase with this energy (6.6, 6.12).
+    ///
+    /// # Errors
+    /// There is no such posture; it does not get there.
+    pub fn rates(&self, phase: f64, energy: f64) -> Result<[f64; 2], Refusal> {
+        let [alpha, beta, gamma] = self.zero_dynamics(phase)?;
+        let kinetic = energy - self.potential(phase)?;
+        if kinetic < 0.0 {
+            return Err(Refusal::FallsBack { energy, needed: self.p_max });
+        }
+        let rate = (2.0 * kinetic).sqrt() / alpha;
+        Ok([rate, -(beta * rate * rate + gamma) / alpha])
+    }
+}

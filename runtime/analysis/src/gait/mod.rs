@@ -1,0 +1,21 @@
+//! Steps of a gait on its zero dynamics (thesis 6.2.1): which speed a robot on its virtual constraints has at mid-stance of the
+//! next step.
+//!
+//! [`GaitModel`] wraps a model that has the functions of a gait; [`GaitModel::step`] is what a command asks. Everything that can
+//! go wrong with a step is a [`Refusal`] among its numbers, no error.
+mod course;
+mod functions;
+mod integral;
+mod landing;
+mod margins;
+mod search;
+mod step;
+mod surface;
+
+pub use course::Course;
+pub use functions::{GaitModel, GaitSettings};
+pub use integral::Integral;
+pub use landing::Landing;
+pub use margins::Margins;
+pub use step::{Refusal, Step};
+pub use surface::{SurfaceFailure, SurfacePoint};

@@ -1,0 +1,93 @@
+//! A step for people.
+use super::Stepped;
+use crate::table::table;
+use bipedc_analysis::gait::Margins;
+use std::fmt;
+
+/// Six decimals, or that there is no such number.
+fn figure(x: Option<f64>) -> String {
+    // What rounds to zero has no sign.
+    let digits = |x: f64| format!("{:.6}", if x.abs() < 5e-7 { 0.0 } else { x });
+    x.map_or_else(|| "—".to_owned(), digits)
+}
+
+fn row(name: &str, value: Option<f64>, unit: &str) -> Vec<String> {
+    vec![name.to_owned(), figure(value), unit.to_owned()]
+}
+
+impl fmt::Display for Stepped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.question())?;
+        let (step, rate) = (&self.step, format!("{}/s", self.unit));
+        let energy = "(kg m²/s)²";
+        let rows = vec![
+            row("speed at mid-stance, this step", Some(self.speed), &rate),
+            row("speed at mid-stance, next step", step.next_speed, &rate),
+            row("… after many steps", step.limit_speed, &rate),
+            row("dead centre φ_m", step.phi_m, &self.unit),
+            row("phase at the beginning φ₊", step.phi_start, &self.unit),
+            row("phase at the end φ₋", step.phi_end, &self.unit),
+            row("δ of the impact", step.delta, "1"),
+            row("η of the impact", step.eta, "1"),
+            row("P₋", step.p_minus, energy),
+            row("largest P", step.p_max, energy),
+            row("energy of this step", step.energy, energy),
+            row("energy of the next step", step.next_energy, energy),
+        ];
+        writeln!(f, "\n{}", columns(&["", "value", "unit"], rows))?;
+        f.write_str(&columns(&["margin", "value", "unit"], margins(&step.margins)))?;
+        match &step.reason {
+            None => writeln!(f, "\nthe next step passes its dead centre"),
+            Some(reason) => writeln!(f, "\nnot possible: {reason}"),
+        }
+    }
+}
+
+impl Stepped {
+    fn question(&self) -> String {
+        let [to, from] = &self.values;
+        let mut head = vec!["parameter", "next step", "unit", "meaning"];
+        if from != to {
+            head.insert(1, "this step");
+        }
+        let rows = self.parameters.iter().zip(to).zip(from).map(|((parameter, to), before)| {
+            let mut row = vec![
+                parameter.name.clone(),
+                format!("{to:.6}"),
+                parameter.unit.clone(),
+                parameter.meaning.clone(),
+            ];
+            if self.values[0] != self.values[1] {
+                row.insert(1, format!("{before:.6}"));
+            }
+            row
+        });
+        table(&head, rows.collect(), head.len())
+    }
+}
+
+/// Names and units to the left, numbers to the right.
+fn columns(head: &[&str], rows: Vec<Vec<String>>) -> String {
+    let width =
+        rows.iter().filter_map(|row| row.get(1)).map(|value| value.chars().count()).max().unwrap_or(0);
+    let aligned = rows.into_iter().map(|mut row| {
+        if let Some(value) = row.get_mut(1) {
+            *value = format!("{value:>width$}");
+        }
+        row
+    });
+    table(head, aligned.collect(), head.len())
+}
+
+fn margins(margins: &Margins) -> Vec<Vec<String>> {
+    vec![
+        row("friction", margins.friction, "1"),
+        row("pull", margins.pull, "N"),
+        row("zmp", margins.zmp, "m"),
+        row("clearance", margins.clearance, "m"),
+        row("torque", margins.torque, "N m"),
+        row("impact: friction", margins.impact_friction, "1"),
+        row("impact: pull", margins.impact_pull, "N s"),
+        row("impact: lift-off", margins.lift_off, "m/s"),
+    ]
+}

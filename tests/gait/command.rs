@@ -1,0 +1,88 @@
+//! `bipedc gait step`.
+use crate::cli::bipedc;
+use serde_json::Value;
+
+fn step(arguments: &[&str]) -> Vec<String> {
+    let fixed = ["gait", "step", "robots/three_link", "--gait", "thesis"];
+    fixed.iter().chain(arguments).map(|x| (*x).to_owned()).collect()
+}
+
+fn run(arguments: &[&str]) -> crate::cli::Run {
+    let arguments = step(arguments);
+    bipedc(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+#[test]
+fn the_keys_of_a_step() {
+    let found = run(&["--speed", "1.5", "--json"]).ok();
+    assert_eq!(found.err, "");
+    let json = found.json();
+    let numbers = ["next_speed", "delta", "p_minus", "p_max", "phi_m", "limit_speed"];
+    assert!(numbers.iter().all(|key| json[key].is_f64()), "{json}");
+    assert_eq!((&json["feasible"], &json["reason"]), (&Value::Bool(true), &Value::Null));
+    let margins = json["margins"].as_object().unwrap();
+    assert!(["friction", "pull", "clearance", "torque"].iter().all(|key| margins[*key].is_f64()), "{json}");
+    assert_eq!(margins["zmp"], Value::Null);
+}
+
+#[test]
+fn parameters_are_set_for_both_steps_or_for_the_first() {
+    let speed = |arguments: &[&str]| run(arguments).ok().json()["next_speed"].as_f64().unwrap();
+    let own = speed(&["--speed", "1.5", "--json"]);
+    assert_eq!(own, speed(&["--speed", "1.5", "--json", "--set", "step_length=0.5"]));
+    let longer = speed(&["--speed", "1.5", "--json", "--set", "step_length=0.6"]);
+    let only_the_next =
+        speed(&["--speed", "1.5", "--json", "--set", "step_length=0.6", "--from", "step_length=0.5"]);
+    assert!(longer != own && only_the_next != longer, "{own} {longer} {only_the_next}");
+    // Leaning forward is faster (negative here).
+    assert!(speed(&["--speed", "1.5", "--json", "--set", "torso_lean=-0.7"]) > own);
+}
+
+#[test]
+fn an_infeasible_step_has_every_number_that_exists() {
+    let found = run(&["--speed", "0.1", "--set", "torso_lean=0.3", "--json"]).ok().json();
+    assert_eq!((&found["feasible"], &found["next_speed"]), (&Value::Bool(false), &Value::Null));
+    assert!(found["reason"].as_str().unwrap().contains("falls back"), "{found}");
+    for key in ["delta", "p_minus", "p_max", "phi_m", "energy", "next_energy"] {
+        assert!(found[key].is_f64(), "{key}: {found}");
+    }
+    assert!(found["margins"]["clearance"].is_f64() && found["margins"]["pull"].is_null(), "{found}");
+    let unreachable = run(&["--speed", "1.5", "--set", "step_length=2.5", "--json"]).ok();
+    let json = unreachable.json();
+    assert!(json["reason"].as_str().unwrap().contains("guard"), "{json}");
+    assert!(json["delta"].is_null() && json["feasible"] == false, "{json}");
+    assert!(
+        unreachable.err.contains("warning: `step_length` = 2.5 m lies outside its bounds"),
+        "{}",
+        unreachable.err
+    );
+}
+
+#[test]
+fn a_table_has_units() {
+    let found = run(&["--speed", "1.5", "--from", "step_length=0.4"]).ok().out;
+    for words in
+        ["this step", "next step", "rad/s", "(kg m²/s)²", "N m", "torso_lean", "passes its dead centre"]
+    {
+        assert!(found.contains(words), "no `{words}` in {found}");
+    }
+    let found = run(&["--speed", "0.1", "--set", "torso_lean=0.3"]).ok().out;
+    assert!(found.contains("not possible: the robot falls back"), "{found}");
+}
+
+#[test]
+fn wrong_use_is_named() {
+    run(&["--speed", "1.5", "--set", "step_lenght=0.4"])
+        .fails_with(&["step_lenght", "did you mean `step_length`?"]);
+    run(&["--speed", "-1"]).fails_with(&["a speed of -1 is not possible"]);
+    run(&["--speed", "1.5", "--set", "step_length=1e300"]).fails_with(&["is not possible", "number in m"]);
+    bipedc(&["gait", "step", "robots/three_link", "--gait", "thesys", "--speed", "1"])
+        .fails_with(&["no gait `thesys`", "did you mean `thesis`?"]);
+    bipedc(&["gait", "step", "robots/tulip", "--gait", "thesis", "--speed", "1"])
+        .fails_with(&["no gait `thesis`"]);
+    bipedc(&["gait", "step", "robots/three_link", "--base", "floating", "--gait", "thesis", "--speed", "1"])
+        .fails_with(&["base_pitch"]);
+    for wrong in ["step_length", "step_length=x", "step_length=inf"] {
+        assert_eq!(run(&["--speed", "1.5", "--set", wrong]).code, Some(2), "{wrong}");
+    }
+}
