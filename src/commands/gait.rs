@@ -34,7 +34,7 @@ that exists all the same; exit code 0. Margins say how far the next step is from
 the URDF; negative ones are violated, but do not make a step infeasible.
 JSON: {\"next_speed\" (per s), \"delta\", \"p_minus\", \"p_max\" ((kg m²/s)²), \"phi_m\", \"limit_speed\" (per s), \"feasible\", \
 \"reason\", \"margins\": {\"friction\", \"pull\" (N), \"zmp\" (m), \"clearance\" (m), \"torque\" (N m), \"impact_friction\", \
-\"impact_pull\" (N s), \"lift_off\" (m/s)}, \"phi_start\", \"phi_end\", \"eta\", \"energy\", \"next_energy\", \"p_error\"}; null: \
+\"impact_pull\" (N s), \"lift_off\" (m/s)}, \"phi_start\", \"phi_end\", \"eta\", \"this_step\": {\"p_minus\", \"p_max\", \"phi_m\"}, \"energy\", \"next_energy\", \"p_error\"}; null: \
 there is no such number.";
 
 /// Steps of a gait: how fast a robot walks on its virtual constraints

@@ -212,6 +212,7 @@ def case(name, make, speed, to, before=None):
         "next_speed": found(kinetic, then), "delta": float(entry["delta"]), "eta": float(entry["eta"]),
         "p_minus": float(then["p_minus"]), "p_max": float(then["p_max"]), "phi_m": float(then["phi_m"]),
         "phi_end": float(then["end"]), "limit_speed": found(limit, steady) if own["delta"] < 1 else None,
+        "this_step": {"p_minus": float(now["p_minus"]), "p_max": float(now["p_max"]), "phi_m": float(now["phi_m"])},
         "energy": float(energy), "next_energy": float(next_energy),
         "courses": [{"phase": float(x), "alpha": float(then["alpha"](x)), "gamma": float(then["gamma"](x)),
                      "potential": float(then["potential"](x)),
@@ -230,6 +231,9 @@ def main():
         case("three_link", three_link, mpf("0.8"), three("0.3", "0.2")),
         case("three_link", three_link, mpf("1.2"), three("0.9", "-0.2")),
         case("three_link", three_link, mpf("3"), three("1.2", "-1.5")),
+        # The dead centre at the beginning of the step, and at its end.
+        case("three_link", three_link, mpf("2.5"), three("0.1", "-1.2")),
+        case("three_link", three_link, mpf("2.5"), three("0.1", "0.8")),
         case("three_link", three_link, mpf("1.5"), three("0.6", "-0.3"), three("0.4", "-0.6")),
         case("three_link", three_link, mpf("1.8"), three("0.3", "-0.3"), three("0.8", "-0.3")),
         case("five_link", five_link, mpf("2"), five("0.4", "0.2", "0.3")),

@@ -17,5 +17,5 @@ pub use functions::{GaitModel, GaitSettings};
 pub use integral::Integral;
 pub use landing::Landing;
 pub use margins::Margins;
-pub use step::{Refusal, Step};
+pub use step::{Refusal, Step, ThisStep};
 pub use surface::{SurfaceFailure, SurfacePoint};

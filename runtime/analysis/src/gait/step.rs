@@ -102,12 +102,25 @@ pub struct Step {
     pub phi_end: Option<f64>,
     /// η of the impact (6.15).
     pub eta: Option<f64>,
+    /// The step before: that with the speed that was given.
+    pub this_step: ThisStep,
     /// E of the step before.
     pub energy: Option<f64>,
     /// E of the next step (6.15).
     pub next_energy: Option<f64>,
     /// Bound of the error of the next step's P, by the quadrature.
     pub p_error: Option<f64>,
+}
+
+/// The energy of the step before.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct ThisStep {
+    /// P₋, (kg m²/s)².
+    pub p_minus: Option<f64>,
+    /// The largest P.
+    pub p_max: Option<f64>,
+    /// Where it is largest.
+    pub phi_m: Option<f64>,
 }
 
 fn finite(x: f64) -> Option<f64> {
@@ -123,6 +136,8 @@ impl GaitModel<'_> {
         let mut refusals = Vec::new();
         let now = noted(self.steady_course(from), &mut refusals);
         if let Some(now) = &now {
+            let [p_minus, p_max, phi_m] = [now.p_minus, now.p_max, now.dead_centre].map(finite);
+            step.this_step = ThisStep { p_minus, p_max, phi_m };
             refusals.extend(now.singular().map(Refusal::Singular));
         }
         let landing = match &now {
