@@ -16,7 +16,7 @@ pub(super) fn open(name: &str, text: &str) -> Result<GaitBench, bipedc::Diagnost
     GaitBench::parse(&robot("robots/three_link"), Path::new(&format!("{name}.toml")), text, &Silent)
 }
 
-const MISTAKES: [(&str, &str, &str, &str); 30] = [
+const MISTAKES: [(&str, &str, &str, &str); 31] = [
     ("gravity = 9.8", "gravity = -9.8", ":3:11", "a number above 0"),
     ("gravity = 9.8", "gravty = 9.8", ":3:1", "did you mean `gravity`?"),
     ("gravity = 9.8", "gravity = ", "", "broken TOML"),
@@ -46,6 +46,12 @@ const MISTAKES: [(&str, &str, &str, &str); 30] = [
     ("controlled = \"swing\"", "controlled = \"base_pitch\"", "", "do not fix the joints"),
     ("friction = 0.6", "friction = 0", ":44:12", "a number above 0"),
     ("link = \"right_leg\"", "link = \"right_lag\"", ":49:8", "did you mean `right_leg`?"),
+    (
+        "[limits]",
+        "[[effect]]\nkind = \"viscous_friction\"\njoint = \"left_hip_pitch\"\ndamping = 1.0\n[limits]",
+        ":43:1",
+        "does not make another body",
+    ),
     ("impact_matching = true", "posture = { knee = 0.1 }", ":27:13", "no joint `knee`"),
 ];
 

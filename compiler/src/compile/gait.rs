@@ -136,54 +136,64 @@ fn functions(tree: &Tree, gait: &Gait, stance: usize) -> Result<Vec<Function>, D
     Ok(found)
 }
 
+/// Name, equation and summary of a function.
+type Head = (&'static str, &'static str, &'static str);
+
+/// What vanishes on the constraint surface, and its slopes.
+const OF_CONSTRAINTS: [Head; 4] = [
+    (
+        "virtual_constraints",
+        "(6.2)",
+        "The foot that stands, h(q, p), φ(q) − φ: zero on the constraint surface.",
+    ),
+    ("virtual_constraints_jacobian", "(6.2)", "Slopes of the virtual constraints with respect to q."),
+    (
+        "virtual_constraints_slope",
+        "(6.5)",
+        "Slopes of the virtual constraints with respect to φ at constant q.",
+    ),
+    (
+        "virtual_constraints_curvature",
+        "(6.5)",
+        "Second slopes of the virtual constraints where q changes with v and φ with 1.",
+    ),
+];
+
+/// The formulas themselves.
+const OF_FORMULAS: [Head; 3] = [
+    ("controlled", "(6.2)", "The phase variable φ(q), then h₀(q); with their rates."),
+    ("wanted", "(6.2)", "h_d(φ, p) without h_p; with its slopes along φ."),
+    ("guard", "(6.1)", "Zero where the step ends."),
+];
+
 fn of_constraints<'g>(
     model: &RobotModel<'g, '_>,
     gait: &Gait,
     constraints: &VirtualConstraints<'g>,
 ) -> Vec<Function> {
-    let tree = model.tree;
     let residual = &constraints.residual;
-    let slope = slopes_with_phase(model, residual, false);
     let moving = slopes_with_phase(model, residual, true);
-    let curvature = slopes_with_phase(model, &moving, true);
     let (rows, units) = constraint_rows(gait);
     let vector = |values: Vec<Sym<'g>>| Quantity::named(rows.clone(), units.clone(), values);
-    let columns = configuration_jacobian(tree, residual);
-    let jacobian = Quantity::matrix(rows.clone(), units.clone(), configuration(tree).0, columns);
-    vec![
-        function(
-            model.graph,
-            (
-                "virtual_constraints",
-                "(6.2)",
-                "The foot that stands, h(q, p), φ(q) − φ: zero on the constraint surface.",
-            ),
-            vector(residual.clone()),
-        ),
-        function(
-            model.graph,
-            ("virtual_constraints_jacobian", "(6.2)", "Slopes of the virtual constraints with respect to q."),
-            jacobian,
-        ),
-        function(
-            model.graph,
-            (
-                "virtual_constraints_slope",
-                "(6.5)",
-                "Slopes of the virtual constraints with respect to φ at constant q.",
-            ),
-            vector(slope),
-        ),
-        function(
-            model.graph,
-            (
-                "virtual_constraints_curvature",
-                "(6.5)",
-                "Second slopes of the virtual constraints where q changes with v and φ with 1.",
-            ),
-            vector(curvature),
-        ),
-    ]
+    let columns = configuration_jacobian(model.tree, residual);
+    let quantities = [
+        vector(residual.clone()),
+        Quantity::matrix(rows.clone(), units.clone(), configuration(model.tree).0, columns),
+        vector(slopes_with_phase(model, residual, false)),
+        vector(slopes_with_phase(model, &moving, true)),
+    ];
+    OF_CONSTRAINTS.into_iter().zip(quantities).map(|(head, of)| function(model.graph, head, of)).collect()
+}
+
+/// The rates of functions of q at the velocity v.
+fn rates<'g>(model: &RobotModel<'g, '_>, values: &[Sym<'g>]) -> Vec<Sym<'g>> {
+    let columns = configuration_jacobian(model.tree, values);
+    let sum = |row: usize| {
+        let products =
+            columns.iter().enumerate().map(|(k, column)| column[row] * model.input(Argument::V, k));
+        products.fold(model.constant(0.0), |sum, x| sum + x)
+    };
+    (0..values.len()).map(sum).collect()
 }
 
 fn of_outputs<'g>(
@@ -191,45 +201,21 @@ fn of_outputs<'g>(
     gait: &Gait,
     constraints: &VirtualConstraints<'g>,
 ) -> Vec<Function> {
-    let velocity = |values: &[Sym<'g>]| {
-        let q = configuration_jacobian(model.tree, values);
-        let sum = |row: usize| {
-            let products = (0..model.tree.nv).map(|k| q[k][row] * model.input(Argument::V, k));
-            products.fold(model.constant(0.0), |sum, x| sum + x)
-        };
-        (0..values.len()).map(sum).collect::<Vec<_>>()
-    };
     let outputs = gait.phase.outputs.iter();
     let (names, units): (Vec<String>, Vec<String>) =
         outputs.map(|output| (output.name.clone(), output.unit.clone())).unzip();
-    let with_phase = |of: &[String], first: &str| {
+    let after = |first: &str, of: &[String]| {
         std::iter::once(first.to_owned()).chain(of.iter().cloned()).collect::<Vec<_>>()
     };
     let pair = |second: &str| vec!["value".to_owned(), second.to_owned()];
-    let controlled = vec![constraints.controlled.clone(), velocity(&constraints.controlled)];
+    let controlled = vec![constraints.controlled.clone(), rates(model, &constraints.controlled)];
     let wanted = vec![constraints.wanted.clone(), slopes_with_phase(model, &constraints.wanted, false)];
-    vec![
-        function(
-            model.graph,
-            ("controlled", "(6.2)", "The phase variable φ(q), then h₀(q); with their rates."),
-            Quantity::matrix(
-                with_phase(&names, "phase"),
-                with_phase(&units, &gait.phase.unit),
-                pair("rate"),
-                controlled,
-            ),
-        ),
-        function(
-            model.graph,
-            ("wanted", "(6.2)", "h_d(φ, p) without h_p; with its slopes along φ."),
-            Quantity::matrix(names, units, pair("slope"), wanted),
-        ),
-        function(
-            model.graph,
-            ("guard", "(6.1)", "Zero where the step ends."),
-            Quantity::scalar("guard", "1", constraints.guard),
-        ),
-    ]
+    let quantities = [
+        Quantity::matrix(after("phase", &names), after(&gait.phase.unit, &units), pair("rate"), controlled),
+        Quantity::matrix(names, units, pair("slope"), wanted),
+        Quantity::scalar("guard", "1", constraints.guard),
+    ];
+    OF_FORMULAS.into_iter().zip(quantities).map(|(head, of)| function(model.graph, head, of)).collect()
 }
 
 /// Names and units of q on a planar base.
@@ -246,11 +232,7 @@ fn constraint_rows(gait: &Gait) -> (Vec<String>, Vec<String>) {
     all.map(|(name, unit)| (name.to_owned(), unit.to_owned())).unzip()
 }
 
-fn function(
-    graph: &Graph,
-    (name, source, summary): (&'static str, &'static str, &'static str),
-    quantity: Quantity<'_>,
-) -> Function {
+fn function(graph: &Graph, (name, source, summary): Head, quantity: Quantity<'_>) -> Function {
     let outputs: Vec<Expr> = quantity.columns.iter().flatten().map(|x| x.expr).collect();
     let program = lower(graph, &outputs, Order::DepthFirst);
     Function {

@@ -11,6 +11,7 @@ use crate::description::urdf::read_urdf;
 use crate::description::{SourceFiles, load_text};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::formula::Formula;
+use bipedc_effects::effect::{Acts, Effect};
 use bipedc_effects::spelling;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
@@ -103,11 +104,26 @@ fn read(
     let urdf = read_urdf(&sources.urdf_text, &mut urdf_messages);
     let known = Known { robot: urdf.as_ref() };
     let effects = effects::read_effects(top, known, &description.feet, messages);
+    check_effects(top, &effects, messages);
     let limits = read_limits(top, messages);
     if messages.errors() > 0 {
         return None;
     }
     Some(Gait { name, gravity, parameters, quantities: names.quantities, phase: phase?, effects, limits })
+}
+
+/// Effects of a gait make another body: what acts in joints or sensors is no part of zero dynamics.
+fn check_effects(top: &Section<'_, '_>, effects: &[Effect], messages: &mut Messages<'_>) {
+    let sections = top.sections("effect", messages);
+    // Where one was refused, that is said, and which are left is not known.
+    for (section, effect) in sections.iter().zip(effects).filter(|_| sections.len() == effects.len()) {
+        if effect.kind.law.acts() != Acts::Body {
+            let message = format!("`{}` does not make another body of the robot", effect.kind.name);
+            let help =
+                "a gait's effects are errors of masses, centres and inertias, and payloads: leave it out";
+            messages.error(section.at, message, help);
+        }
+    }
 }
 
 /// A number above 0.
