@@ -67,7 +67,7 @@ mod tests {
             0..50 => 0.0,
             k => {
                 (std::f64::consts::PI * (k - 50) as f64 / 200.0).sin()
-                    * if (i / 250) % 2 == 0 { 1.0 } else { -1.0 }
+                    * if (i / 250).is_multiple_of(2) { 1.0 } else { -1.0 }
             }
         };
         let velocity: Vec<f64> = (0..count).map(speed).collect();
