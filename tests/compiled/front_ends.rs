@@ -129,16 +129,21 @@ fn with_effects_the_front_ends_agree_too() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = root.join("tests/data/effects/five_link");
     let robot = Robot::read(&folder).unwrap_or_else(|e| panic!("{e}"));
-    let compiled = robot.compile().unwrap_or_else(|e| panic!("{e}"));
+    let functions = ["inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives", "ground_wrench"].map(str::to_owned);
+    let request = Request { functions: functions.to_vec(), ..Request::default() };
+    let compiled = request.compile(robot.sources).unwrap_or_else(|e| panic!("{e}"));
     let items = printed(emit::items(&compiled, &Options::new("FiveLink")).parse().unwrap());
     assert!(items.contains("R :: tanh") && items.contains("R :: exp") && items.contains("R :: larger"));
     let input = quote! {
-        #[biped(description = "tests/data/effects/five_link")]
+        #[biped(
+            description = "tests/data/effects/five_link",
+            functions = ["inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives", "ground_wrench"]
+        )]
         struct FiveLink;
     };
     let derived: File = syn::parse2(attribute::expand(input, root)).unwrap();
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("front_ends_effects");
-    let written = build::write(&folder, &Request::default(), &out).unwrap_or_else(|e| panic!("{e}"));
+    let written = build::write(&folder, &request, &out).unwrap_or_else(|e| panic!("{e}"));
     let built = parsed(&std::fs::read_to_string(&written.file).unwrap());
     for file in [derived, built] {
         let module = file.items.into_iter().find_map(|item| match item {

@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn long_logs_fit() {
-        let n = 100_000;
+        let n = 40_000;
         let wave = |f: f64| (0..n).map(|i| (f * f64::from(i)).sin() * 3.3).collect::<Vec<_>>();
         let series = Series {
             time: (0..n).map(|i| 0.001 * f64::from(i)).collect(),

@@ -103,7 +103,7 @@ fn request() -> Request {
         scaling: Scaling::Unit,
         seed: 1,
         starts: 2,
-        evaluations: 200,
+        evaluations: 60,
         time_limit: None,
     }
 }

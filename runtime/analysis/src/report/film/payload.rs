@@ -222,13 +222,13 @@ mod tests {
     #[test]
     fn long_films_fit() {
         let pose = Pose { position: [-1.23456; 3], orientation: [-0.5; 4] };
-        let frames = (0..6000).map(|i| Frame {
-            time: 0.1 * f64::from(i),
+        let frames = (0..3000).map(|i| Frame {
+            time: 0.2 * f64::from(i),
             poses: vec![pose; 30],
             forces: vec![[-123.4; 3]; 16],
             ..Frame::default()
         });
-        let time: Vec<f64> = (0..100_000).map(|i| 0.001 * f64::from(i)).collect();
+        let time: Vec<f64> = (0..40_000).map(|i| 0.001 * f64::from(i)).collect();
         let wave: Vec<f64> = time.iter().map(|t| t.sin() * 3.3).collect();
         let curve = |name: &str| Curve { name: name.to_owned(), values: wave.clone() };
         let plot =

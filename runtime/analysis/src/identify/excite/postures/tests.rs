@@ -171,7 +171,7 @@ fn the_search_falls_and_keeps_everything() {
         tolerance: Tolerance { mass: 0.1, center: 0.01, draws: 2 },
         seed: 3,
         starts: 1,
-        evaluations: 200,
+        evaluations: 120,
         time_limit: None,
     };
     let found = design_postures(&standing, &request, &|_| (), &|| false).unwrap();

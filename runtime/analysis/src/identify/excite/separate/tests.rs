@@ -79,7 +79,7 @@ fn request() -> Request {
         scaling: Scaling::Unit,
         seed: 3,
         starts: 2,
-        evaluations: 60,
+        evaluations: 40,
         time_limit: None,
     }
 }
@@ -154,12 +154,12 @@ fn gradients_are_those_of_the_cost() {
             // In motion at both ends: at rest |sign v| has a kink.
             let basis = Basis::new(Family::Polynomial(6), 6.0);
             let x: Vec<f64> = (0..basis.len()).map(|k| 0.5 * (1.3 * k as f64).cos()).collect();
-            let motion = machine.motion(&basis, &x, 41);
+            let motion = machine.motion(&basis, &x, 21);
             let (_, mut slopes) = apart.cost(&motion).unwrap().unwrap();
             for order in 0..3 {
                 // A largest slope of zero has none of its own: such orders play no part in these two.
                 let scale = slopes.order_mut(order).iter().fold(1e-6_f64, |m, x| m.max(x.abs()));
-                for at in 0..41 {
+                for at in 0..21 {
                     let moved = |h: f64| {
                         let mut other = motion.clone();
                         other.order_mut(order)[at] += h;
