@@ -1,6 +1,6 @@
 //! A diagnosis for people: words, then tables.
 use crate::table::table;
-use bipedc_analysis::diagnose::{Diagnosis, FoundEffect};
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, FoundEffect};
 
 /// The answer for people: words, then tables.
 pub fn text(d: &Diagnosis) -> String {
@@ -22,16 +22,25 @@ pub fn text(d: &Diagnosis) -> String {
         ));
     }
     out.push('\n');
-    let rows = d
-        .rows
-        .iter()
-        .map(|(name, fall)| {
-            let number = |x: f64| format!("{x:.4}");
-            vec![name.clone(), number(fall.before), number(fall.after), number(fall.noise), fall.unit.clone()]
-        })
-        .collect();
-    out.push_str(&table(&["held-out rms", "before", "after", "noise", "unit"], rows, 1));
+    out.push_str(&errors(d));
     out
+}
+
+/// Errors by row; where joints stick, also without the samples at which they do.
+fn errors(d: &Diagnosis) -> String {
+    let sticks = d.rows.values().any(|fall| fall.after_moving.is_some());
+    let number = |x: f64| format!("{x:.4}");
+    let row = |(name, fall): (&String, &ErrorFall)| {
+        let moving = number(fall.after_moving.unwrap_or(fall.after));
+        let mut cells = vec![name.clone(), number(fall.before), number(fall.after)];
+        cells.extend(sticks.then_some(moving));
+        cells.extend([number(fall.noise), fall.unit.clone()]);
+        cells
+    };
+    let mut columns = vec!["held-out rms", "before", "after"];
+    columns.extend(sticks.then_some("not sticking"));
+    columns.extend(["noise", "unit"]);
+    table(&columns, d.rows.iter().map(row).collect(), 1)
 }
 
 fn bound(x: f64) -> String {

@@ -118,6 +118,16 @@ pub struct ErrorFall {
     /// Estimated noise of the measurement; 0 if unknown.
     #[serde(default)]
     pub noise: f64,
+    /// As `after`, but where the joint sticks and dry friction may be anything within its bounds; `None` if it never does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub after_moving: Option<f64>,
+}
+
+impl ErrorFall {
+    /// The remaining error in multiples of the noise, where the model says what the torque is; `None` if the noise is unknown.
+    pub fn noises(&self) -> Option<f64> {
+        (self.noise > 0.0).then(|| self.after_moving.unwrap_or(self.after) / self.noise)
+    }
 }
 
 /// One effect entering.

@@ -360,8 +360,13 @@ fn grouped(
         let ((was, n), (is, _)): ((f64, f64), _) =
             (squares(before.residual(row)), squares(after.residual(row)));
         let root = |x: f64| (x / n.max(1.0)).sqrt();
-        let fall =
-            ErrorFall { unit: what.unit.to_owned(), before: root(was), after: root(is), noise: what.noise };
+        let fall = ErrorFall {
+            unit: what.unit.to_owned(),
+            before: root(was),
+            after: root(is),
+            noise: what.noise,
+            after_moving: moving(after, row, counts),
+        };
         rows.insert(what.name.clone(), fall);
         let sums = [was, is, n, what.noise.powi(2) * n];
         groups.entry(what.channel).or_default().iter_mut().zip(sums).for_each(|(g, s)| *g += s);
@@ -371,10 +376,19 @@ fn grouped(
         let unit = channel.unit().to_owned();
         (
             channel.name().to_owned(),
-            ErrorFall { unit, before: root(was), after: root(is), noise: root(noise) },
+            ErrorFall { unit, before: root(was), after: root(is), noise: root(noise), after_moving: None },
         )
     };
     (rows, groups.into_iter().map(fall).collect())
+}
+
+/// Root mean square of a row's error at the samples that count and at which its joint does not stick, if it ever does.
+fn moving(experiment: &dyn Experiment, row: usize, counts: &dyn Fn(usize, usize) -> bool) -> Option<f64> {
+    let (residual, sticks) = (experiment.residual(row), experiment.sticks(row));
+    let counted = |i: &usize| counts(*i, residual.len());
+    let (stuck, moved): (Vec<usize>, Vec<usize>) = (0..sticks.len()).filter(counted).partition(|i| sticks[*i]);
+    let squares: f64 = moved.iter().map(|i| residual[*i] * residual[*i]).sum();
+    (!stuck.is_empty() && !moved.is_empty()).then(|| (squares / moved.len() as f64).sqrt())
 }
 
 fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {

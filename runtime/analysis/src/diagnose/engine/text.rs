@@ -67,8 +67,7 @@ const LEFT: f64 = 1.4;
 
 /// The row that is missed by most of its noise, and by how many times, if that is more than noise.
 fn loudest(d: &Diagnosis) -> Option<(&String, &ErrorFall, f64)> {
-    let known = d.rows.iter().filter(|(_, fall)| fall.noise > 0.0);
-    let ratios = known.map(|(row, fall)| (row, fall, fall.after / fall.noise));
+    let ratios = d.rows.iter().filter_map(|(row, fall)| Some((row, fall, fall.noises()?)));
     ratios.filter(|(_, _, ratio)| *ratio > LEFT).max_by(|a, b| a.2.total_cmp(&b.2))
 }
 
@@ -84,10 +83,11 @@ fn what_is_left(d: &Diagnosis) -> String {
                 format!("{ratio:.1} times the noise of its measurement")
             };
             format!(
-                "{further} effect was found in {}. What is left is above the noise: {row} is missed by {} {}, {times}.",
+                "{further} effect was found in {}. What is left is above the noise: {row} is missed by {} {}{}, {times}.",
                 looked_at(d),
-                short(fall.after),
+                short(fall.after_moving.unwrap_or(fall.after)),
                 fall.unit,
+                if fall.after_moving.is_some() { " where it does not stick" } else { "" },
             )
         }
     }
@@ -156,7 +156,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     fn left(after: f64) -> Diagnosis {
-        let fall = ErrorFall { unit: "N m".into(), before: 0.3, after, noise: 0.05 };
+        let fall = ErrorFall { unit: "N m".into(), before: 0.3, after, noise: 0.05, after_moving: None };
         Diagnosis {
             rms: BTreeMap::from([("effort".to_owned(), fall.clone())]),
             rows: BTreeMap::from([("knee".to_owned(), fall)]),
