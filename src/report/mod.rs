@@ -164,8 +164,13 @@ fn shape(robot: &Robot, measured: &Measured, experiment: &dyn Experiment) -> Res
 /// The standing steps of a description's history.
 pub fn steps(history: &History) -> Vec<HistoryStep> {
     let step = |stair: Stair| {
-        let fall =
-            ErrorFall { unit: stair.unit, before: stair.before, after: stair.after, noise: stair.noise, after_moving: None };
+        let fall = ErrorFall {
+            unit: stair.unit,
+            before: stair.before,
+            after: stair.after,
+            noise: stair.noise,
+            after_moving: None,
+        };
         let (held_out, training) = if stair.held_out { (Some(fall), None) } else { (None, Some(fall)) };
         HistoryStep { label: stair.label, date: stair.date, training, held_out }
     };

@@ -129,7 +129,8 @@ fn with_effects_the_front_ends_agree_too() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = root.join("tests/data/effects/five_link");
     let robot = Robot::read(&folder).unwrap_or_else(|e| panic!("{e}"));
-    let functions = ["inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives", "ground_wrench"].map(str::to_owned);
+    let functions = ["inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives", "ground_wrench"]
+        .map(str::to_owned);
     let request = Request { functions: functions.to_vec(), ..Request::default() };
     let compiled = request.compile(robot.sources).unwrap_or_else(|e| panic!("{e}"));
     let items = printed(emit::items(&compiled, &Options::new("FiveLink")).parse().unwrap());

@@ -22,6 +22,8 @@ pub(crate) struct JointColumns {
     pub velocity: Option<usize>,
     pub effort: Option<usize>,
     pub motor_position: Option<usize>,
+    /// `position` is the motor's.
+    pub by_motor: bool,
 }
 
 /// Columns of the base, in the order of its `q`.
@@ -70,9 +72,11 @@ impl Plan {
                 velocity: None,
                 effort: plan.add(reader, format!("{}/effort", joint.name)),
                 motor_position: plan.add(reader, format!("{}/motor_position", joint.name)),
+                by_motor: false,
             };
             if columns.position.is_none() && columns.motor_position.is_some() {
                 (columns.position, columns.motor_position) = (columns.motor_position, None);
+                columns.by_motor = true;
                 by_motor.push(&joint.name);
             }
             if options.velocity == VelocitySource::Logged && columns.position.is_some() {
@@ -136,8 +140,8 @@ impl Plan {
     fn note_motor_side(&mut self, joints: &[&str]) {
         if !joints.is_empty() {
             self.assumptions.push(format!(
-                "no position column but `motor_position` for {}: the joint turns as its motor does, as if nothing gave way between \
-                 them (elasticity and play there look like other effects)",
+                "no position column but `motor_position` for {}: the joint turns as its motor does, unless a spring between them \
+                 is found or described (play there looks like other effects)",
                 names::list(joints.iter().copied(), 40)
             ));
         }

@@ -31,6 +31,8 @@ pub struct Recording {
     pub effort: Vec<Option<Vec<f64>>>,
     /// Logged motor angle (divided by the gear ratio) minus joint angle, not filtered; rad.
     pub transmission: Vec<Option<Vec<f64>>>,
+    /// Joints of which the motor alone is measured: their states are the motor's.
+    pub motor_side: Vec<bool>,
     /// Directions of joints that were asked for.
     pub directions: Vec<Direction>,
     /// Median sampling step, s.
@@ -119,6 +121,7 @@ impl Recording {
                 .iter()
                 .map(|c| c.motor_position.and(c.position).map(|_| Vec::new()))
                 .collect(),
+            motor_side: plan.joints.iter().map(|columns| columns.by_motor).collect(),
             directions: vec![Direction::default(); directions.map_or(0, |wanted| wanted.pairs.len())],
             missing: std::mem::take(&mut plan.missing),
             assumptions: std::mem::take(&mut plan.assumptions),

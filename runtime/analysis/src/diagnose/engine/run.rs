@@ -386,7 +386,8 @@ fn grouped(
 fn moving(experiment: &dyn Experiment, row: usize, counts: &dyn Fn(usize, usize) -> bool) -> Option<f64> {
     let (residual, sticks) = (experiment.residual(row), experiment.sticks(row));
     let counted = |i: &usize| counts(*i, residual.len());
-    let (stuck, moved): (Vec<usize>, Vec<usize>) = (0..sticks.len()).filter(counted).partition(|i| sticks[*i]);
+    let (stuck, moved): (Vec<usize>, Vec<usize>) =
+        (0..sticks.len()).filter(counted).partition(|i| sticks[*i]);
     let squares: f64 = moved.iter().map(|i| residual[*i] * residual[*i]).sum();
     (!stuck.is_empty() && !moved.is_empty()).then(|| (squares / moved.len() as f64).sqrt())
 }

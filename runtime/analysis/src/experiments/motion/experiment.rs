@@ -16,10 +16,10 @@ use std::sync::OnceLock;
 
 /// A log of joint torques against a rigid-body model with the effects that its description already has.
 pub struct MotionExperiment<'a> {
-    rigid: Rigid<'a>,
-    layout: &'a JointLayout,
-    link_inertias: &'a LinkInertias,
-    recording: Recording,
+    pub(super) rigid: Rigid<'a>,
+    pub(super) layout: &'a JointLayout,
+    pub(super) link_inertias: &'a LinkInertias,
+    pub(super) recording: Recording,
     present: Vec<Effect>,
     rows: Vec<Row>,
     /// Joint of each row.
@@ -32,6 +32,8 @@ pub struct MotionExperiment<'a> {
     inertial: OnceLock<Vec<Option<Inertial>>>,
     parameters: InertialParameters,
     residual: Vec<Vec<f64>>,
+    /// Of each joint what its link resists with, see [`Rigid::resistance`]; formed when first asked for.
+    pub(super) resistance: Vec<OnceLock<Vec<[f64; 2]>>>,
     /// Where the joint of a row sticks, see [`super::sticking`].
     sticks: Vec<Vec<bool>>,
 }
@@ -89,6 +91,7 @@ impl<'a> MotionExperiment<'a> {
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
             sticks: Vec::new(),
+            resistance: (0..joints).map(|_| OnceLock::new()).collect(),
             recording,
         };
         this.list_rows();
@@ -221,15 +224,34 @@ impl<'a> MotionExperiment<'a> {
                 law => debug_assert!(!matches!(law.acts(), Acts::Position | Acts::Gravity)),
             }
         }
-        if turned.is_none() && ground.is_none() {
+        let hidden = self.hidden(effects);
+        if turned.is_none() && ground.is_none() && hidden.is_empty() {
             return None;
         }
-        let q = turned.as_deref().unwrap_or(&motion.q);
-        let needed = self.rigid.inverse_dynamics(q, &motion.v, &motion.a);
-        Some(less(needed, ground.unwrap_or(&self.ground)))
+        let ground = ground.unwrap_or(&self.ground);
+        let needed = |q: &[f64], v: &[f64], a: &[f64]| less(self.rigid.inverse_dynamics(q, v, a), ground);
+        let q = turned.unwrap_or_else(|| motion.q.clone());
+        let load = needed(&q, &motion.v, &motion.a);
+        if hidden.is_empty() {
+            return Some(load);
+        }
+        let mut states = motion.clone();
+        states.q = q;
+        let needed = |states: &Trajectory| needed(&states.q, &states.v, &states.a);
+        Some(self.load_behind_springs(hidden, effects, (states, load), &needed))
     }
 
-    fn joint(&self, effect: &Effect) -> Option<usize> {
+    /// Torques of the rigid model at a joint, with changes of inertial parameters.
+    pub(super) fn rigid_torques(&self, load: &[f64], joint: usize, change: &[f64]) -> Vec<f64> {
+        let mut rigid: Vec<f64> = self.strided(load, joint).collect();
+        let row = self.effort_row(joint).filter(|_| change.iter().any(|c| *c != 0.0));
+        if let Some(inertial) = row.and_then(|row| self.all_inertial()[row].as_ref()) {
+            add_inertial(inertial, change, &mut rigid);
+        }
+        rigid
+    }
+
+    pub(super) fn joint(&self, effect: &Effect) -> Option<usize> {
         self.index(effect.location.joint.as_deref())
     }
 
@@ -248,18 +270,9 @@ impl<'a> MotionExperiment<'a> {
         let turned = self.turned_load(effects, ground);
         let load = turned.as_deref().unwrap_or(&self.load);
         let change = self.link_inertias.change(effects);
-        let changes = change.iter().any(|c| *c != 0.0);
         let of_row = |&row: &usize| {
             let joint = self.joint_of[row];
-            let mut rigid: Vec<f64> = self.strided(load, joint).collect();
-            let effort_row = self
-                .rows
-                .iter()
-                .enumerate()
-                .position(|(r, other)| other.channel == Channel::Effort && self.joint_of[r] == joint);
-            if let Some(Some(inertial)) = effort_row.filter(|_| changes).map(|r| &self.all_inertial()[r]) {
-                add_inertial(inertial, &change, &mut rigid);
-            }
+            let rigid = self.rigid_torques(load, joint, &change);
             let residual = match self.rows[row].channel {
                 Channel::Transmission => self.transmission_residual(joint, &rigid, effects),
                 _ => self.effort_residual(joint, &rigid, effects),
@@ -269,7 +282,7 @@ impl<'a> MotionExperiment<'a> {
         rows.iter().map(of_row).collect()
     }
 
-    fn strided<'s>(&self, values: &'s [f64], joint: usize) -> impl Iterator<Item = f64> + use<'s> {
+    pub(super) fn strided<'s>(&self, values: &'s [f64], joint: usize) -> impl Iterator<Item = f64> + use<'s> {
         self.recording.trajectory.of_joint(values, joint)
     }
 
@@ -291,7 +304,7 @@ impl<'a> MotionExperiment<'a> {
         residual
     }
 
-    fn effort_residual(&self, joint: usize, rigid: &[f64], effects: &[Effect]) -> Vec<f64> {
+    pub(super) fn effort_residual(&self, joint: usize, rigid: &[f64], effects: &[Effect]) -> Vec<f64> {
         let here: Vec<&Effect> = effects.iter().filter(|e| self.joint(e) == Some(joint)).collect();
         let mut torque = rigid.to_vec();
         for effect in &here {
@@ -382,7 +395,7 @@ impl<'a> MotionExperiment<'a> {
     }
 
     /// The row of a joint's effort.
-    fn effort_row(&self, joint: usize) -> Option<usize> {
+    pub(super) fn effort_row(&self, joint: usize) -> Option<usize> {
         (0..self.rows.len()).find(|&r| self.rows[r].channel == Channel::Effort && self.joint_of[r] == joint)
     }
 
@@ -401,7 +414,11 @@ impl<'a> MotionExperiment<'a> {
     /// Rows that an effect can change.
     pub(crate) fn touched(&self, effects: &[Effect]) -> Vec<usize> {
         let everywhere = effects.iter().any(|effect| effect.location.joint.is_none())
-            || effects.iter().any(|e| e.kind.law == Law::EncoderOffset);
+            || effects.iter().any(|e| e.kind.law == Law::EncoderOffset)
+            || effects.iter().any(|e| {
+                e.kind.law.acts() == Acts::Transmission
+                    && self.joint(e).is_some_and(|j| self.is_motor_side(j))
+            });
         (0..self.rows.len())
             .filter(|&row| everywhere || effects.iter().any(|e| self.joint(e) == Some(self.joint_of[row])))
             .collect()
@@ -511,6 +528,9 @@ impl Experiment for MotionExperiment<'_> {
     }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         let joint = self.index(location.joint.as_deref());
+        if let Some(joint) = joint.filter(|j| kind.law == Law::SeriesElasticity && self.is_motor_side(*j)) {
+            return Some(self.stiffnesses(joint));
+        }
         match kind.search.starts {
             Starts::Limits => Some(joint.map_or(Vec::new(), |j| self.limits(j))),
             Starts::Periods => Some(joint.map_or(Vec::new(), |j| self.lines(j))),

@@ -2,7 +2,7 @@
 use crate::measure::recording::Recording;
 use crate::robot::link_inertias::LinkInertias;
 use crate::robot::{Joint, JointLayout};
-use bipedc_effects::effect::{Acts, Evidence, Kind, Location, Place, sought};
+use bipedc_effects::effect::{Acts, Evidence, Kind, Location, Place, kinds, sought};
 
 /// A joint whose speed (root mean square) is below this part of the fastest one's hardly moves: what it does goes with the load of
 /// others, it is no cause.
@@ -42,6 +42,12 @@ pub(super) fn candidates(
     for (j, joint) in layout.joints.iter().enumerate() {
         if recording.transmission[j].is_some() {
             list.extend(at(Place::Joint).filter(between).map(|kind| (kind, Location::joint(&joint.name))));
+        }
+    }
+    // Behind a motor that alone is measured a spring shows in its torque.
+    for (j, joint) in layout.joints.iter().enumerate().filter(|(j, _)| with_effort(*j)) {
+        if recording.motor_side.get(j).is_some_and(|alone| *alone) {
+            list.push((&kinds::SERIES_ELASTICITY, Location::joint(&joint.name)));
         }
     }
     for link in link_inertias.links.iter().filter(|l| l.mass > 0.0 && moved_links[l.body]) {

@@ -1,4 +1,5 @@
 //! The rigid-body model at the samples of a recording.
+use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 
@@ -52,6 +53,24 @@ impl<'a> Rigid<'a> {
             self.evaluate(self.inverse_dynamics, self.sample(i, q, v, a), tau);
         }
         tau
+    }
+
+    /// What the states let a coordinate of the velocity resist: its entry on the diagonal of the mass matrix (kg m², kg), and
+    /// the slope of its force over the coordinate of the configuration at `position` (N m/rad, N/m). One pair per sample.
+    pub fn resistance(&self, states: &Trajectory, (position, velocity): (usize, usize)) -> Vec<[f64; 2]> {
+        const STEP: f64 = 1e-5;
+        let of = |tau: Vec<f64>| -> Vec<f64> { tau.into_iter().skip(velocity).step_by(self.nv).collect() };
+        let still = vec![0.0; states.v.len()];
+        let mut pushed = still.clone();
+        pushed.iter_mut().skip(velocity).step_by(self.nv).for_each(|a| *a = 1.0);
+        let [mut ahead, mut behind] = [states.q.clone(), states.q.clone()];
+        ahead.iter_mut().skip(position).step_by(self.nq).for_each(|q| *q += STEP);
+        behind.iter_mut().skip(position).step_by(self.nq).for_each(|q| *q -= STEP);
+        let [heavy, held] = [&pushed, &still].map(|a| of(self.inverse_dynamics(&states.q, &still, a)));
+        let [more, less] = [&ahead, &behind].map(|q| of(self.inverse_dynamics(q, &states.v, &states.a)));
+        let inertia = heavy.iter().zip(&held).map(|(a, b)| a - b);
+        let slope = more.iter().zip(&less).map(|(a, b)| (a - b) / (2.0 * STEP));
+        inertia.zip(slope).map(|(inertia, slope)| [inertia, slope]).collect()
     }
 
     /// Calls `visit` with the sample's number and its regressor, `nv × parameters`, column after column.

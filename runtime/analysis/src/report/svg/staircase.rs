@@ -19,7 +19,13 @@ pub(in crate::report) fn steps(report: &Report) -> Vec<HistoryStep> {
         label: step.effect.to_string(),
         date: String::new(),
         training: None,
-        held_out: Some(ErrorFall { unit: unit.clone(), before: step.before, after: step.after, noise, after_moving: None }),
+        held_out: Some(ErrorFall {
+            unit: unit.clone(),
+            before: step.before,
+            after: step.after,
+            noise,
+            after_moving: None,
+        }),
     };
     diagnosis.steps.iter().map(step).collect()
 }

@@ -59,9 +59,10 @@ pub static SERIES_ELASTICITY: Kind = Kind {
     search: Search {
         sought: MOTION,
         nonlinear: None,
-        starts: Starts::None,
+        // Between both angles one over the stiffness enters linearly, behind a motor near a stiffness.
+        starts: Starts::At(&[1.0]),
         columns: Columns::Combined {
-            probes: |_| vec![unit("stiffness")],
+            probes: |stiffness| vec![vec![(stiffness, vec![("stiffness", stiffness)])]],
             parameters: |_, c| c.iter().map(|c| ("stiffness", 1.0 / c)).collect(),
         },
         refused: |_, _| None,

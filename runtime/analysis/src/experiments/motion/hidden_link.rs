@@ -1,0 +1,142 @@
+//! The motion of a link behind a spring, where only its motor's angle is measured.
+//!
+//! The torque of the spring, s = k (θ − q), moves the link: M ë + K e + τ₀ = −k e, with e = q − θ, τ₀ what the link would need if it
+//! moved as the motor does, M = D_jj, and K the slope of τ₀ over the joint's angle. The equation is integrated along the log by
+//! Newmark's rule with a little numerical damping. Free oscillations cannot be known from the motor's motion alone: the measured
+//! torque draws the estimate slowly after itself, as in an observer. That comes late; integrated from the end to the beginning it
+//! comes early by as much, and the mean of both is in time.
+use std::ops::Range;
+
+/// Newmark's γ; above 0.5 it damps what a step does not resolve.
+const GAMMA: f64 = 0.6;
+/// Newmark's β, the least that is stable for this γ.
+const BETA: f64 = 0.25 * (GAMMA + 0.5) * (GAMMA + 0.5);
+/// Damping ratio of what the estimate is off by.
+const DRAWN: f64 = 0.15;
+/// Least inertia, kg m²: the equation has a solution for any.
+const LEAST_INERTIA: f64 = 1e-9;
+
+/// What is known of the joint at every sample.
+pub(super) struct Link<'a> {
+    /// τ₀, N m.
+    pub load: &'a [f64],
+    /// M (kg m²) and K (N m/rad).
+    pub resistance: &'a [[f64; 2]],
+    /// Measured torque through the spring, N m; empty: none.
+    pub measured: &'a [f64],
+    /// Stretches without gaps.
+    pub segments: &'a [Range<usize>],
+    /// s
+    pub step: f64,
+}
+
+impl Link<'_> {
+    /// Link minus motor behind a spring (N m/rad) at every sample: angle, velocity, acceleration (rad, rad/s, rad/s²).
+    pub fn behind(&self, stiffness: f64) -> Vec<[f64; 3]> {
+        let mut mean = vec![[0.0; 3]; self.load.len()];
+        for segment in self.segments.iter().filter(|segment| !segment.is_empty()) {
+            let first = segment.start;
+            let at_rest = -self.load[first] / (stiffness + self.resistance[first][1].max(0.0));
+            // What the first pass learns until the end the others know from their beginning.
+            let once = self.along(stiffness, [at_rest, 0.0, 0.0], segment.clone());
+            let early = self.along(stiffness, reversed(once[once.len() - 1]), segment.clone().rev());
+            let late = self.along(stiffness, reversed(early[early.len() - 1]), segment.clone());
+            for ((i, late), early) in segment.clone().zip(late).zip(early.into_iter().rev().map(reversed)) {
+                mean[i] = std::array::from_fn(|k| 0.5 * (late[k] + early[k]));
+            }
+        }
+        mean
+    }
+
+    /// Sample after sample from a state at the first.
+    fn along(&self, stiffness: f64, start: [f64; 3], samples: impl Iterator<Item = usize>) -> Vec<[f64; 3]> {
+        let mut states = vec![start];
+        for i in samples.skip(1) {
+            states.push(self.next(stiffness, i, states[states.len() - 1]));
+        }
+        states
+    }
+
+    fn next(&self, stiffness: f64, i: usize, [e, v, a]: [f64; 3]) -> [f64; 3] {
+        let (h, load, [inertia, slope]) = (self.step, self.load[i], self.resistance[i]);
+        let inertia = inertia.max(LEAST_INERTIA);
+        let (ahead, faster) = (e + h * v + h * h * (0.5 - BETA) * a, v + h * (1.0 - GAMMA) * a);
+        let inertial = inertia / (BETA * h * h);
+        // A slope that turns the link over is taken explicitly: the rest always has a solution.
+        let (implicit, explicit) = (slope.max(0.0), slope.min(0.0));
+        let e = (inertial * ahead - load - explicit * ahead) / (inertial + implicit + stiffness);
+        let a = (e - ahead) / (BETA * h * h);
+        let v = faster + h * GAMMA * a;
+        let off = self.measured.get(i).map_or(0.0, |measured| -measured / stiffness - e);
+        // Both, so that what it is off by decays as a damped oscillation does, whatever its phase.
+        let drawn = (DRAWN * (stiffness / inertia).sqrt() * h).min(DRAWN);
+        [e + 2.0 * drawn * off, v + drawn * drawn / h * off, a]
+    }
+}
+
+/// The state of the motion backwards in time.
+fn reversed([e, v, a]: [f64; 3]) -> [f64; 3] {
+    [e, -v, a]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STIFFNESS: f64 = 400.0;
+
+    /// A link of 0.5 kg m² behind its motor, moved by sines, by small steps of the exact equation: load, angle behind, torque.
+    fn simulated(oscillating: f64) -> [Vec<f64>; 3] {
+        let (inertia, h, fine) = (0.5, 0.002, 200);
+        let motor = |t: f64| 0.4 * (5.0 * t).sin() + 0.1 * (13.0 * t).sin();
+        let accelerated = |t: f64| -0.4 * 25.0 * (5.0 * t).sin() - 0.1 * 169.0 * (13.0 * t).sin();
+        let (mut q, mut w) = (oscillating, 0.4 * 5.0 + 0.1 * 13.0);
+        let [mut load, mut angle, mut torque] = [const { Vec::new() }; 3];
+        for i in 0..5000 * fine {
+            let t = i as f64 * h / fine as f64;
+            let now = -STIFFNESS * (q - motor(t));
+            if i % fine == 0 {
+                load.push(inertia * accelerated(t));
+                angle.push(q - motor(t));
+                torque.push(now);
+            }
+            w += h / fine as f64 * now / inertia;
+            q += h / fine as f64 * w;
+        }
+        [load, angle, torque]
+    }
+
+    fn estimated(load: &[f64], measured: &[f64]) -> Vec<[f64; 3]> {
+        let resistance = vec![[0.5, 0.0]; load.len()];
+        let segments = [0..load.len()];
+        Link { load, resistance: &resistance, measured, segments: &segments, step: 0.002 }.behind(STIFFNESS)
+    }
+
+    fn rms(values: impl Iterator<Item = f64>) -> f64 {
+        let (sum, n) = values.fold((0.0, 0.0_f64), |(sum, n), x| (sum + x * x, n + 1.0));
+        (sum / n).sqrt()
+    }
+
+    #[test]
+    fn a_link_behind_a_spring_is_found_and_its_oscillation_too() {
+        // The resonance of 4.5 Hz lies among what moves it.
+        let [load, angle, torque] = simulated(0.05);
+        let found = estimated(&load, &torque);
+        let late = load.len() / 2..load.len();
+        let size = rms(angle[late.clone()].iter().copied());
+        let off = rms(late.clone().map(|i| found[i][0] - angle[i]));
+        assert!(off < 0.05 * size, "{off} of {size}");
+        // From the motor alone the oscillation is not known.
+        let blind = estimated(&load, &[]);
+        assert!(rms(late.map(|i| blind[i][0] - angle[i])) > 4.0 * off);
+    }
+
+    #[test]
+    fn noise_of_the_torque_is_hardly_followed() {
+        let mut random = bipedc_effects::random::Random::new(3);
+        let noise: Vec<f64> = (0..5000).map(|_| random.symmetric()).collect();
+        let found = estimated(&vec![0.0; 5000], &noise);
+        let followed = rms(found.iter().map(|e| -STIFFNESS * e[0]));
+        assert!(followed < 0.2 * rms(noise.into_iter()), "{followed}");
+    }
+}
