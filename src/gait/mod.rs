@@ -1,5 +1,8 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
+mod controller;
 mod text;
+
+pub use controller::ProgramController;
 
 use crate::progress::Progress;
 use bipedc_analysis::gait::{GaitModel, GaitSettings, Step};

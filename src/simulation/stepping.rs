@@ -10,7 +10,7 @@ use bipedc_analysis::simulate::{self, Mechanics, Scenario, Simulation, Summary};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
-use bipedc_runtime::control::{Controller, JointCommand, Observation};
+use bipedc_runtime::control::{Borrowed, Controller};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -33,8 +33,7 @@ impl Scene {
         let mut recorder = options.film.then(recorder).transpose()?;
         let mut simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
         if let Some(own) = own {
-            let command = |seen: &Observation<'_, f64>, to: &mut [JointCommand<f64>]| own.command(seen, to);
-            simulation = simulation.controlled(command);
+            simulation = simulation.controlled(Borrowed(own));
         } else if let Some(outputs) = &scenario.outputs {
             simulation = simulation.phased(PhasedController::of_outputs(
                 &model,

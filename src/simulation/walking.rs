@@ -10,7 +10,7 @@ use bipedc_analysis::simulate::phases::{
 };
 use bipedc_analysis::simulate::{self, EventDriven, Mechanics, Sample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_runtime::control::{Controller, JointCommand, Observation};
+use bipedc_runtime::control::{Borrowed, Controller};
 use comfy_table::{CellAlignment, Table};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -52,8 +52,7 @@ impl Scene {
                 }
             };
             let Some(own) = own else { return walking.run(&mut run, &mut watch) };
-            let command = |seen: &Observation<'_, f64>, to: &mut [JointCommand<f64>]| own.command(seen, to);
-            walking.run_with(command, &mut run, &mut watch)
+            walking.run_with(Borrowed(own), &mut run, &mut watch)
         });
         let summary = summary.map_err(in_file)?;
         log.commit_with(truth)?;

@@ -6,6 +6,7 @@ mod identities;
 mod oracle;
 mod page;
 mod simulated;
+mod walked;
 
 use bipedc::Robot;
 use bipedc::gait::GaitBench;

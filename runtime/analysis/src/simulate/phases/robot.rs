@@ -186,6 +186,17 @@ impl<'a> PhasedRobot<'a> {
         }
     }
 
+    /// Tells the controller that a phase begins in this state, just after any impact.
+    pub fn begin_phase(&self, phase: usize, time: f64, x: &[f64]) {
+        let (q, v) = self.split(x);
+        // Commands of before are no longer the controller's.
+        *self.memory.borrow_mut() = Memory::default();
+        let begun = self.controller.borrow_mut().begin_phase(&Observation::new(time, phase, q, v));
+        if let (Err(refusal), None) = (begun, self.refusal.get()) {
+            self.refusal.set(Some((phase, time, refusal)));
+        }
+    }
+
     /// Heights of the contact points, m.
     pub fn heights(&self, q: &[f64]) -> Vec<f64> {
         let mut out = Vec::new();
@@ -379,6 +390,7 @@ impl Phased for PhasedRobot<'_> {
             self.call(velocity, &State::new().with(Argument::V, v), &mut out);
             v.copy_from_slice(&out);
         }
+        self.begin_phase(spec.next, time, x);
         Ok(spec.next)
     }
 }

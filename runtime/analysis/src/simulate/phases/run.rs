@@ -124,7 +124,8 @@ impl Walking<'_> {
     }
 
     /// The same with a controller over the scenario's servos, instead of its outputs; legs have their roles as names. It is asked
-    /// at every state that the integration tries, in no order of time: its answer may depend on what it is told alone.
+    /// at every state that the integration tries, in no order of time: its answer may depend on what it is told alone, and on the last
+    /// phase that it was told the beginning of.
     ///
     /// # Errors
     /// As [`Walking::run`]; the controller refuses a state.
@@ -154,6 +155,7 @@ impl Walking<'_> {
             PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
                 .with_stops(stops);
         let (x, projected) = robot.standing(plant, scenario)?;
+        robot.begin_phase(scenario.phase, 0.0, &x);
         let mut log = Log::new(self, (&robot, events), (mirror.as_ref(), &swapped), (run, watch))?;
         let precision = Precision {
             relative: events.relative,
@@ -194,6 +196,10 @@ impl<C: Controller<f64>> Controller<f64> for OverServos<'_, C> {
             commands[joint] = command;
         }
         self.controller.command(observed, commands)
+    }
+
+    fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
+        self.controller.begin_phase(observed)
     }
 }
 
