@@ -34,3 +34,13 @@ pub struct FiveLinkWithEffects;
 #[derive(Biped)]
 #[biped(description = "tests/data/effects/tulip")]
 pub struct TulipWithEffects;
+
+/// With a gait.
+#[derive(Biped)]
+#[biped(description = "robots/five_link", functions = ["inverse_dynamics"], gait = "thesis")]
+pub struct FiveLinkWalker;
+
+/// The same of another robot, in parts.
+#[derive(Biped)]
+#[biped(description = "robots/three_link", functions = ["bias"], gait = "thesis", split_above = 40)]
+pub struct ThreeLinkWalker;

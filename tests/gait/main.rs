@@ -6,6 +6,7 @@ mod identities;
 mod oracle;
 mod page;
 mod simulated;
+mod status;
 mod walked;
 
 use bipedc::Robot;

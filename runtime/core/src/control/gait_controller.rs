@@ -169,6 +169,17 @@ impl<R: Scalar, G: Gait<R>> GaitController<R, G> {
         self.memory.as_ref().get(..self.gait.layout().arguments()).unwrap_or(&[])
     }
 
+    /// φ₋ of a step that begins at φ₊ = `start`, with the parameters that were asked for; `None`: no phase ends it.
+    pub fn step_end(&mut self, start: R) -> Option<R> {
+        let layout = self.gait.layout();
+        let room = Room::of(self.memory.as_mut(), &layout)?;
+        let arguments = room.present;
+        arguments.fill(R::constant(0.0));
+        set(arguments, GaitLayout::START, start);
+        copy(room.asked, arguments.get_mut(GaitLayout::PARAMETERS..)?);
+        phase_end(&self.gait, &layout, arguments)
+    }
+
     /// A step begins in this state (q: nq, v: nv), just after the impact and with legs exchanged: φ₊ is where it is, φ₋ where the guard
     /// will vanish, and h_p takes up what is left of the outputs and their rates (below 6.2).
     ///
@@ -200,7 +211,7 @@ impl<R: Scalar, G: Gait<R>> GaitController<R, G> {
         set(arguments, 0, start);
         set(arguments, GaitLayout::START, start);
         copy(room.asked, arguments.get_mut(GaitLayout::PARAMETERS..).unwrap_or(&mut []));
-        let end = phase_end(gait, &layout, arguments, room.present).ok_or(Refusal::NoEnd)?;
+        let end = phase_end(gait, &layout, arguments).ok_or(Refusal::NoEnd)?;
         status.ends = [start, end];
         if start >= end {
             return Err(Refusal::NoPhaseLeft);
@@ -284,18 +295,12 @@ impl<R: Scalar> GaitStatus<R> {
     }
 }
 
-/// φ₋: the first phase within the guard's bounds where it vanishes on the constraint surface.
-fn phase_end<R: Scalar>(
-    gait: &impl Gait<R>,
-    layout: &GaitLayout,
-    arguments: &[R],
-    scratch: &mut [R],
-) -> Option<R> {
-    copy(arguments, scratch);
+/// φ₋: the first phase within the guard's bounds where it vanishes on the constraint surface. It changes in `arguments`.
+fn phase_end<R: Scalar>(gait: &impl Gait<R>, layout: &GaitLayout, arguments: &mut [R]) -> Option<R> {
     first_zero(layout.between.map(R::constant), |end| {
-        set(scratch, GaitLayout::END, end);
+        set(arguments, GaitLayout::END, end);
         let mut guard = [R::constant(0.0)];
-        let state = State::new().with(Argument::Parameters, scratch);
+        let state = State::new().with(Argument::Parameters, arguments);
         gait.evaluate(layout.step_end, &state, &mut guard).ok()?;
         Some(guard[0])
     })
