@@ -3,6 +3,7 @@ use super::{Assignment, GaitBench};
 use bipedc_compiler::compile::GaitPrograms;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::control::{Feedback, GaitController, Refusal};
+use bipedc_runtime::{Argument, Model, State};
 use std::borrow::Cow;
 
 /// A robot's controller by a gait that runs as programs.
@@ -37,6 +38,23 @@ impl GaitBench {
     pub fn values(&self, set: &[Assignment]) -> Result<Vec<f64>, Diagnostics> {
         let defaults: Vec<f64> = self.gait.parameters.iter().map(|parameter| parameter.default).collect();
         self.with(&defaults, set)
+    }
+
+    /// The gait's guard as a function of q, with these parameters.
+    pub fn guard(&self, values: &[f64]) -> impl Fn(&[f64]) -> f64 {
+        let model = self.model.clone();
+        let mut arguments = vec![0.0; self.compiled.arguments.len()];
+        for (index, &value) in values.iter().enumerate() {
+            arguments[self.compiled.arguments.parameter(index)] = value;
+        }
+        let guard = Model::<f64>::function(&model, "guard");
+        move |q| {
+            let state = State::new().with(Argument::Q, q).with(Argument::Parameters, &arguments);
+            let mut value = [f64::NAN];
+            // A refusal would be a fault of ours, seen in the number.
+            let known = guard.is_some_and(|guard| model.evaluate(guard, &state, &mut value).is_ok());
+            if known { value[0] } else { f64::NAN }
+        }
     }
 
     /// q and v at the beginning of a step that follows others of its own kind and passes its dead centre at this speed (per s):

@@ -188,7 +188,7 @@ impl GaitBench {
     }
 
     /// Warnings of parameters beyond their bounds.
-    fn beyond(&self, values: &[f64], of: &str) -> Vec<Diagnostic> {
+    pub(crate) fn beyond(&self, values: &[f64], of: &str) -> Vec<Diagnostic> {
         let outside = self.gait.parameters.iter().zip(values).filter(|(parameter, value)| {
             let [low, high] = parameter.bounds;
             !(low..=high).contains(value)

@@ -34,6 +34,10 @@ impl Scene {
         let mut simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
         if let Some(own) = own {
             simulation = simulation.controlled(Borrowed(own));
+        } else if let Some(gait) = &self.gait {
+            let controller = gait.controller.clone();
+            simulation =
+                simulation.phased(PhasedController::new(&model, plant, &phases, controller, scenario.phase)?);
         } else if let Some(outputs) = &scenario.outputs {
             simulation = simulation.phased(PhasedController::of_outputs(
                 &model,
@@ -60,14 +64,15 @@ impl Scene {
         log.commit_with(truth)?;
         let film = recorder.map(|recorder| self.film(recorder.finish(), out, &summary)).transpose()?;
         let warning = |text| Diagnostic::warning(text).help("a shorter `step` makes them easier");
-        let messages = unsolved(&summary).into_iter().map(warning).collect();
+        let messages =
+            self.warnings().into_iter().chain(unsolved(&summary).into_iter().map(warning)).collect();
         Ok(Simulated::new(Outcome::Stepped(summary), (out, start), film, messages))
     }
 
     /// The robot as built; with the functions of its phases where virtual constraints drive it.
     fn model(&self, filmed: bool) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
         let Self { robot, scenario, .. } = self;
-        if scenario.outputs.is_some() {
+        if scenario.outputs.is_some() || self.gait.is_some() {
             return driven_model(robot, &scenario.effects, filmed);
         }
         let derive = if filmed { filmed_model } else { true_model };

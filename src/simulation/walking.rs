@@ -51,13 +51,19 @@ impl Scene {
                     recorder.take(sample);
                 }
             };
+            if let (None, Some(gait)) = (&own, &self.gait) {
+                let ending = gait.ending();
+                let ending = ending.as_ref().map(|ending| ending as &dyn Fn(&[f64]) -> f64);
+                return walking.run_until(gait.controller.clone(), ending, &mut run, &mut watch);
+            }
             let Some(own) = own else { return walking.run(&mut run, &mut watch) };
             walking.run_with(Borrowed(own), &mut run, &mut watch)
         });
         let summary = summary.map_err(in_file)?;
         log.commit_with(truth)?;
         let film = recorder.map(|recorder| self.walked(recorder.finish(), events, out, &summary));
-        let (film, messages) = (film.transpose()?, self.verdict(&summary));
+        let (film, mut messages) = (film.transpose()?, self.warnings());
+        messages.extend(self.verdict(&summary));
         let outcome = Outcome::Walked { summary, relative_tolerance: events.relative };
         Ok(Simulated::new(outcome, (out, start), film, messages))
     }

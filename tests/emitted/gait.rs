@@ -6,7 +6,9 @@ use bipedc::gait::GaitBench;
 use bipedc::progress::Silent;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{GaitPrograms, ProgramModel};
-use bipedc_runtime::control::{Controller, Feedback, Gait, GaitController, JointCommand, Observation};
+use bipedc_runtime::control::{
+    Controller, Feedback, Gait, GaitController, JointCommand, Observation, Refusal,
+};
 use bipedc_runtime::{Model, Scalar};
 use five_link_walker::gait_thesis::ThesisGait as Five;
 use std::path::Path;
@@ -155,4 +157,31 @@ fn controllers_do_not_allocate() {
         controller.command(&Observation::new(0.0, 0, q, v), &mut commands).unwrap();
     }
     assert_eq!(allocations(), before);
+}
+
+/// What `docs/gaits.md` shows, line by line.
+#[test]
+fn the_page_shows_what_compiles() {
+    use super::models::five_link_walker as five_link;
+    fn shown(q: [f64; 7], v: [f64; 7], time: f64) -> Result<[JointCommand<f64>; 4], Refusal> {
+        use five_link::gait_thesis::ThesisGait;
+        let mut controller = GaitController::new(ThesisGait, Feedback::default());
+        controller.ask(1, 0.3)?;
+        controller.begin_step(&q, &v)?;
+        let mut commands = [JointCommand::Off; 4];
+        controller.command(&Observation::new(time, 0, &q, &v), &mut commands)?;
+        Ok(commands)
+    }
+    let bench = bench("five_link");
+    let [q, v] = bench.beginning(&bench.values(&[]).unwrap(), 0.9).unwrap();
+    let commands = shown(q.try_into().unwrap(), v.try_into().unwrap(), 0.0).unwrap();
+    assert!(
+        commands.iter().all(|command| matches!(command, JointCommand::Torque(torque) if torque.is_finite()))
+    );
+    let (page, own) = (include_str!("../../docs/gaits.md"), include_str!("gait.rs"));
+    let block = page.split("```rust\n").nth(1).unwrap().split("```").next().unwrap();
+    let lines = block.lines().map(|line| line.split("//").next().unwrap().trim());
+    let code: Vec<&str> = lines.filter(|line| !line.is_empty() && !line.starts_with("use ")).collect();
+    assert_eq!(code.len(), 5, "{code:?}");
+    assert!(code.iter().all(|line| own.contains(line)), "{code:?}");
 }

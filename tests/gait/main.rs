@@ -3,8 +3,10 @@
 mod command;
 mod files;
 mod identities;
+mod lie;
 mod oracle;
 mod page;
+mod scenarios;
 mod simulated;
 mod status;
 mod walked;

@@ -5,7 +5,7 @@ use bipedc::gait::ProgramController;
 use bipedc_analysis::gait::{Course, Landing};
 use bipedc_analysis::simulate::Sample;
 use bipedc_analysis::simulate::phases::WalkEnd;
-use bipedc_runtime::control::{Controller, Feedback, JointCommand, Observation, PhasePlace, Refusal};
+use bipedc_runtime::control::{Controller, Feedback, JointCommand, Observation, Refusal};
 use std::fmt::Write;
 
 const STEPS: usize = 10;

@@ -102,6 +102,15 @@ impl<'m, R> Room<'m, R> {
     }
 }
 
+impl<'m, R: Scalar> Room<'m, R> {
+    /// The present call's arguments with the parameters of the next step, all others zero.
+    fn present_of_next(self) -> &'m mut [R] {
+        self.present.fill(R::constant(0.0));
+        copy(self.asked, self.present.get_mut(GaitLayout::PARAMETERS..).unwrap_or(&mut []));
+        self.present
+    }
+}
+
 fn get<R: Scalar>(of: &[R], index: usize) -> R {
     of.get(index).copied().unwrap_or(R::constant(0.0))
 }
@@ -172,12 +181,18 @@ impl<R: Scalar, G: Gait<R>> GaitController<R, G> {
     /// φ₋ of a step that begins at φ₊ = `start`, with the parameters that were asked for; `None`: no phase ends it.
     pub fn step_end(&mut self, start: R) -> Option<R> {
         let layout = self.gait.layout();
-        let room = Room::of(self.memory.as_mut(), &layout)?;
-        let arguments = room.present;
-        arguments.fill(R::constant(0.0));
+        let arguments = Room::of(self.memory.as_mut(), &layout)?.present_of_next();
         set(arguments, GaitLayout::START, start);
-        copy(room.asked, arguments.get_mut(GaitLayout::PARAMETERS..)?);
         phase_end(&self.gait, &layout, arguments)
+    }
+
+    /// The guard before any step ends: at the smallest phase where it is looked for, on the constraint surface, with the parameters that
+    /// were asked for. Its sign is that before the end.
+    pub fn guard_before(&mut self) -> Option<R> {
+        let layout = self.gait.layout();
+        let arguments = Room::of(self.memory.as_mut(), &layout)?.present_of_next();
+        set(arguments, GaitLayout::END, R::constant(layout.between[0]));
+        guard_at_end(&self.gait, &layout, arguments)
     }
 
     /// A step begins in this state (q: nq, v: nv), just after the impact and with legs exchanged: φ₊ is where it is, φ₋ where the guard
@@ -299,11 +314,16 @@ impl<R: Scalar> GaitStatus<R> {
 fn phase_end<R: Scalar>(gait: &impl Gait<R>, layout: &GaitLayout, arguments: &mut [R]) -> Option<R> {
     first_zero(layout.between.map(R::constant), |end| {
         set(arguments, GaitLayout::END, end);
-        let mut guard = [R::constant(0.0)];
-        let state = State::new().with(Argument::Parameters, arguments);
-        gait.evaluate(layout.step_end, &state, &mut guard).ok()?;
-        Some(guard[0])
+        guard_at_end(gait, layout, arguments)
     })
+}
+
+/// The guard on the constraint surface at φ₋.
+fn guard_at_end<R: Scalar>(gait: &impl Gait<R>, layout: &GaitLayout, arguments: &[R]) -> Option<R> {
+    let mut guard = [R::constant(0.0)];
+    let state = State::new().with(Argument::Parameters, arguments);
+    gait.evaluate(layout.step_end, &state, &mut guard).ok()?;
+    Some(guard[0])
 }
 
 /// Value and slope of h_p at φ₊: what is left of the outputs and their rates there.

@@ -24,6 +24,8 @@ pub struct PhasedRobot<'a> {
     relabelled: Option<[usize; 2]>,
     pub(super) assumptions: Assumptions,
     pub(super) stops: Vec<Option<[f64; 2]>>,
+    /// Positive until a foot is taken to land, of a configuration.
+    ending: Option<&'a dyn Fn(&[f64]) -> f64>,
     controller: RefCell<Box<dyn Controller<f64> + 'a>>,
     /// Phase and time of the first state for which the controller had no command, and why.
     refusal: Cell<Option<(usize, f64, Refusal)>>,
@@ -108,6 +110,7 @@ impl<'a> PhasedRobot<'a> {
             phases: phases.into_iter().map(functions).collect::<Result<_, Diagnostic>>()?,
             assumptions,
             stops: Vec::new(),
+            ending: None,
             controller: RefCell::new(Box::new(controller)),
             refusal: Cell::new(None),
             work: RefCell::new(Work::default()),
@@ -119,6 +122,12 @@ impl<'a> PhasedRobot<'a> {
     #[must_use]
     pub fn with_stops(self, stops: Vec<Option<[f64; 2]>>) -> Self {
         Self { stops, ..self }
+    }
+
+    /// The same with landings where this function of the configuration falls through zero, whatever the heights of the feet are.
+    #[must_use]
+    pub fn landing_where(self, ending: Option<&'a dyn Fn(&[f64]) -> f64>) -> Self {
+        Self { ending, ..self }
     }
 
     /// Phase, time (s) and reason of the first state for which the controller had no command, since this was last asked.
@@ -266,6 +275,9 @@ impl<'a> PhasedRobot<'a> {
 
     /// Positive until these points land, m.
     fn above(&self, spec: &PhaseSpec, q: &[f64], points: &[usize], work: &mut Work) -> f64 {
+        if let Some(ending) = self.ending {
+            return ending(q);
+        }
         let Assumptions { shortest_step, step_length, .. } = self.assumptions;
         if let Some(length) = step_length {
             return length - self.ahead(q, points, &spec.standing, work);

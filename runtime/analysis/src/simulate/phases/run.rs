@@ -135,6 +135,21 @@ impl Walking<'_> {
         run: &mut Run<'_>,
         watch: &mut dyn FnMut(&Sample),
     ) -> Result<WalkSummary, Diagnostic> {
+        self.run_until(controller, None, run, watch)
+    }
+
+    /// The same with landings where a function of the configuration falls through zero, whatever the heights of the feet are; legs
+    /// have their roles as names.
+    ///
+    /// # Errors
+    /// As [`Walking::run_with`].
+    pub fn run_until(
+        &self,
+        controller: impl Controller<f64>,
+        ending: Option<&dyn Fn(&[f64]) -> f64>,
+        run: &mut Run<'_>,
+        watch: &mut dyn FnMut(&Sample),
+    ) -> Result<WalkSummary, Diagnostic> {
         let Self { model, phases, plant, scenario } = *self;
         let Some(events) = &scenario.events else {
             return Err(Diagnostic::error("the scenario is not of method = \"event_driven\""));
@@ -153,7 +168,8 @@ impl Walking<'_> {
         let stops = if scenario.joint_stops { plant.position_limits.clone() } else { Vec::new() };
         let robot =
             PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
-                .with_stops(stops);
+                .with_stops(stops)
+                .landing_where(ending);
         let (x, projected) = robot.standing(plant, scenario)?;
         robot.begin_phase(scenario.phase, 0.0, &x);
         let mut log = Log::new(self, (&robot, events), (mirror.as_ref(), &swapped), (run, watch))?;
@@ -304,7 +320,8 @@ impl Log<'_, '_, '_, '_> {
         let servos = self.walking.scenario.servos.iter();
         // Virtual constraints have no reference for a joint.
         let outputs = self.walking.scenario.outputs.as_ref();
-        let wanted = !outputs.is_some_and(|outputs| outputs.drive(phase));
+        let driven = self.walking.scenario.gait.is_some();
+        let wanted = !driven && !outputs.is_some_and(|outputs| outputs.drive(phase));
         sample.reference.extend(servos.map(|s| if wanted { s.reference.at(time)[0] } else { f64::NAN }));
         self.sample = sample;
     }
