@@ -6,7 +6,7 @@ use crate::film::Recorder;
 use crate::progress::Run;
 use bipedc_analysis::report::{Fact, Film};
 use bipedc_analysis::simulate::phases::{
-    FootImpulse, Projected, Violation, WalkEnd, WalkSummary, Walking, columns,
+    FootImpulse, LandingGuard, Projected, Violation, WalkEnd, WalkSummary, Walking, columns,
 };
 use bipedc_analysis::simulate::{self, EventDriven, Mechanics, Sample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -53,7 +53,7 @@ impl Scene {
             };
             if let (None, Some(gait)) = (&own, &self.gait) {
                 let ending = gait.ending();
-                let ending = ending.as_ref().map(|ending| ending as &dyn Fn(&[f64]) -> f64);
+                let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
                 return walking.run_until(gait.controller.clone(), ending, &mut run, &mut watch);
             }
             let Some(own) = own else { return walking.run(&mut run, &mut watch) };

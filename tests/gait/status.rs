@@ -206,6 +206,9 @@ impl Gait<f64> for Spoiled {
     fn parameter(&self, index: usize) -> Option<GaitParameter<'_>> {
         Gait::<f64>::parameter(&self.0, index)
     }
+    fn posture(&self, index: usize) -> f64 {
+        Gait::<f64>::posture(&self.0, index)
+    }
     fn effort_limit(&self, joint: usize) -> Option<f64> {
         Gait::<f64>::effort_limit(&self.0, joint)
     }

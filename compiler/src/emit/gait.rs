@@ -6,7 +6,7 @@ use super::text::{Text, quoted};
 use crate::compile::{CompiledGait, identifier};
 use crate::description::gait::{Gait, GaitParameter};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::GaitLayout;
+use bipedc_runtime::control::{GaitLayout, StepEnd};
 
 /// A gait as text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,12 +24,14 @@ pub struct GaitCode {
     type_name: String,
     /// Names of the constrained dynamics and of the impact map.
     phase: [String; 2],
+    /// The constraint surface has a closed form, which the example walks along.
+    closed: bool,
 }
 
 /// Emits a gait, its programs split as those of the robot.
 ///
 /// # Errors
-/// The constraint surface has no closed form: a controller could not tell where steps end.
+/// A function is missing: a fault of the compiler.
 pub fn gait_code(
     compiled: &CompiledGait,
     gait: &Gait,
@@ -58,6 +60,7 @@ pub fn gait_code(
         items: text.finish(),
         type_name,
         phase: ["constrained_dynamics", "impact_map"].map(function),
+        closed: matches!(layout.step_end, StepEnd::Closed(_)),
     })
 }
 
@@ -91,8 +94,11 @@ impl GaitCode {
         &self.documentation[0]
     }
 
-    /// A program that walks by it, in the crate of this name.
-    pub(super) fn example(&self, crate_name: &str) -> String {
+    /// A program that walks by it, in the crate of this name, if T has a closed form.
+    pub(super) fn example(&self, crate_name: &str) -> Option<String> {
+        if !self.closed {
+            return None;
+        }
         let Self { name, module, type_name, phase: [dynamics, impact], .. } = self;
         let mut text = Text::default();
         text.doc(
@@ -120,7 +126,7 @@ impl GaitCode {
         text.line(&format!("const DYNAMICS: &str = {};", quoted(dynamics)));
         text.line(&format!("const IMPACT: &str = {};", quoted(impact)));
         text.lines(include_str!("walk_example.txt"));
-        text.finish()
+        Some(text.finish())
     }
 }
 
@@ -166,8 +172,7 @@ const RUNTIME: &str = "::bipedc_runtime::control";
 
 /// What a controller has to know.
 fn constants(compiled: &CompiledGait, gait: &Gait, layout: &GaitLayout, text: &mut Text) {
-    let GaitLayout { parameters, outputs, controlled, wanted, lie_derivatives, step_end, between, .. } =
-        layout;
+    let GaitLayout { parameters, outputs, controlled, wanted, lie_derivatives, between, .. } = layout;
     text.doc("///", "Sizes of the gait, and places of its functions.");
     text.open(&format!("pub const LAYOUT: {RUNTIME}::GaitLayout = {RUNTIME}::GaitLayout {{"));
     for (name, value) in [
@@ -176,10 +181,10 @@ fn constants(compiled: &CompiledGait, gait: &Gait, layout: &GaitLayout, text: &m
         ("controlled", controlled),
         ("wanted", wanted),
         ("lie_derivatives", lie_derivatives),
-        ("step_end", step_end),
     ] {
         text.line(&format!("{name}: {value},"));
     }
+    text.line(&format!("step_end: {},", step_end(layout.step_end)));
     text.line(&format!("between: {between:?},"));
     text.line(&format!("impact_matching: {},", layout.impact_matching));
     text.close("};");
@@ -200,9 +205,23 @@ fn constants(compiled: &CompiledGait, gait: &Gait, layout: &GaitLayout, text: &m
         ));
     }
     text.close("];");
+    let posture: Vec<String> = compiled.posture(gait).iter().map(|x| format!("{x:?}")).collect();
+    text.doc("///", "Where an iteration for the constraint surface begins.");
+    text.list("pub const POSTURE: [f64; NQ] = [", &posture, "];");
     let limits: Vec<String> = compiled.effort_limits().iter().map(|limit| format!("{limit:?}")).collect();
     text.doc("///", "Largest torques of the joints (N m), where the description says one.");
     text.list(&format!("pub const EFFORT_LIMITS: [Option<f64>; {}] = [", limits.len()), &limits, "];");
+}
+
+/// As it stands in Rust.
+fn step_end(of: StepEnd) -> String {
+    let value = match of {
+        StepEnd::Closed(function) => format!("Closed({function})"),
+        StepEnd::Iterated { constraints, jacobian, guard } => {
+            format!("Iterated {{ constraints: {constraints}, jacobian: {jacobian}, guard: {guard} }}")
+        }
+    };
+    format!("{RUNTIME}::StepEnd::{value}")
 }
 
 fn implementation(type_name: &str, text: &mut Text) {
@@ -225,6 +244,9 @@ fn layout(&self) -> ::bipedc_runtime::control::GaitLayout {
 }
 fn parameter(&self, index: usize) -> Option<::bipedc_runtime::control::GaitParameter<'_>> {
     PARAMETERS.get(index).copied()
+}
+fn posture(&self, index: usize) -> f64 {
+    POSTURE.get(index).copied().unwrap_or(0.0)
 }
 fn effort_limit(&self, joint: usize) -> Option<f64> {
     EFFORT_LIMITS.get(joint).copied().flatten()

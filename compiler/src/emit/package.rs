@@ -60,7 +60,9 @@ pub fn package(compiled: &CompiledModel, gait: Option<&GaitCode>, origin: &Origi
     files.insert("src/lib.rs".to_owned(), format!("{header}\n{root}"));
     if let Some(gait) = gait {
         files.insert(format!("src/{}.rs", gait.module), format!("{header}\n{}", gait.file()));
-        files.insert(EXAMPLE.to_owned(), format!("{header}\n{}", gait.example(&name)));
+        if let Some(example) = gait.example(&name) {
+            files.insert(EXAMPLE.to_owned(), format!("{header}\n{example}"));
+        }
     }
     if origin.runtime == Runtime::Carried {
         let core = bipedc_runtime::source::core_crate().into_iter();

@@ -3,7 +3,7 @@ use super::CompiledGait;
 use crate::compile::ProgramModel;
 use crate::description::gait::{Gait, GaitParameter};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::{self, GaitLayout};
+use bipedc_runtime::control::{self, GaitLayout, StepEnd};
 use bipedc_runtime::{Argument, CallError, Model, Signature, State};
 
 /// The programs of a robot with a gait; the same interface as emitted code.
@@ -12,6 +12,7 @@ pub struct GaitPrograms {
     model: ProgramModel,
     layout: GaitLayout,
     parameters: Vec<GaitParameter>,
+    posture: Vec<f64>,
     effort_limits: Vec<Option<f64>>,
 }
 
@@ -19,16 +20,12 @@ impl CompiledGait {
     /// What a controller has to know of the functions.
     ///
     /// # Errors
-    /// The constraint surface has no closed form, so that a controller cannot tell where its steps end.
+    /// A function is missing: a fault of the compiler.
     pub fn layout(&self, gait: &Gait) -> Result<GaitLayout, Diagnostic> {
         let place = |name: &str| self.model.functions.iter().position(|function| function.name == name);
         let need = |name: &str| {
-            place(name).ok_or_else(|| {
-                let message = format!("the gait `{}` has no function `{name}`, which its controller needs", gait.name);
-                Diagnostic::error(message).help(
-                    "a controller needs a phase variable and controlled quantities that are sums of base_pitch and joint angles",
-                )
-            })
+            let missing = || Diagnostic::error(format!("the gait `{}` has no function `{name}`", gait.name));
+            place(name).ok_or_else(missing)
         };
         Ok(GaitLayout {
             parameters: gait.parameters.len(),
@@ -36,10 +33,27 @@ impl CompiledGait {
             controlled: need("controlled")?,
             wanted: need("wanted")?,
             lie_derivatives: need("lie_derivatives")?,
-            step_end: need("step_end")?,
+            step_end: match place("step_end") {
+                Some(step_end) => StepEnd::Closed(step_end),
+                None => StepEnd::Iterated {
+                    constraints: need("virtual_constraints")?,
+                    jacobian: need("virtual_constraints_jacobian")?,
+                    guard: need("guard")?,
+                },
+            },
             between: gait.phase.guard.between,
             impact_matching: gait.phase.impact_matching,
         })
+    }
+
+    /// q where an iteration for the constraint surface begins.
+    pub fn posture(&self, gait: &Gait) -> Vec<f64> {
+        let mut posture = vec![0.0; self.model.tree.nq];
+        for joint in &self.model.tree.joints {
+            // On a planar base q and v have the same places.
+            posture[joint.v_index] = gait.phase.posture.get(&joint.name).copied().unwrap_or(0.0);
+        }
+        posture
     }
 
     /// The largest torques of the joints, in the order of `v`, as far as the URDF says some.
@@ -59,6 +73,7 @@ impl GaitPrograms {
         Ok(Self {
             layout: compiled.layout(gait)?,
             parameters: gait.parameters.clone(),
+            posture: compiled.posture(gait),
             effort_limits: compiled.effort_limits(),
             model: ProgramModel::new(compiled.model.clone()),
         })
@@ -107,6 +122,9 @@ where
     fn parameter(&self, index: usize) -> Option<control::GaitParameter<'_>> {
         let GaitParameter { name, unit, default, bounds, .. } = self.parameters.get(index)?;
         Some(control::GaitParameter { name, unit, default: *default, bounds: *bounds })
+    }
+    fn posture(&self, index: usize) -> f64 {
+        self.posture.get(index).copied().unwrap_or(0.0)
     }
     fn effort_limit(&self, joint: usize) -> Option<f64> {
         self.effort_limits.get(joint).copied().flatten()

@@ -14,6 +14,22 @@ pub struct GaitParameter<'a> {
     pub bounds: [f64; 2],
 }
 
+/// How a controller finds the phase at which a step ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepEnd {
+    /// By function `step_end`: the guard on the constraint surface at φ = φ₋.
+    Closed(usize),
+    /// The surface has no closed form: by iteration, with these functions.
+    Iterated {
+        /// `virtual_constraints`: what vanishes on the surface.
+        constraints: usize,
+        /// `virtual_constraints_jacobian`.
+        jacobian: usize,
+        /// `guard`
+        guard: usize,
+    },
+}
+
 /// Sizes of a gait, and places of its functions in its model.
 ///
 /// The functions take the arguments of a gait in [`crate::Argument::Parameters`]: φ, φ₊, φ₋, the gait parameters, then of each
@@ -30,8 +46,8 @@ pub struct GaitLayout {
     pub wanted: usize,
     /// Function `lie_derivatives`: h, L_f h, L_f² h, then L_g L_f h.
     pub lie_derivatives: usize,
-    /// Function `step_end`: the guard on the constraint surface at φ = φ₋.
-    pub step_end: usize,
+    /// How a step's end is found.
+    pub step_end: StepEnd,
     /// φ at which the guard is looked for, smallest and largest.
     pub between: [f64; 2],
     /// Whether h_p takes up what an impact leaves of the outputs and their rates.
@@ -51,10 +67,24 @@ impl GaitLayout {
         Self::PARAMETERS + self.parameters + 2 * self.outputs
     }
 
-    /// Numbers that a controller keeps: two sets of arguments, the parameters of the next step, and its functions' results.
+    /// Length of q: joints, and a base in the plane.
+    pub const fn configuration(&self) -> usize {
+        self.outputs + 3
+    }
+
+    /// Numbers that an iteration for the constraint surface keeps.
+    pub(super) const fn iteration(&self) -> usize {
+        match self.step_end {
+            StepEnd::Closed(_) => 0,
+            StepEnd::Iterated { .. } => self.configuration() * (4 + self.configuration()),
+        }
+    }
+
+    /// Numbers that a controller keeps: two sets of arguments, the parameters of the next step, its functions' results, and what an
+    /// iteration needs.
     pub const fn memory(&self) -> usize {
         let results = 2 * (1 + self.outputs) + 2 * self.outputs + self.outputs * (3 + self.outputs);
-        2 * self.arguments() + self.parameters + results + self.outputs
+        2 * self.arguments() + self.parameters + results + self.outputs + self.iteration()
     }
 }
 
@@ -73,6 +103,9 @@ pub trait Gait<R>: Model<R> {
 
     /// A gait parameter, `None` beyond the last.
     fn parameter(&self, index: usize) -> Option<GaitParameter<'_>>;
+
+    /// Where an iteration for the constraint surface begins: an element of q.
+    fn posture(&self, index: usize) -> f64;
 
     /// The largest torque of a joint, in the order of `v` (N m; N of a prismatic one), if the description says one.
     fn effort_limit(&self, joint: usize) -> Option<f64>;

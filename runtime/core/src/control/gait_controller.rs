@@ -1,6 +1,6 @@
 //! Input–output linearisation of a gait (6.2–6.4): the torques that keep a robot on its virtual constraints.
 use super::elimination::solve;
-use super::zero::first_zero;
+use super::step_end::Search;
 use super::{Controller, Feedback, Gait, GaitLayout, JointCommand, Observation, Refusal};
 use crate::model::{Argument, CallError, State};
 use crate::real::Scalar;
@@ -86,6 +86,8 @@ struct Room<'m, R> {
     wanted: &'m mut [R],
     lie: &'m mut [R],
     torques: &'m mut [R],
+    /// For the constraint surface where it has no closed form.
+    iteration: &'m mut [R],
 }
 
 impl<'m, R> Room<'m, R> {
@@ -97,17 +99,20 @@ impl<'m, R> Room<'m, R> {
         let (controlled, rest) = rest.split_at_mut_checked(2 * (1 + outputs))?;
         let (wanted, rest) = rest.split_at_mut_checked(2 * outputs)?;
         let (lie, rest) = rest.split_at_mut_checked(outputs * (3 + outputs))?;
-        let (torques, _) = rest.split_at_mut_checked(outputs)?;
-        Some(Self { arguments, present, asked, controlled, wanted, lie, torques })
+        let (torques, rest) = rest.split_at_mut_checked(outputs)?;
+        let (iteration, _) = rest.split_at_mut_checked(layout.iteration())?;
+        Some(Self { arguments, present, asked, controlled, wanted, lie, torques, iteration })
     }
 }
 
-impl<'m, R: Scalar> Room<'m, R> {
-    /// The present call's arguments with the parameters of the next step, all others zero.
-    fn present_of_next(self) -> &'m mut [R] {
-        self.present.fill(R::constant(0.0));
-        copy(self.asked, self.present.get_mut(GaitLayout::PARAMETERS..).unwrap_or(&mut []));
-        self.present
+impl<R: Scalar> Room<'_, R> {
+    /// The end of a step that begins at φ₊ = `start` with the parameters of the next one.
+    fn search(&mut self, start: R) -> Search<'_, R> {
+        let arguments = &mut *self.present;
+        arguments.fill(R::constant(0.0));
+        set(arguments, GaitLayout::START, start);
+        copy(self.asked, arguments.get_mut(GaitLayout::PARAMETERS..).unwrap_or(&mut []));
+        Search { arguments, iteration: self.iteration }
     }
 }
 
@@ -181,18 +186,15 @@ impl<R: Scalar, G: Gait<R>> GaitController<R, G> {
     /// φ₋ of a step that begins at φ₊ = `start`, with the parameters that were asked for; `None`: no phase ends it.
     pub fn step_end(&mut self, start: R) -> Option<R> {
         let layout = self.gait.layout();
-        let arguments = Room::of(self.memory.as_mut(), &layout)?.present_of_next();
-        set(arguments, GaitLayout::START, start);
-        phase_end(&self.gait, &layout, arguments)
+        Room::of(self.memory.as_mut(), &layout)?.search(start).phase_end(&self.gait, &layout)
     }
 
     /// The guard before any step ends: at the smallest phase where it is looked for, on the constraint surface, with the parameters that
     /// were asked for. Its sign is that before the end.
     pub fn guard_before(&mut self) -> Option<R> {
         let layout = self.gait.layout();
-        let arguments = Room::of(self.memory.as_mut(), &layout)?.present_of_next();
-        set(arguments, GaitLayout::END, R::constant(layout.between[0]));
-        guard_at_end(&self.gait, &layout, arguments)
+        let low = R::constant(layout.between[0]);
+        Room::of(self.memory.as_mut(), &layout)?.search(low).guard(&self.gait, &layout, low)
     }
 
     /// A step begins in this state (q: nq, v: nv), just after the impact and with legs exchanged: φ₊ is where it is, φ₋ where the guard
@@ -209,7 +211,7 @@ impl<R: Scalar, G: Gait<R>> GaitController<R, G> {
     fn step_from(&mut self, q: &[R], v: &[R]) -> Result<(), Refusal> {
         let Self { gait, memory, status, .. } = self;
         let layout = gait.layout();
-        let room = Room::of(memory.as_mut(), &layout).ok_or(Refusal::WrongLength)?;
+        let mut room = Room::of(memory.as_mut(), &layout).ok_or(Refusal::WrongLength)?;
         let outputs = layout.outputs;
         let state = State::new().with(Argument::Q, q).with(Argument::V, v);
         gait.evaluate(layout.controlled, &state, room.controlled)?;
@@ -221,17 +223,15 @@ impl<R: Scalar, G: Gait<R>> GaitController<R, G> {
         if rate <= R::constant(0.0) {
             return Err(Refusal::PhaseTurnsBack);
         }
-        let arguments = room.arguments;
-        arguments.fill(R::constant(0.0));
-        set(arguments, 0, start);
-        set(arguments, GaitLayout::START, start);
-        copy(room.asked, arguments.get_mut(GaitLayout::PARAMETERS..).unwrap_or(&mut []));
-        let end = phase_end(gait, &layout, arguments).ok_or(Refusal::NoEnd)?;
+        let end = room.search(start).phase_end(gait, &layout).ok_or(Refusal::NoEnd)?;
         status.ends = [start, end];
         if start >= end {
             return Err(Refusal::NoPhaseLeft);
         }
-        set(arguments, GaitLayout::END, end);
+        let arguments = room.arguments;
+        arguments.fill(R::constant(0.0));
+        copy(&[start, start, end], arguments);
+        copy(room.asked, arguments.get_mut(GaitLayout::PARAMETERS..).unwrap_or(&mut []));
         if layout.impact_matching {
             let state = State::new().with(Argument::Parameters, arguments);
             gait.evaluate(layout.wanted, &state, room.wanted)?;
@@ -308,22 +308,6 @@ impl<R: Scalar> GaitStatus<R> {
         };
         (self.error, self.clamped, self.excess) = (zero, 0, zero);
     }
-}
-
-/// φ₋: the first phase within the guard's bounds where it vanishes on the constraint surface. It changes in `arguments`.
-fn phase_end<R: Scalar>(gait: &impl Gait<R>, layout: &GaitLayout, arguments: &mut [R]) -> Option<R> {
-    first_zero(layout.between.map(R::constant), |end| {
-        set(arguments, GaitLayout::END, end);
-        guard_at_end(gait, layout, arguments)
-    })
-}
-
-/// The guard on the constraint surface at φ₋.
-fn guard_at_end<R: Scalar>(gait: &impl Gait<R>, layout: &GaitLayout, arguments: &[R]) -> Option<R> {
-    let mut guard = [R::constant(0.0)];
-    let state = State::new().with(Argument::Parameters, arguments);
-    gait.evaluate(layout.step_end, &state, &mut guard).ok()?;
-    Some(guard[0])
 }
 
 /// Value and slope of h_p at φ₊: what is left of the outputs and their rates there.

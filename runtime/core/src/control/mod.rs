@@ -6,10 +6,12 @@ mod elimination;
 mod feedback;
 mod gait;
 mod gait_controller;
+mod step_end;
+mod surface;
 mod zero;
 
 pub use feedback::Feedback;
-pub use gait::{Gait, GaitLayout, GaitParameter};
+pub use gait::{Gait, GaitLayout, GaitParameter, StepEnd};
 pub use gait_controller::{GaitController, GaitStatus, PhasePlace};
 
 use crate::real::Real;

@@ -2,7 +2,7 @@
 use super::assumptions::Assumptions;
 use super::integrate::{Phased, Violation};
 use super::points::PointForces;
-use super::spec::{Ending, PhaseSpec};
+use super::spec::{Ending, LandingGuard, PhaseSpec};
 use super::support::{Load, before_line};
 use crate::robot::{BaseKind, Foot};
 use crate::simulate::mechanics::rotate;
@@ -25,7 +25,7 @@ pub struct PhasedRobot<'a> {
     pub(super) assumptions: Assumptions,
     pub(super) stops: Vec<Option<[f64; 2]>>,
     /// Positive until a foot is taken to land, of a configuration.
-    ending: Option<&'a dyn Fn(&[f64]) -> f64>,
+    ending: Option<&'a LandingGuard<'a>>,
     controller: RefCell<Box<dyn Controller<f64> + 'a>>,
     /// Phase and time of the first state for which the controller had no command, and why.
     refusal: Cell<Option<(usize, f64, Refusal)>>,
@@ -126,7 +126,7 @@ impl<'a> PhasedRobot<'a> {
 
     /// The same with landings where this function of the configuration falls through zero, whatever the heights of the feet are.
     #[must_use]
-    pub fn landing_where(self, ending: Option<&'a dyn Fn(&[f64]) -> f64>) -> Self {
+    pub fn landing_where(self, ending: Option<&'a LandingGuard<'a>>) -> Self {
         Self { ending, ..self }
     }
 

@@ -3,7 +3,7 @@ use super::integrate::{Change, Effort, End, Precision, Start, Violation, Walk, W
 use super::mirror::Mirror;
 use super::project::Projected;
 use super::robot::PhasedRobot;
-use super::spec::PhaseSpec;
+use super::spec::{LandingGuard, PhaseSpec};
 use crate::simulate::control::{JointServos, VirtualConstraints, refused};
 use crate::simulate::drives::Drives;
 use crate::simulate::plant::Plant;
@@ -146,7 +146,7 @@ impl Walking<'_> {
     pub fn run_until(
         &self,
         controller: impl Controller<f64>,
-        ending: Option<&dyn Fn(&[f64]) -> f64>,
+        ending: Option<&LandingGuard<'_>>,
         run: &mut Run<'_>,
         watch: &mut dyn FnMut(&Sample),
     ) -> Result<WalkSummary, Diagnostic> {
