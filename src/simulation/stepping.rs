@@ -31,22 +31,8 @@ impl Scene {
         let mechanics = Mechanics::new(&model, plant.layout.base)?;
         let recorder = || Recorder::new(robot, mechanics, scenario.duration, rows(scenario));
         let mut recorder = options.film.then(recorder).transpose()?;
-        let mut simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
-        if let Some(own) = own {
-            simulation = simulation.controlled(Borrowed(own));
-        } else if let Some(gait) = &self.gait {
-            let controller = gait.controller.clone();
-            simulation =
-                simulation.phased(PhasedController::new(&model, plant, &phases, controller, scenario.phase)?);
-        } else if let Some(outputs) = &scenario.outputs {
-            simulation = simulation.phased(PhasedController::of_outputs(
-                &model,
-                plant,
-                &phases,
-                outputs,
-                scenario.phase,
-            )?);
-        }
+        let simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
+        let mut simulation = self.driven(simulation, (&model, &phases), own)?;
         if let Some(recorder) = &mut recorder {
             simulation = simulation.watched(|sample| recorder.take(sample));
         }
@@ -67,6 +53,27 @@ impl Scene {
         let messages =
             self.warnings().into_iter().chain(unsolved(&summary).into_iter().map(warning)).collect();
         Ok(Simulated::new(Outcome::Stepped(summary), (out, start), film, messages))
+    }
+
+    /// The same under somebody's own controller, else the scenario's gait, else its outputs.
+    fn driven<'s, 'c: 's>(
+        &'s self,
+        simulation: Simulation<'s>,
+        (model, phases): (&'s ProgramModel, &'s [PhaseSpec]),
+        own: Option<&'s mut (dyn Controller<f64> + 'c)>,
+    ) -> Result<Simulation<'s>, Diagnostic> {
+        let Self { plant, scenario, .. } = self;
+        let controller = match (own, &self.gait, &scenario.outputs) {
+            (Some(own), ..) => return Ok(simulation.controlled(Borrowed(own))),
+            (None, Some(gait), _) => {
+                PhasedController::new(model, plant, phases, gait.controller.clone(), scenario.phase)?
+            }
+            (None, None, Some(outputs)) => {
+                PhasedController::of_outputs(model, plant, phases, outputs, scenario.phase)?
+            }
+            (None, None, None) => return Ok(simulation),
+        };
+        Ok(simulation.phased(controller))
     }
 
     /// The robot as built; with the functions of its phases where virtual constraints drive it.

@@ -51,13 +51,7 @@ impl Scene {
                     recorder.take(sample);
                 }
             };
-            if let (None, Some(gait)) = (&own, &self.gait) {
-                let ending = gait.ending();
-                let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
-                return walking.run_until(gait.controller.clone(), ending, &mut run, &mut watch);
-            }
-            let Some(own) = own else { return walking.run(&mut run, &mut watch) };
-            walking.run_with(Borrowed(own), &mut run, &mut watch)
+            self.walked_by(&walking, own, (&mut run, &mut watch))
         });
         let summary = summary.map_err(in_file)?;
         log.commit_with(truth)?;
@@ -66,6 +60,24 @@ impl Scene {
         messages.extend(self.verdict(&summary));
         let outcome = Outcome::Walked { summary, relative_tolerance: events.relative };
         Ok(Simulated::new(outcome, (out, start), film, messages))
+    }
+
+    /// Under somebody's own controller, else the scenario's gait, else its outputs.
+    fn walked_by(
+        &self,
+        walking: &Walking<'_>,
+        own: Option<&mut dyn Controller<f64>>,
+        (run, watch): (&mut simulate::Run<'_>, &mut dyn FnMut(&Sample)),
+    ) -> Result<WalkSummary, Diagnostic> {
+        match (own, &self.gait) {
+            (Some(own), _) => walking.run_with(Borrowed(own), run, watch),
+            (None, Some(gait)) => {
+                let ending = gait.ending();
+                let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
+                walking.run_until(gait.controller.clone(), ending, run, watch)
+            }
+            (None, None) => walking.run(run, watch),
+        }
     }
 
     /// What ended the walk, if an assumption did.

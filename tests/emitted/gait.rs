@@ -82,10 +82,11 @@ fn states(bench: &GaitBench, count: usize) -> Vec<[Vec<f64>; 2]> {
 }
 
 /// Torques of a gait in these states, each after a step that begins in the state before it.
-fn torques<R: Scalar, G: Gait<R>>(gait: G, feedback: Feedback<R>, states: &[[Vec<f64>; 2]]) -> Vec<f64>
-where
-    R: Into<f64>,
-{
+fn torques<R: Scalar + Into<f64>, G: Gait<R>>(
+    gait: G,
+    feedback: Feedback<R>,
+    states: &[[Vec<f64>; 2]],
+) -> Vec<f64> {
     let short = |x: &[f64]| x.iter().map(|&x| R::constant(x)).collect::<Vec<R>>();
     let joints = gait.layout().outputs;
     let mut controller = GaitController::new(gait, feedback);

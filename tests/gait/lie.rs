@@ -113,35 +113,42 @@ fn they_are_slopes_along_the_flow() {
         let arguments = functions.arguments([-0.2, 0.3], &values, &matching);
         let (mut first, mut second) = (0.0_f64, 0.0_f64);
         for state in 0..5 {
-            let spread = |k: usize, by: f64| by * (1.7 * k as f64 + 0.9 * f64::from(state) + 0.3).sin();
-            let n = outputs + 3;
-            let q: Vec<f64> = (0..n).map(|k| spread(k, 0.4)).collect();
-            let mut v: Vec<f64> = (0..n).map(|k| spread(k + 7, 1.5)).collect();
-            let mut placed = arguments.clone();
-            placed[0] = 0.0;
-            functions.standing(&q, &mut v, &placed);
-            let tau: Vec<f64> = (0..n).map(|k| if k < 3 { 0.0 } else { spread(k + 3, 20.0) }).collect();
-            let here = State::new().with(Argument::Q, &q).with(Argument::V, &v);
-            let a = functions.call("constrained_dynamics", &here.with(Argument::Tau, &tau));
-            let lie = functions.call("lie_derivatives", &here.with(Argument::Parameters, &arguments));
-            let h = 1e-4;
-            let along = |s: f64| {
-                let q: Vec<f64> = (0..n).map(|k| q[k] + s * v[k] + 0.5 * s * s * a[k]).collect();
-                let v: Vec<f64> = (0..n).map(|k| v[k] + s * a[k]).collect();
-                let state = State::new().with(Argument::Q, &q).with(Argument::V, &v);
-                functions.call("lie_derivatives", &state.with(Argument::Parameters, &arguments))
-            };
-            let [before, after] = [along(-h), along(h)];
-            for output in 0..outputs {
-                let slope = |k: usize| (after[k] - before[k]) / (2.0 * h);
-                first = first.max((slope(output) - lie[outputs + output]).abs());
-                let driven: f64 =
-                    (0..outputs).map(|joint| lie[(3 + joint) * outputs + output] * tau[3 + joint]).sum();
-                let wanted = lie[2 * outputs + output] + driven;
-                second = second.max((slope(outputs + output) - wanted).abs() / wanted.abs().max(1.0));
-            }
+            let [a, b] = differences(&functions, &arguments, f64::from(state));
+            (first, second) = (first.max(a), second.max(b));
         }
         println!("{folder} {name}: L_f h {first:.1e}, L_f² h + L_g L_f h τ {second:.1e} from differences");
         assert!(first < 1e-4 && second < 1e-4, "{folder} {name}: {first:e} {second:e}");
     }
+}
+
+/// How far L_f h, and L_f² h + L_g L_f h τ, are from differences along the flow in one state.
+fn differences(functions: &Functions, arguments: &[f64], state: f64) -> [f64; 2] {
+    let (outputs, n) = (functions.outputs(), functions.outputs() + 3);
+    let spread = |k: usize, by: f64| by * (1.7 * k as f64 + 0.9 * state + 0.3).sin();
+    let q: Vec<f64> = (0..n).map(|k| spread(k, 0.4)).collect();
+    let mut v: Vec<f64> = (0..n).map(|k| spread(k + 7, 1.5)).collect();
+    functions.standing(&q, &mut v, &[&[0.0], &arguments[1..]].concat());
+    let tau: Vec<f64> = (0..n).map(|k| if k < 3 { 0.0 } else { spread(k + 3, 20.0) }).collect();
+    let lie = |q: &[f64], v: &[f64]| {
+        let state = State::new().with(Argument::Q, q).with(Argument::V, v);
+        functions.call("lie_derivatives", &state.with(Argument::Parameters, arguments))
+    };
+    let state = State::new().with(Argument::Q, &q).with(Argument::V, &v).with(Argument::Tau, &tau);
+    let a = functions.call("constrained_dynamics", &state);
+    let (here, h) = (lie(&q, &v), 1e-4);
+    let along = |s: f64| {
+        let q: Vec<f64> = (0..n).map(|k| q[k] + s * v[k] + 0.5 * s * s * a[k]).collect();
+        let v: Vec<f64> = (0..n).map(|k| v[k] + s * a[k]).collect();
+        lie(&q, &v)
+    };
+    let [before, after] = [along(-h), along(h)];
+    let slope = |k: usize| (after[k] - before[k]) / (2.0 * h);
+    let mut worst = [0.0_f64; 2];
+    for output in 0..outputs {
+        worst[0] = worst[0].max((slope(output) - here[outputs + output]).abs());
+        let driven = |joint: usize| here[(3 + joint) * outputs + output] * tau[3 + joint];
+        let wanted = here[2 * outputs + output] + (0..outputs).map(driven).sum::<f64>();
+        worst[1] = worst[1].max((slope(outputs + output) - wanted).abs() / wanted.abs().max(1.0));
+    }
+    worst
 }

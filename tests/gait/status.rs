@@ -164,8 +164,11 @@ fn what_is_no_state_is_refused() {
     assert_eq!(asked(&mut controller, &good), (Err(Refusal::NotFinite), [UNTOUCHED; 4]));
 }
 
+/// What becomes of Lie derivatives.
+type Spoiler = fn(&mut [f64]);
+
 /// A gait whose Lie derivatives are spoiled.
-struct Spoiled(GaitPrograms, fn(&mut [f64]));
+struct Spoiled(GaitPrograms, Spoiler);
 
 impl Model<f64> for Spoiled {
     fn nq(&self) -> usize {
@@ -219,7 +222,7 @@ fn a_singular_decoupling_matrix_is_named() {
     let bench = Bench::new();
     let state = bench.at(|[start, end]| 0.5 * (start + end), 0.9);
     // Columns of four outputs: h, L_f h, L_f² h, then one for each joint.
-    let spoilers: [(fn(&mut [f64]), Refusal); 4] = [
+    let spoilers: [(Spoiler, Refusal); 4] = [
         (|out| out[12..].fill(0.0), Refusal::SingularOutputs),
         (|out| out.copy_within(12..16, 16), Refusal::SingularOutputs),
         (|out| out[12] = f64::NAN, Refusal::NotFinite),

@@ -1,16 +1,21 @@
 //! A gait's controller: on the constraint surface its torques make the robot move as the zero dynamics say.
 use bipedc_macros::Biped;
+use bipedc_runtime::Scalar;
 use bipedc_runtime::control::{
     Controller, Feedback, Gait, GaitController, GaitLayout, JointCommand, Observation,
 };
 use bipedc_runtime::nalgebra::SVector;
-use bipedc_runtime::Scalar;
 use core::hint::black_box;
 
 /// Generated with a gait.
 #[derive(Biped)]
 #[biped(description = "../../robots/three_link", functions = ["inverse_dynamics"], gait = "thesis")]
 pub struct Walker;
+
+/// The same surface by outputs that have no closed form of it.
+#[derive(Biped)]
+#[biped(description = "../../robots/three_link", functions = ["bias"], gait = "../data/gaits/bent.toml")]
+pub struct Bent;
 
 use walker::gait_thesis as gait;
 
@@ -63,7 +68,15 @@ fn miss<R: Scalar>(feedback: Feedback<R>) -> Option<R> {
     Some(worst)
 }
 
-/// Both feedbacks; also what cannot be is refused: a step backwards, a state of another length, a step without end.
+/// The end of a step by iteration is that by the closed form.
+fn iterates<R: Scalar + Into<f64>>(tolerance: f64) -> bool {
+    let start = black_box(R::constant(-0.25));
+    let closed = GaitController::<R, _>::new(gait::ThesisGait, Feedback::default()).step_end(start);
+    let found = GaitController::<R, _>::new(bent::gait_bent::BentGait, Feedback::default()).step_end(start);
+    closed.zip(found).is_some_and(|(a, b)| (a - b).abs().into() <= tolerance)
+}
+
+/// Both feedbacks; ends of steps by iteration; also what cannot be is refused: a step backwards, a state of another length, a step without end.
 pub fn walks<R: Scalar + Into<f64>>(tolerance: f64) -> bool {
     let finite = Feedback::FiniteTime { exponent: R::constant(0.9), time_scale: R::constant(0.1) };
     let mut controller = GaitController::new(gait::ThesisGait, black_box(finite));
@@ -73,5 +86,8 @@ pub fn walks<R: Scalar + Into<f64>>(tolerance: f64) -> bool {
         & controller.ask(0, R::constant(9.0)).is_ok()
         & controller.step_end(R::constant(-0.25)).is_none();
     let near = |miss: Option<R>| miss.is_some_and(|miss| miss.into() <= tolerance);
-    refused & near(miss(black_box(Feedback::default()))) & near(miss(black_box(finite)))
+    refused
+        & iterates::<R>(tolerance)
+        & near(miss(black_box(Feedback::default())))
+        & near(miss(black_box(finite)))
 }

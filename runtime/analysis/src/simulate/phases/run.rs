@@ -173,12 +173,7 @@ impl Walking<'_> {
         let (x, projected) = robot.standing(plant, scenario)?;
         robot.begin_phase(scenario.phase, 0.0, &x);
         let mut log = Log::new(self, (&robot, events), (mirror.as_ref(), &swapped), (run, watch))?;
-        let precision = Precision {
-            relative: events.relative,
-            absolute: events.relative,
-            largest_step: LARGEST_STEP,
-            largest_look: LARGEST_LOOK,
-        };
+        let precision = precision(events.relative);
         let start = Start { time: 0.0, phase: scenario.phase, x };
         let done = walk_watched(&robot, start, scenario.duration, &precision, &mut log);
         if let Some((phase, time, refusal)) = robot.refusal() {
@@ -186,6 +181,11 @@ impl Walking<'_> {
         }
         Ok(log.summary(done?, projected))
     }
+}
+
+/// Errors are relative to each component, and absolute below 1.
+fn precision(relative: f64) -> Precision {
+    Precision { relative, absolute: relative, largest_step: LARGEST_STEP, largest_look: LARGEST_LOOK }
 }
 
 /// A controller over the servos: these act on the robot as it is, phases speak of legs by their roles.
