@@ -1,8 +1,10 @@
 //! Scenarios that name a gait: shipped ones walk as their zero dynamics say, mistakes are named with their place.
 use super::gait;
 use crate::cli::{Run, bipedc, scratch, text};
+use bipedc::Workbench;
 use bipedc::gait::GaitBench;
 use bipedc_analysis::gait::Course;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use serde_json::Value;
 use std::path::Path;
 
@@ -79,7 +81,7 @@ fn gravity_is_that_of_the_gait_unless_it_is_said() {
     assert_ne!(own, of("gravity_other", "gravity = 9.81\n"));
 }
 
-/// The figures of walking-peers: 1.5499 rad/s just before impacts, 1.1216 s, 0.6824 m/s; and the formulas of the other scenario.
+/// Known figures of the published controller: 1.5499 rad/s just before impacts, 1.1216 s, 0.6824 m/s; and the formulas of the other scenario.
 #[test]
 fn the_published_controller_is_the_gaits() {
     let by_gait = shipped("robots/three_link/scenarios/published_controller.toml")
@@ -212,6 +214,28 @@ fn a_broken_gait_file_is_named_itself() {
     std::fs::write(&gait, shipped("robots/three_link/gaits/thesis.toml")).unwrap();
     let run = bipedc(&["simulate", "robots/three_link", "--scenario", text(&file), "--out", text(&gait)]);
     run.fails_with(&["the gait"]);
+}
+
+/// By time stepping a controller of one's own is told of the beginning, once.
+#[test]
+fn controllers_are_told_where_a_motion_begins() {
+    struct Told(usize);
+    impl Controller<f64> for Told {
+        fn command(&mut self, _: &Observation<'_, f64>, _: &mut [JointCommand<f64>]) -> Result<(), Refusal> {
+            assert_eq!(self.0, 1);
+            Ok(())
+        }
+        fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
+            assert_eq!(observed.time, 0.0);
+            self.0 += 1;
+            Ok(())
+        }
+    }
+    let leg = Workbench::open("robots/tulip_v1_leg").unwrap_or_else(|e| panic!("{e}"));
+    let scene = leg.scene("robots/tulip_v1_leg/scenarios/released.toml").unwrap();
+    let (mut told, log) = (Told(0), scratch("gait_told").join("run.csv"));
+    leg.simulate_with(&scene, &mut told, &log, &Default::default()).unwrap();
+    assert_eq!(told.0, 1);
 }
 
 #[test]

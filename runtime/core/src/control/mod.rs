@@ -164,8 +164,8 @@ pub trait Controller<T> {
         commands: &mut [JointCommand<T>],
     ) -> Result<(), Refusal>;
 
-    /// A phase begins in this state: the first one of a motion, or, just after an impact, the one that follows it, with
-    /// legs exchanged where they are. In between [`Controller::command`] may be asked in any order of time.
+    /// A phase begins in this state: the first one of a motion, or, where phases are followed, the one after an impact, with legs
+    /// exchanged where they are. In between [`Controller::command`] may be asked in any order of time.
     ///
     /// # Errors
     /// There will be no commands in this phase.
