@@ -14,6 +14,7 @@ mod cli_diagnose;
 mod cli_evaluate;
 mod cli_excite;
 mod cli_generate;
+mod cli_generate_gait;
 mod cli_help;
 mod cli_inspect;
 mod cli_log;

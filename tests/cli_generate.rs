@@ -115,17 +115,17 @@ fn a_full_disk_leaves_the_crate_as_it_was() {
 }
 
 /// A folder that belongs to no repository, removed in the end.
-struct Elsewhere(PathBuf);
+pub struct Elsewhere(pub PathBuf);
 
 impl Elsewhere {
-    fn new(name: &str) -> Self {
+    pub fn new(name: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("bipedc-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         Self(folder)
     }
 
     /// The program there, with a robot of the repository.
-    fn generate(&self, arguments: &[&str]) -> Run {
+    pub fn generate(&self, arguments: &[&str]) -> Run {
         let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT);
         let arguments: Vec<&str> = ["generate", text(&robot)].iter().chain(arguments).copied().collect();
         run(command(&arguments).current_dir(&self.0))

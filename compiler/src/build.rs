@@ -67,14 +67,18 @@ pub fn write(path: &Path, request: &Request, folder: &Path) -> Result<Written, D
     let files = SourceFiles::load(path)?;
     let mut sources = vec![files.urdf_path.clone(), files.toml_path.clone()];
     sources.dedup();
-    let (name, text) = code(files, request)?;
+    let (name, text, gait) = code(files, request)?;
+    sources.extend(gait);
     let file = folder.join(format!("{name}.rs"));
     write_with_folders(&file, &text).map_err(|error| Diagnostics(vec![error]))?;
     Ok(Written { file, sources })
 }
 
-fn code(files: SourceFiles, request: &Request) -> Result<(String, String), Diagnostics> {
-    let compiled = request.compile(files)?;
+/// Name and text of the module, and the gait's file.
+fn code(files: SourceFiles, request: &Request) -> Result<(String, String, Option<PathBuf>), Diagnostics> {
+    let robot = request.robot(files)?;
+    let compiled = robot.compile()?;
+    let gait = request.gait(&robot)?;
     let name = crate_name(&compiled.name);
     let type_name = type_name(&name);
     let mut text = Text::default();
@@ -84,6 +88,7 @@ fn code(files: SourceFiles, request: &Request) -> Result<(String, String), Diagn
     text.line("");
     text.lines(&robot_type(&compiled, &type_name));
     text.lines(&items_for(&compiled, &type_name, request));
+    gait.iter().for_each(|(code, _)| text.lines(&code.inline()));
     text.close("}");
-    Ok((name, text.finish()))
+    Ok((name, text.finish(), gait.map(|(_, file)| file)))
 }

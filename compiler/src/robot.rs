@@ -1,17 +1,18 @@
 //! The edges of the pipeline: reading a robot, compiling it, writing its crate.
 use crate::compile::{
-    CompiledModel, FunctionRequest, Solvable, compile, compile_what_there_is, inertia_help, no_inertia,
-    requested_functions,
+    CompiledGait, CompiledModel, FunctionRequest, Solvable, compile, compile_gait, compile_what_there_is,
+    inertia_help, no_inertia, requested_functions,
 };
 use crate::derive::effects::JointLaws;
+use crate::description::gait::{Gait, gait_path, read_gait};
 use crate::description::model::{Base, RobotDescription};
 use crate::description::{SourceFiles, mesh_file};
-use crate::emit::{Origin, Package, Runtime, package};
+use crate::emit::{GaitCode, Origin, Package, Runtime, package};
 use crate::self_check::self_check;
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A robot as read from its folder.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +23,19 @@ pub struct Robot {
     pub warnings: Vec<Diagnostic>,
     /// The files' texts.
     pub sources: SourceFiles,
+}
+
+/// A gait of a robot with its functions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotGait {
+    /// What the file says.
+    pub gait: Gait,
+    /// What is odd about it.
+    pub warnings: Vec<Diagnostic>,
+    /// Its functions.
+    pub compiled: CompiledGait,
+    /// Where it was read from.
+    pub file: PathBuf,
 }
 
 impl Robot {
@@ -162,13 +176,33 @@ impl Robot {
     /// # Errors
     /// Functions or frames that do not exist.
     pub fn package(&self, source: &str, runtime: impl Into<Runtime>) -> Result<Package, Diagnostic> {
-        Ok(self.package_of(&self.compile()?, source, runtime))
+        Ok(self.package_of(&self.compile()?, None, source, runtime))
     }
 
-    /// [`Self::package`] of what was compiled already.
-    pub fn package_of(&self, compiled: &CompiledModel, source: &str, runtime: impl Into<Runtime>) -> Package {
-        let origin = Origin { source: source.to_owned(), hash: self.hash(), runtime: runtime.into() };
-        package(compiled, &origin)
+    /// [`Self::package`] of what was compiled already, with a gait beside it.
+    pub fn package_of(
+        &self,
+        compiled: &CompiledModel,
+        gait: Option<&GaitCode>,
+        source: &str,
+        runtime: impl Into<Runtime>,
+    ) -> Package {
+        let hash = match gait {
+            None => self.hash(),
+            Some(gait) => format!("{:016x}", fnv1a(&[self.hash(), gait.inputs.clone()].join("\0"))),
+        };
+        package(compiled, gait, &Origin { source: source.to_owned(), hash, runtime: runtime.into() })
+    }
+
+    /// A gait by its name in `gaits/` or by a path, compiled.
+    ///
+    /// # Errors
+    /// No such gait; everything in the file that has no meaning, with line and column; functions that cannot be derived.
+    pub fn gait(&self, name: &str) -> Result<RobotGait, Diagnostics> {
+        let file = gait_path(&self.sources, name)?;
+        let (gait, warnings) = read_gait(&file, &self.sources, &self.description)?;
+        let compiled = compile_gait(&self.description, &gait).map_err(|error| error.or_in_file(&file))?;
+        Ok(RobotGait { gait, warnings, compiled, file })
     }
 }
 

@@ -26,6 +26,7 @@ use std::path::PathBuf;
 /// | `root` | link or contact point `"foot/point"` that the base holds | what the description says |
 /// | `functions` | list of names | what the description asks for |
 /// | `split_above` | instructions in one emitted function | 4000 |
+/// | `gait` | a gait of the robot, by its name in `gaits/` or its file: the module `gait_NAME` | none |
 /// | `urdf`, `toml` | texts instead of `description` | |
 #[proc_macro_derive(Biped, attributes(biped))]
 pub fn derive_biped(input: TokenStream) -> TokenStream {

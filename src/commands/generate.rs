@@ -8,7 +8,8 @@ use bipedc::Workbench;
 use bipedc::crate_paths::{folder_name, refuse_foreign, runtime_dependency, source_name};
 use bipedc::table::table;
 use bipedc_compiler::compile::{CompiledModel, Function};
-use bipedc_compiler::emit::Package;
+use bipedc_compiler::emit::{GaitCode, Package, gait_code};
+use bipedc_compiler::robot::RobotGait;
 use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,7 @@ Examples:
   bipedc generate robots/tulip              writes generated/tulip
   bipedc generate robots/tulip --check      is that what would be written?
   bipedc generate robots/tulip --out my_workspace/tulip
+  bipedc generate robots/five_link --gait thesis --out my_workspace/five_link
   bipedc generate robots/leg --out my_workspace/leg --runtime my_workspace/tulip/bipedc-runtime
 
 With --out the crate has the small runtime that it needs in its folder; with --runtime two crates of one program share one.
@@ -43,6 +45,10 @@ pub struct Generate {
     /// is written into, elsewhere a copy in the crate's own folder]
     #[arg(long, value_name = "PATH|VERSION")]
     runtime: Option<String>,
+    /// Also a gait of the robot: its functions, what its controller needs, and an example that walks; a name in gaits/
+    /// beside the robot's description, or a file
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    gait: Option<String>,
     /// Then compare the model's torques with this log, as `bipedc compare` does
     #[arg(long, value_name = "LOG.csv", conflicts_with = "check")]
     compare: Option<PathBuf>,
@@ -62,18 +68,21 @@ impl Generate {
         let runtime = runtime_dependency(self.runtime.as_deref(), &out)?;
         output::diagnostics(&robot.without_inertia()?);
         let compiled = spin("deriving", || robot.compile())?;
+        let gait = self.gait.as_deref().map(|name| spin("deriving", || robot.gait(name))).transpose()?;
+        let code = gait.as_ref().map(emitted).transpose()?;
         let source = source_name(&self.robot.path);
-        let package = spin("writing Rust", || robot.package_of(&compiled, &source, runtime));
+        let package = spin("writing Rust", || robot.package_of(&compiled, code.as_ref(), &source, runtime));
         if self.check {
             return self.difference(&package, &out);
         }
-        self.write(&bench, &package, &out)?;
+        self.write((&bench, gait.as_ref()), &package, &out)?;
         let bytes: usize = package.files.values().map(String::len).sum();
+        let all = std::iter::once(&compiled).chain(gait.as_ref().map(|gait| &gait.compiled.model));
+        let count: usize = all.clone().map(|model| model.functions.len()).sum();
         output::print(&format!(
-            "{}\n{}: {} functions, {} files, {bytes} bytes, {:.2} s\n",
-            functions(&compiled),
+            "{}\n{}: {count} functions, {} files, {bytes} bytes, {:.2} s\n",
+            all.map(functions).collect::<Vec<_>>().join("\n"),
             out.display(),
-            compiled.functions.len(),
             package.files.len(),
             started.elapsed().as_secs_f64(),
         ))?;
@@ -89,8 +98,14 @@ impl Generate {
         }
     }
 
-    fn write(&self, bench: &Workbench, package: &Package, out: &Path) -> Result<(), Diagnostic> {
+    fn write(
+        &self,
+        (bench, gait): (&Workbench, Option<&RobotGait>),
+        package: &Package,
+        out: &Path,
+    ) -> Result<(), Diagnostic> {
         let mut ledger = bench.ledger();
+        gait.iter().for_each(|gait| ledger.reads("the gait", &gait.file));
         self.compare.iter().for_each(|log| ledger.reads("the log", log));
         package.files.keys().try_for_each(|name| ledger.writes(&format!("`{name}`"), &out.join(name)))?;
         for name in package.write(out)? {
@@ -130,9 +145,20 @@ impl Generate {
     fn refresh_command(&self, out: &Path) -> String {
         let runtime =
             self.runtime.as_ref().map_or_else(String::new, |runtime| format!(" --runtime {runtime}"));
+        let gait = self.gait.as_ref().map_or_else(String::new, |gait| format!(" --gait {gait}"));
         let overrides = self.robot.overrides();
-        format!("bipedc generate {} --out {}{runtime}{overrides}", self.robot.path.display(), out.display())
+        format!(
+            "bipedc generate {} --out {}{gait}{runtime}{overrides}",
+            self.robot.path.display(),
+            out.display()
+        )
     }
+}
+
+/// A gait as Rust; what is odd about it is said.
+fn emitted(found: &RobotGait) -> Result<GaitCode, Diagnostic> {
+    output::diagnostics(&found.warnings);
+    gait_code(&found.compiled, &found.gait, None).map_err(|error| error.or_in_file(&found.file))
 }
 
 fn functions(compiled: &CompiledModel) -> String {

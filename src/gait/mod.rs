@@ -1,5 +1,8 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
+mod controller;
 mod text;
+
+pub use controller::ProgramController;
 
 use crate::progress::Progress;
 use bipedc_analysis::gait::{GaitModel, GaitSettings, Step};
@@ -185,7 +188,7 @@ impl GaitBench {
     }
 
     /// Warnings of parameters beyond their bounds.
-    fn beyond(&self, values: &[f64], of: &str) -> Vec<Diagnostic> {
+    pub(crate) fn beyond(&self, values: &[f64], of: &str) -> Vec<Diagnostic> {
         let outside = self.gait.parameters.iter().zip(values).filter(|(parameter, value)| {
             let [low, high] = parameter.bounds;
             !(low..=high).contains(value)

@@ -1,6 +1,7 @@
 //! Robots ready for [`bipedc_analysis::simulate`]: what is built into the true model, and what a simulation knows beside it.
 pub mod absolute;
 mod energies;
+mod gait;
 mod log;
 mod run;
 mod stepping;

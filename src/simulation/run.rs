@@ -1,4 +1,5 @@
 //! A scenario that is run: what is asked for, what comes of it.
+use super::gait::Walker;
 use super::{in_world, plant, stepping, walking};
 use crate::progress::Run;
 use bipedc_analysis::report::Film;
@@ -20,6 +21,7 @@ pub struct Scene {
     pub(super) plant: Plant,
     pub(super) scenario: Scenario,
     pub(super) file: PathBuf,
+    pub(super) gait: Option<Walker>,
 }
 
 /// What a simulation writes and keeps beside the log.
@@ -72,11 +74,12 @@ impl Scene {
     pub fn open(robot: &Robot, scenario: &Path) -> Result<Self, Diagnostics> {
         let plant = plant(&robot.description, &robot.tree()?)?;
         let file = scenario.to_path_buf();
-        let scenario = Scenario::open(scenario, &plant)?;
+        let mut scenario = Scenario::open(scenario, &plant)?;
+        let gait = Walker::open(robot, &mut scenario, &file)?;
         let robot = in_world(robot.clone(), &scenario.world);
         // Sensors feel the gravity that the scenario says.
         let plant = Plant { gravity: robot.description.gravity, ..plant };
-        Ok(Self { robot, plant, scenario, file })
+        Ok(Self { robot, plant, scenario, file, gait })
     }
 
     /// Notes the files that were read, so that outputs do not overwrite them.
@@ -85,6 +88,12 @@ impl Scene {
         if let Some(table) = &self.scenario.trajectory {
             ledger.reads("the scenario's trajectory", table);
         }
+        self.gait.iter().for_each(|gait| gait.note(ledger));
+    }
+
+    /// What is odd about the gait that drives the robot, if one does.
+    pub(super) fn warnings(&self) -> Vec<Diagnostic> {
+        self.gait.as_ref().map_or_else(Vec::new, Walker::warnings)
     }
 
     /// Runs the scenario and writes the log that the robot's sensors would write: `out` appears whole or not at all.

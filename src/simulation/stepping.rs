@@ -10,7 +10,7 @@ use bipedc_analysis::simulate::{self, Mechanics, Scenario, Simulation, Summary};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
-use bipedc_runtime::control::{Controller, JointCommand, Observation};
+use bipedc_runtime::control::{Borrowed, Controller};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -31,19 +31,8 @@ impl Scene {
         let mechanics = Mechanics::new(&model, plant.layout.base)?;
         let recorder = || Recorder::new(robot, mechanics, scenario.duration, rows(scenario));
         let mut recorder = options.film.then(recorder).transpose()?;
-        let mut simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
-        if let Some(own) = own {
-            let command = |seen: &Observation<'_, f64>, to: &mut [JointCommand<f64>]| own.command(seen, to);
-            simulation = simulation.controlled(command);
-        } else if let Some(outputs) = &scenario.outputs {
-            simulation = simulation.phased(PhasedController::of_outputs(
-                &model,
-                plant,
-                &phases,
-                outputs,
-                scenario.phase,
-            )?);
-        }
+        let simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
+        let mut simulation = self.driven(simulation, (&model, &phases), own)?;
         if let Some(recorder) = &mut recorder {
             simulation = simulation.watched(|sample| recorder.take(sample));
         }
@@ -61,14 +50,36 @@ impl Scene {
         log.commit_with(truth)?;
         let film = recorder.map(|recorder| self.film(recorder.finish(), out, &summary)).transpose()?;
         let warning = |text| Diagnostic::warning(text).help("a shorter `step` makes them easier");
-        let messages = unsolved(&summary).into_iter().map(warning).collect();
+        let messages =
+            self.warnings().into_iter().chain(unsolved(&summary).into_iter().map(warning)).collect();
         Ok(Simulated::new(Outcome::Stepped(summary), (out, start), film, messages))
+    }
+
+    /// The same under somebody's own controller, else the scenario's gait, else its outputs.
+    fn driven<'s, 'c: 's>(
+        &'s self,
+        simulation: Simulation<'s>,
+        (model, phases): (&'s ProgramModel, &'s [PhaseSpec]),
+        own: Option<&'s mut (dyn Controller<f64> + 'c)>,
+    ) -> Result<Simulation<'s>, Diagnostic> {
+        let Self { plant, scenario, .. } = self;
+        let controller = match (own, &self.gait, &scenario.outputs) {
+            (Some(own), ..) => return Ok(simulation.controlled(Borrowed(own))),
+            (None, Some(gait), _) => {
+                PhasedController::new(model, plant, phases, gait.controller.clone(), scenario.phase)?
+            }
+            (None, None, Some(outputs)) => {
+                PhasedController::of_outputs(model, plant, phases, outputs, scenario.phase)?
+            }
+            (None, None, None) => return Ok(simulation),
+        };
+        Ok(simulation.phased(controller))
     }
 
     /// The robot as built; with the functions of its phases where virtual constraints drive it.
     fn model(&self, filmed: bool) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
         let Self { robot, scenario, .. } = self;
-        if scenario.outputs.is_some() {
+        if scenario.outputs.is_some() || self.gait.is_some() {
             return driven_model(robot, &scenario.effects, filmed);
         }
         let derive = if filmed { filmed_model } else { true_model };

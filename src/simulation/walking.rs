@@ -6,11 +6,11 @@ use crate::film::Recorder;
 use crate::progress::Run;
 use bipedc_analysis::report::{Fact, Film};
 use bipedc_analysis::simulate::phases::{
-    FootImpulse, Projected, Violation, WalkEnd, WalkSummary, Walking, columns,
+    FootImpulse, LandingGuard, Projected, Violation, WalkEnd, WalkSummary, Walking, columns,
 };
 use bipedc_analysis::simulate::{self, EventDriven, Mechanics, Sample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_runtime::control::{Controller, JointCommand, Observation};
+use bipedc_runtime::control::{Borrowed, Controller};
 use comfy_table::{CellAlignment, Table};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -51,16 +51,33 @@ impl Scene {
                     recorder.take(sample);
                 }
             };
-            let Some(own) = own else { return walking.run(&mut run, &mut watch) };
-            let command = |seen: &Observation<'_, f64>, to: &mut [JointCommand<f64>]| own.command(seen, to);
-            walking.run_with(command, &mut run, &mut watch)
+            self.walked_by(&walking, own, (&mut run, &mut watch))
         });
         let summary = summary.map_err(in_file)?;
         log.commit_with(truth)?;
         let film = recorder.map(|recorder| self.walked(recorder.finish(), events, out, &summary));
-        let (film, messages) = (film.transpose()?, self.verdict(&summary));
+        let (film, mut messages) = (film.transpose()?, self.warnings());
+        messages.extend(self.verdict(&summary));
         let outcome = Outcome::Walked { summary, relative_tolerance: events.relative };
         Ok(Simulated::new(outcome, (out, start), film, messages))
+    }
+
+    /// Under somebody's own controller, else the scenario's gait, else its outputs.
+    fn walked_by(
+        &self,
+        walking: &Walking<'_>,
+        own: Option<&mut dyn Controller<f64>>,
+        (run, watch): (&mut simulate::Run<'_>, &mut dyn FnMut(&Sample)),
+    ) -> Result<WalkSummary, Diagnostic> {
+        match (own, &self.gait) {
+            (Some(own), _) => walking.run_with(Borrowed(own), run, watch),
+            (None, Some(gait)) => {
+                let ending = gait.ending();
+                let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
+                walking.run_until(gait.controller.clone(), ending, run, watch)
+            }
+            (None, None) => walking.run(run, watch),
+        }
     }
 
     /// What ended the walk, if an assumption did.

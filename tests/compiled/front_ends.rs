@@ -69,6 +69,41 @@ fn the_command_line_emits_the_items_in_files() {
     assert!(unpacked(root.items) == items());
 }
 
+/// The module of a gait: the same items in a file, behind the derive macro and from a build script.
+#[test]
+fn a_gait_is_the_same_module_everywhere() {
+    let found = robot().gait("thesis").unwrap_or_else(|e| panic!("{e}"));
+    let code = emit::gait_code(&found.compiled, &found.gait, None).unwrap();
+    let compiled = robot().compile().unwrap();
+    let package = robot().package_of(&compiled, Some(&code), "robots/three_link", "version = \"0.1\"");
+    let in_file = unpacked(parsed(&package.files["src/gait_thesis.rs"]).items);
+    let of_module = |items: Vec<Item>| {
+        let module = items.into_iter().find_map(|item| match item {
+            Item::Mod(module) if module.ident == "gait_thesis" => module.content,
+            _ => None,
+        });
+        unpacked(module.unwrap().1)
+    };
+    let request = Request { gait: Some("thesis".to_owned()), ..Request::default() };
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("front_ends_gait");
+    let written = build::write(&folder(), &request, &out).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(written.sources.last(), Some(&folder().join("gaits/thesis.toml")));
+    let built = parsed(&std::fs::read_to_string(&written.file).unwrap());
+    assert!(of_module(inside(built.items)) == in_file);
+    let robot = quote!(
+        #[biped(description = "robots/three_link", gait = "thesis")]
+        struct ThreeLink;
+    );
+    let expanded = attribute::expand(robot, Path::new(env!("CARGO_MANIFEST_DIR")));
+    assert!(of_module(inside(syn::parse2::<File>(expanded).unwrap().items)) == in_file);
+    let wrong = quote!(
+        #[biped(description = "robots/three_link", gait = "thesys")]
+        struct ThreeLink;
+    );
+    let refused = attribute::expand(wrong, Path::new(env!("CARGO_MANIFEST_DIR"))).to_string();
+    assert!(refused.contains("no gait `thesys`") && refused.contains("did you mean `thesis`?"), "{refused}");
+}
+
 #[test]
 fn the_build_script_emits_the_items_in_a_module() {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("front_ends");

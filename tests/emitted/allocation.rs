@@ -29,6 +29,11 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// Of this thread, so far.
+pub fn allocations() -> usize {
+    ALLOCATIONS.get()
+}
+
 fn exercise<R: Real>(model: &impl Model<R>) {
     let arguments = Arguments::<R>::random(model, &mut Random(3));
     let mut outputs: Vec<Vec<R>> =

@@ -6,6 +6,7 @@
 mod agreement;
 mod allocation;
 mod effects;
+mod gait;
 mod models;
 mod scalars;
 mod states;

@@ -35,3 +35,13 @@ pub struct FiveLinkWithEffects;
     functions = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "bias", "impact_map", "center_of_mass", "ground_wrench"]
 )]
 pub struct TulipWithEffects;
+
+/// With a gait.
+#[derive(Biped)]
+#[biped(description = "robots/five_link", functions = ["inverse_dynamics"], gait = "thesis")]
+pub struct FiveLinkWalker;
+
+/// The same of another robot, in parts.
+#[derive(Biped)]
+#[biped(description = "robots/three_link", functions = ["bias"], gait = "thesis", split_above = 40)]
+pub struct ThreeLinkWalker;

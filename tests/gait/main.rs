@@ -3,9 +3,13 @@
 mod command;
 mod files;
 mod identities;
+mod lie;
 mod oracle;
 mod page;
+mod scenarios;
 mod simulated;
+mod status;
+mod walked;
 
 use bipedc::Robot;
 use bipedc::gait::GaitBench;

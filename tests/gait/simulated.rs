@@ -6,14 +6,15 @@ use bipedc::simulation::{in_world, plant, true_walker};
 use bipedc_analysis::gait::Course;
 use bipedc_analysis::simulate::phases::{WalkEnd, WalkSummary, Walking};
 use bipedc_analysis::simulate::{Run, Sample, Scenario};
+use bipedc_runtime::control::{Borrowed, Controller};
 use std::fmt::Write;
 use std::path::Path;
 
 /// A robot's gait as a scenario says it.
-struct Gaited {
-    folder: &'static str,
+pub(super) struct Gaited {
+    pub(super) folder: &'static str,
     /// Joints in the order of q after the base.
-    joints: &'static [&'static str],
+    pub(super) joints: &'static [&'static str],
     /// φ, as a formula of the scenario.
     variable: &'static str,
     /// Name and controlled quantity of each output; `WANTED` stands for h_d, with `s` for the phase and `end` for φ₋.
@@ -21,12 +22,12 @@ struct Gaited {
     /// Names of the gait parameters, in the order of the file.
     parameters: &'static [&'static str],
     /// φ and φ̇ of a state whose stance leg comes first.
-    phase: fn(&[f64]) -> f64,
-    gravity: &'static str,
-    effects: &'static str,
+    pub(super) phase: fn(&[f64]) -> f64,
+    pub(super) gravity: &'static str,
+    pub(super) effects: &'static str,
 }
 
-const THREE: Gaited = Gaited {
+pub(super) const THREE: Gaited = Gaited {
     folder: "robots/three_link",
     joints: &["right_hip_pitch", "left_hip_pitch"],
     variable: "base_pitch + right_hip_pitch",
@@ -39,7 +40,7 @@ const THREE: Gaited = Gaited {
               ixz = 0.0\niyy = -1e-4\niyz = 0.0\nizz = -1e-4\n",
 };
 
-const FIVE: Gaited = Gaited {
+pub(super) const FIVE: Gaited = Gaited {
     folder: "robots/five_link",
     joints: &["right_hip_pitch", "right_knee_pitch", "left_hip_pitch", "left_knee_pitch"],
     variable: "base_pitch + right_hip_pitch + 0.5 * right_knee_pitch",
@@ -135,6 +136,15 @@ fn scenario(gaited: &Gaited, [first, second]: [&Wanted<'_>; 2], energy: f64) -> 
 }
 
 fn walked(folder: &str, text: &str) -> (WalkSummary, Vec<Sample>) {
+    walk(folder, text, None)
+}
+
+/// Walks under a controller, or else under the scenario's outputs.
+pub(super) fn walk(
+    folder: &str,
+    text: &str,
+    controller: Option<&mut dyn Controller<f64>>,
+) -> (WalkSummary, Vec<Sample>) {
     let robot = robot(folder);
     let plant = plant(&robot.description, &robot.tree().unwrap()).unwrap();
     let scenario =
@@ -145,12 +155,16 @@ fn walked(folder: &str, text: &str) -> (WalkSummary, Vec<Sample>) {
         Walking { model: &walker.model, phases: &walker.phases, plant: &plant, scenario: &scenario };
     let mut samples = Vec::new();
     let mut run = Run { row: &mut |_| Ok(()), progress: &|_| (), stop: &|| false };
-    let summary = walking.run(&mut run, &mut |sample| samples.push(sample.clone())).unwrap();
-    (summary, samples)
+    let mut watch = |sample: &Sample| samples.push(sample.clone());
+    let summary = match controller {
+        Some(controller) => walking.run_with(Borrowed(controller), &mut run, &mut watch),
+        None => walking.run(&mut run, &mut watch),
+    };
+    (summary.unwrap_or_else(|e| panic!("{e}")), samples)
 }
 
 /// The other leg first.
-fn swapped(x: &[f64]) -> Vec<f64> {
+pub(super) fn swapped(x: &[f64]) -> Vec<f64> {
     let half = (x.len() - 3) / 2;
     [&x[..3], &x[3 + half..], &x[3..3 + half]].concat()
 }

@@ -245,4 +245,5 @@ def main():
     print(json.dumps({"generator": "mpmath, 30 digits", "cases": cases}, indent=1))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,4 +1,9 @@
-//! A robot with a gait: the functions of its zero dynamics beside those of the model that a step needs.
+//! A robot with a gait: the functions of its zero dynamics and of its controller beside those of the model that a step needs.
+mod controller;
+mod in_process;
+
+pub use in_process::GaitPrograms;
+
 use super::{CompiledModel, Function, FunctionRequest, Quantity, compile, without_poles};
 use crate::derive::virtual_constraints::{
     GaitArguments, VirtualConstraints, configuration_jacobian, slopes_with_phase, surface,
@@ -16,8 +21,8 @@ use bipedc_effects::effect::Acts;
 use bipedc_runtime::Argument;
 
 /// A robot and its gait as programs. Functions of the gait are `virtual_constraints`, `virtual_constraints_jacobian`,
-/// `virtual_constraints_slope`, `virtual_constraints_curvature`, `controlled`, `wanted`, `guard`, `zero_dynamics` and, where it
-/// has a closed form, `surface`.
+/// `virtual_constraints_slope`, `virtual_constraints_curvature`, `controlled`, `wanted`, `guard`, `zero_dynamics`,
+/// `lie_derivatives` and, where it has a closed form, `surface` and `step_end`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompiledGait {
     /// With the functions of the model that a step needs; [`Argument::Parameters`] are those of the gait.
@@ -59,9 +64,10 @@ pub fn compile_gait(description: &RobotDescription, gait: &Gait) -> Result<Compi
         subject: subject.map(str::to_owned),
     };
     let mut requests: Vec<FunctionRequest> = OF_ROBOT.iter().map(|family| request(family, None)).collect();
-    requests.push(request("impact_map", Some(&phase.name)));
+    requests.extend(["impact_map", "constrained_dynamics"].map(|family| request(family, Some(&phase.name))));
     let mut model = compile(&description, &tree, &requests)?;
     model.functions.extend(functions(&tree, gait, points[0])?);
+    model.functions.push(controller::lie_derivatives(&description, &tree, gait, points[0])?);
     let arguments = GaitArguments::new(gait);
     model.run_time_parameters = arguments.len();
     Ok(CompiledGait { model, arguments, description, points })
@@ -131,6 +137,7 @@ fn functions(tree: &Tree, gait: &Gait, stance: usize) -> Result<Vec<Function>, D
             ),
             Quantity::matrix(rows, units, names, columns.to_vec()),
         ));
+        found.push(controller::step_end(&model, gait, constraints.guard, &columns[0]));
     }
     without_poles(&graph, "the gait")?;
     Ok(found)

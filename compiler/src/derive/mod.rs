@@ -20,6 +20,7 @@ pub mod effects;
 pub mod frames;
 pub mod impact;
 pub mod joint_axes;
+pub mod lie_derivatives;
 pub mod momentum;
 pub mod newton_euler;
 pub mod relabel;

@@ -20,6 +20,11 @@ pub struct GaitArguments {
 }
 
 impl GaitArguments {
+    /// φ.
+    pub const PHASE: Input = Input { argument: Argument::Parameters, index: 0 };
+    /// Where φ₋ stands.
+    pub const PHASE_END: usize = 2;
+
     /// Of a gait.
     pub fn new(gait: &Gait) -> Self {
         Self { parameters: gait.parameters.len(), outputs: gait.phase.outputs.len() }

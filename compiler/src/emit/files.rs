@@ -54,7 +54,7 @@ impl Package {
         Ok(foreign)
     }
 
-    /// Compares a folder with the package. Only `Cargo.toml`, `src/` and a carried runtime count: `target` and
+    /// Compares a folder with the package. Only `Cargo.toml`, `src/`, generated examples and a carried runtime count: `target` and
     /// lock files are nobody's output.
     ///
     /// # Errors
@@ -72,6 +72,13 @@ impl Package {
             }
         }
         let known: BTreeSet<&str> = self.files.keys().map(String::as_str).collect();
+        // Examples are the user's, but for what an earlier run wrote.
+        let of_ours = |name: &String| is_generated_file(&folder.join(name));
+        difference.extra.extend(
+            sources(folder, "examples")?
+                .into_iter()
+                .filter(|name| !known.contains(name.as_str()) && of_ours(name)),
+        );
         let mut folders = BTreeSet::from(["src".to_owned()]);
         if is_generated(&folder.join(CARRIED)) {
             folders.extend(carried_folders());

@@ -100,7 +100,7 @@ fn numbered(names: &[String]) -> String {
 }
 
 /// The functions of a family, as an item of a list.
-fn in_the_list(family: &[Function]) -> String {
+pub fn in_the_list(family: &[Function]) -> String {
     let links: Vec<String> = family.iter().map(|f| format!("[`{}()`]", f.name)).collect();
     let operations = family.iter().map(|f| f.operations.total());
     let (least, most) = (operations.clone().min().unwrap_or(0), operations.max().unwrap_or(0));

@@ -1,6 +1,7 @@
 //! From compiled models to Rust text: used alike by the command line, the derive macro and build scripts.
 mod files;
 mod function;
+mod gait;
 mod layout;
 mod model;
 mod names;
@@ -13,6 +14,7 @@ mod text;
 
 pub use files::{Difference, is_generated};
 pub(crate) use function::ident;
+pub use gait::{GaitCode, gait_code};
 pub(crate) use layout::documentation;
 pub use model::{Model, Options, items, model};
 pub(crate) use package::robot_type;

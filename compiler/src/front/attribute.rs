@@ -22,11 +22,19 @@ pub fn expand(input: TokenStream, folder: &Path) -> TokenStream {
 
 fn robot(input: &DeriveInput, folder: &Path) -> syn::Result<TokenStream> {
     check_shape(input)?;
-    let keys = Keys::read(&input.attrs, &input.ident)?;
+    let mut keys = Keys::read(&input.attrs, &input.ident)?;
+    if let Some(file) = keys.request.gait.as_mut().filter(|name| name.ends_with(".toml")) {
+        *file = folder.join(&*file).to_string_lossy().into_owned();
+    }
     let failed = |error: Diagnostics| Error::new(keys.place().span(), without_prefix(&error));
     let sources = sources(&keys.source, folder).map_err(failed)?;
-    let tracked = tracked(&keys.source, &sources);
-    let compiled = keys.request.compile(sources).map_err(failed)?;
+    let robot = keys.request.robot(sources).map_err(failed)?;
+    let compiled = robot.compile().map_err(|error| failed(Diagnostics(vec![error])))?;
+    let gait = keys.request.gait(&robot).map_err(failed)?;
+    let file = gait.as_ref().map(|(_, file)| file);
+    let tracked = tracked(&keys.source, &robot.sources, file);
+    let gait: TokenStream =
+        gait.map_or_else(String::new, |(code, _)| code.inline()).parse().expect("emitted text is Rust");
     let (visibility, name) = (&input.vis, &input.ident);
     let items: TokenStream =
         items_for(&compiled, &name.to_string(), &keys.request).parse().expect("emitted text is Rust");
@@ -34,6 +42,7 @@ fn robot(input: &DeriveInput, folder: &Path) -> syn::Result<TokenStream> {
         use super::#name;
         #tracked
         #items
+        #gait
     };
     let doc = format!(" Robot `{}`: its functions and constants.", compiled.name);
     Ok(module(&quote!(#visibility), &module_name(name), &doc, &content))
@@ -61,12 +70,13 @@ fn sources(source: &DescriptionSource, folder: &Path) -> Result<SourceFiles, Dia
 }
 
 /// rustc runs the macro again when a file changes that the output includes.
-fn tracked(source: &DescriptionSource, sources: &SourceFiles) -> TokenStream {
-    if matches!(source, DescriptionSource::Inline { .. }) {
-        return TokenStream::new();
-    }
+fn tracked(source: &DescriptionSource, sources: &SourceFiles, gait: Option<&PathBuf>) -> TokenStream {
     let mut paths = vec![&sources.urdf_path, &sources.toml_path];
+    if matches!(source, DescriptionSource::Inline { .. }) {
+        paths.clear();
+    }
     paths.dedup();
+    paths.extend(gait);
     // A path that is not Unicode cannot be written in source text: then only the rebuild is lost.
     let paths = paths.into_iter().filter_map(|path| path.to_str());
     quote!(#(const _: &[u8] = ::core::include_bytes!(#paths);)*)

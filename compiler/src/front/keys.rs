@@ -8,7 +8,7 @@ use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;
 use syn::{Attribute, Error, Expr, ExprLit, Lit, LitStr, Meta, Token};
 
-const KEYS: [&str; 7] = ["description", "base", "root", "functions", "split_above", "urdf", "toml"];
+const KEYS: [&str; 8] = ["description", "base", "root", "functions", "split_above", "gait", "urdf", "toml"];
 const EXAMPLE: &str = "write `#[biped(description = \"robots/my_robot\")]` below the derive";
 
 /// Where the description stands.
@@ -74,6 +74,7 @@ impl Keys {
                 "base" => request.base = Some(text(&entry.value, &key)?.value()),
                 "root" => request.root = Some(text(&entry.value, &key)?.value()),
                 "functions" => request.functions = names(&entry.value)?,
+                "gait" => request.gait = Some(text(&entry.value, &key)?.value()),
                 "split_above" => request.split_above = Some(number(&entry.value, &key)?),
                 _ => return Err(unknown(&entry.path)),
             }

@@ -8,11 +8,12 @@ use crate::compile::{CompiledModel, catalogue};
 use crate::description::SourceFiles;
 use crate::description::model::Base;
 use crate::description::source::suggest;
-use crate::emit::{Options, items};
+use crate::emit::{GaitCode, Options, gait_code, items};
 use crate::robot::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use proc_macro2::{Ident, TokenStream};
 use quote::quote;
+use std::path::PathBuf;
 
 /// What a user may ask of a robot beyond its description; the same for all front ends.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -25,6 +26,8 @@ pub struct Request {
     pub functions: Vec<String>,
     /// Programs with more instructions become several Rust functions; [`Options::SPLIT_ABOVE`] by default.
     pub split_above: Option<usize>,
+    /// A gait beside the robot: its name in `gaits/`, or a path.
+    pub gait: Option<String>,
 }
 
 impl Request {
@@ -33,6 +36,23 @@ impl Request {
     /// # Errors
     /// Everything wrong with the description, or else everything wrong with the request.
     pub fn compile(&self, sources: SourceFiles) -> Result<CompiledModel, Diagnostics> {
+        self.robot(sources)?.compile().map_err(|error| Diagnostics(vec![error]))
+    }
+
+    /// The gait of a robot, with the file where it stands.
+    ///
+    /// # Errors
+    /// Everything wrong with the gait.
+    pub(crate) fn gait(&self, robot: &Robot) -> Result<Option<(GaitCode, PathBuf)>, Diagnostics> {
+        let Some(name) = &self.gait else { return Ok(None) };
+        let found = robot.gait(name)?;
+        let code = gait_code(&found.compiled, &found.gait, self.split_above);
+        let code = code.map_err(|error| Diagnostics(vec![error.or_in_file(&found.file)]))?;
+        Ok(Some((code, found.file)))
+    }
+
+    /// Reads a robot as requested.
+    pub(crate) fn robot(&self, sources: SourceFiles) -> Result<Robot, Diagnostics> {
         let (description, warnings) = sources.parse()?;
         let mut robot = Robot { description, warnings, sources };
         let mut wrong = unknown_functions(&self.functions);
@@ -54,7 +74,7 @@ impl Request {
         if !wrong.is_empty() {
             return Err(Diagnostics(wrong));
         }
-        robot.compile().map_err(|error| Diagnostics(vec![error]))
+        Ok(robot)
     }
 }
 

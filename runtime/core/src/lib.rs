@@ -15,6 +15,6 @@ pub mod source;
 
 pub use format::{FORMAT, require_format};
 pub use model::{Argument, Arguments, CallError, Model, Signature, State};
-pub use real::Real;
+pub use real::{Real, Scalar};
 
 pub use nalgebra;

@@ -38,3 +38,13 @@ pub trait Real:
     /// The larger of the two.
     fn larger(self, other: Self) -> Self;
 }
+
+/// One number, which can be compared: `f64` or `f32`. What decides needs it; what only computes takes any [`Real`].
+pub trait Scalar: Real + PartialOrd {
+    /// Distance from 1 to the next larger number.
+    const EPSILON: f64;
+    /// Natural logarithm: −∞ of 0, NaN of negative numbers.
+    fn ln(self) -> Self;
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+}

@@ -1,9 +1,16 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 15] = [
+const FILES: [(&str, &str); 23] = [
     ("LICENSE", include_str!("../LICENSE")),
-    ("src/control.rs", include_str!("control.rs")),
+    ("src/control/elimination.rs", include_str!("control/elimination.rs")),
+    ("src/control/feedback.rs", include_str!("control/feedback.rs")),
+    ("src/control/gait.rs", include_str!("control/gait.rs")),
+    ("src/control/gait_controller.rs", include_str!("control/gait_controller.rs")),
+    ("src/control/mod.rs", include_str!("control/mod.rs")),
+    ("src/control/step_end.rs", include_str!("control/step_end.rs")),
+    ("src/control/surface.rs", include_str!("control/surface.rs")),
+    ("src/control/zero.rs", include_str!("control/zero.rs")),
     ("src/format.rs", include_str!("format.rs")),
     ("src/lanes/arrays.rs", include_str!("lanes/arrays.rs")),
     ("src/lanes/mod.rs", include_str!("lanes/mod.rs")),
@@ -13,6 +20,7 @@ const FILES: [(&str, &str); 15] = [
     ("src/math/exponential.rs", include_str!("math/exponential.rs")),
     ("src/math/kernel.rs", include_str!("math/kernel.rs")),
     ("src/math/large.rs", include_str!("math/large.rs")),
+    ("src/math/logarithm.rs", include_str!("math/logarithm.rs")),
     ("src/math/mod.rs", include_str!("math/mod.rs")),
     ("src/math/scalar.rs", include_str!("math/scalar.rs")),
     ("src/model.rs", include_str!("model.rs")),

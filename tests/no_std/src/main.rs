@@ -6,6 +6,7 @@
 #![no_main]
 
 mod generated;
+mod walking;
 
 use core::hint::black_box;
 
@@ -99,6 +100,8 @@ pub extern "C" fn main() -> i32 {
         & good(f64::from(controlled::<f32>()), 5.0, 1e-5)
         & good(generated::round_trip::<f64>(), 0.0, 1e-12)
         & good(f64::from(generated::round_trip::<f32>()), 0.0, 1e-3)
-        & generated::every_function();
+        & generated::every_function()
+        & walking::walks::<f64>(1e-10)
+        & walking::walks::<f32>(2e-2);
     i32::from(!right)
 }

@@ -65,6 +65,9 @@ impl Simulation<'_> {
         let observed = Observation::new(time, 0, &self.motion.q, &self.motion.v);
         let mut asked = JointServos::new(&scenario.servos, ahead).command(&observed, &mut self.asked);
         if let Some(controller) = &mut self.controller {
+            if time == 0.0 {
+                asked = asked.and_then(|()| controller.begin_phase(&observed));
+            }
             asked = asked.and_then(|()| controller.command(&observed, &mut self.asked));
         }
         asked.map_err(|refusal| refused(refusal, None, time))?;

@@ -8,6 +8,7 @@
 pub(crate) mod exponential;
 pub(crate) mod kernel;
 mod large;
+mod logarithm;
 pub(crate) mod scalar;
 
 use crate::Real;

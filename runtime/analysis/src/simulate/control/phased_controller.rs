@@ -22,6 +22,8 @@ pub struct PhasedController<'a> {
     q: Vec<f64>,
     v: Vec<f64>,
     commands: Vec<JointCommand<f64>>,
+    /// The controller has been told of the first phase.
+    begun: bool,
 }
 
 impl<'a> PhasedController<'a> {
@@ -73,6 +75,7 @@ impl<'a> PhasedController<'a> {
             q: vec![0.0; model.nq()],
             v: vec![0.0; model.nv()],
             commands: vec![JointCommand::Off; model.joints()],
+            begun: false,
         })
     }
 
@@ -87,7 +90,8 @@ impl<'a> PhasedController<'a> {
         time: f64,
         commands: &mut [JointCommand<f64>],
     ) -> Result<(), Diagnostic> {
-        self.follow(stepper, motion);
+        let begins = self.follow(stepper, motion) || !self.begun;
+        self.begun = true;
         let phase = self.tracker.phase();
         let mirror = self.tracker.mirror();
         let seen = |joint: usize, command: &JointCommand<f64>| {
@@ -105,8 +109,9 @@ impl<'a> PhasedController<'a> {
             }
         };
         let observed = Observation::new(time, phase, q, v);
-        self.controller
-            .command(&observed, &mut self.commands)
+        let begun = if begins { self.controller.begin_phase(&observed) } else { Ok(()) };
+        begun
+            .and_then(|()| self.controller.command(&observed, &mut self.commands))
             .map_err(|refusal| refused(refusal, Some(&self.phases[phase].name), motion.time))?;
         for (role, command) in self.commands.iter().enumerate() {
             let (joint, command) = seen(role, command);
@@ -115,15 +120,15 @@ impl<'a> PhasedController<'a> {
         Ok(())
     }
 
-    /// The phase at this state.
-    fn follow(&mut self, stepper: &Stepper<'_>, motion: &MotionState) {
+    /// Finds the phase at this state; whether it has just begun.
+    fn follow(&mut self, stepper: &Stepper<'_>, motion: &MotionState) -> bool {
         stepper.mechanics().positions(&motion.q, &mut self.places);
         let across = if self.planar { 1 } else { 2 };
         for (point, along) in self.along.iter_mut().enumerate() {
             *along = self.places[point * across];
             self.impulses[point] = stepper.impulse(point)[2];
         }
-        self.tracker.update(stepper.gaps(), &self.along, &self.impulses);
+        self.tracker.update(stepper.gaps(), &self.along, &self.impulses)
     }
 }
 

@@ -44,9 +44,9 @@ impl<'a> Tracker<'a> {
         self.mirror().map_or(point, |mirror| mirror.point(point))
     }
 
-    /// Goes on to the next phase where the present one is over: heights and places along x of the contact points (m), and
+    /// Goes on to the next phase where the present one is over, and says so: heights and places along x of the contact points (m), and
     /// their last normal impulses (N s).
-    pub fn update(&mut self, heights: &[f64], places: &[f64], impulses: &[f64]) {
+    pub fn update(&mut self, heights: &[f64], places: &[f64], impulses: &[f64]) -> bool {
         let spec = &self.phases[self.phase];
         let over = match &spec.ending {
             Ending::Never => false,
@@ -77,6 +77,7 @@ impl<'a> Tracker<'a> {
             self.phase = spec.next;
             self.armed = false;
         }
+        over
     }
 
     /// Points that carried something in this phase and carry nothing now.

@@ -1,5 +1,5 @@
 //! Torques that make outputs vanish.
-use super::feedback::Feedback;
+use super::Feedback;
 use super::program::{Program, Work};
 use super::signals::{Reader, Signal};
 use crate::robot::BaseKind;

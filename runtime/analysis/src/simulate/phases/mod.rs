@@ -20,5 +20,5 @@ pub(crate) use mirror::Mirror;
 pub use project::Projected;
 pub use robot::PhasedRobot;
 pub use run::{FootImpulse, PhaseChange, WalkEnd, WalkSummary, Walking, columns};
-pub use spec::{Ending, Landing, PhaseSpec};
+pub use spec::{Ending, Landing, LandingGuard, PhaseSpec};
 pub use support::{Row, RowKind};

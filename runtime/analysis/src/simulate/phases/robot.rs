@@ -2,7 +2,7 @@
 use super::assumptions::Assumptions;
 use super::integrate::{Phased, Violation};
 use super::points::PointForces;
-use super::spec::{Ending, PhaseSpec};
+use super::spec::{Ending, LandingGuard, PhaseSpec};
 use super::support::{Load, before_line};
 use crate::robot::{BaseKind, Foot};
 use crate::simulate::mechanics::rotate;
@@ -24,6 +24,8 @@ pub struct PhasedRobot<'a> {
     relabelled: Option<[usize; 2]>,
     pub(super) assumptions: Assumptions,
     pub(super) stops: Vec<Option<[f64; 2]>>,
+    /// Positive until a foot is taken to land, of a configuration.
+    ending: Option<&'a LandingGuard<'a>>,
     controller: RefCell<Box<dyn Controller<f64> + 'a>>,
     /// Phase and time of the first state for which the controller had no command, and why.
     refusal: Cell<Option<(usize, f64, Refusal)>>,
@@ -108,6 +110,7 @@ impl<'a> PhasedRobot<'a> {
             phases: phases.into_iter().map(functions).collect::<Result<_, Diagnostic>>()?,
             assumptions,
             stops: Vec::new(),
+            ending: None,
             controller: RefCell::new(Box::new(controller)),
             refusal: Cell::new(None),
             work: RefCell::new(Work::default()),
@@ -119,6 +122,12 @@ impl<'a> PhasedRobot<'a> {
     #[must_use]
     pub fn with_stops(self, stops: Vec<Option<[f64; 2]>>) -> Self {
         Self { stops, ..self }
+    }
+
+    /// The same with landings where this function of the configuration falls through zero, whatever the heights of the feet are.
+    #[must_use]
+    pub fn landing_where(self, ending: Option<&'a LandingGuard<'a>>) -> Self {
+        Self { ending, ..self }
     }
 
     /// Phase, time (s) and reason of the first state for which the controller had no command, since this was last asked.
@@ -183,6 +192,17 @@ impl<'a> PhasedRobot<'a> {
         }
         if let (Err(refusal), None) = (given, self.refusal.get()) {
             self.refusal.set(Some((observed.phase, observed.time, refusal)));
+        }
+    }
+
+    /// Tells the controller that a phase begins in this state, just after any impact.
+    pub fn begin_phase(&self, phase: usize, time: f64, x: &[f64]) {
+        let (q, v) = self.split(x);
+        // Commands of before are no longer the controller's.
+        *self.memory.borrow_mut() = Memory::default();
+        let begun = self.controller.borrow_mut().begin_phase(&Observation::new(time, phase, q, v));
+        if let (Err(refusal), None) = (begun, self.refusal.get()) {
+            self.refusal.set(Some((phase, time, refusal)));
         }
     }
 
@@ -255,6 +275,9 @@ impl<'a> PhasedRobot<'a> {
 
     /// Positive until these points land, m.
     fn above(&self, spec: &PhaseSpec, q: &[f64], points: &[usize], work: &mut Work) -> f64 {
+        if let Some(ending) = self.ending {
+            return ending(q);
+        }
         let Assumptions { shortest_step, step_length, .. } = self.assumptions;
         if let Some(length) = step_length {
             return length - self.ahead(q, points, &spec.standing, work);
@@ -379,6 +402,7 @@ impl Phased for PhasedRobot<'_> {
             self.call(velocity, &State::new().with(Argument::V, v), &mut out);
             v.copy_from_slice(&out);
         }
+        self.begin_phase(spec.next, time, x);
         Ok(spec.next)
     }
 }

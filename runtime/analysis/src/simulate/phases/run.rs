@@ -3,7 +3,7 @@ use super::integrate::{Change, Effort, End, Precision, Start, Violation, Walk, W
 use super::mirror::Mirror;
 use super::project::Projected;
 use super::robot::PhasedRobot;
-use super::spec::PhaseSpec;
+use super::spec::{LandingGuard, PhaseSpec};
 use crate::simulate::control::{JointServos, VirtualConstraints, refused};
 use crate::simulate::drives::Drives;
 use crate::simulate::plant::Plant;
@@ -124,13 +124,29 @@ impl Walking<'_> {
     }
 
     /// The same with a controller over the scenario's servos, instead of its outputs; legs have their roles as names. It is asked
-    /// at every state that the integration tries, in no order of time: its answer may depend on what it is told alone.
+    /// at every state that the integration tries, in no order of time: its answer may depend on what it is told alone, and on the last
+    /// phase that it was told the beginning of.
     ///
     /// # Errors
     /// As [`Walking::run`]; the controller refuses a state.
     pub fn run_with(
         &self,
         controller: impl Controller<f64>,
+        run: &mut Run<'_>,
+        watch: &mut dyn FnMut(&Sample),
+    ) -> Result<WalkSummary, Diagnostic> {
+        self.run_until(controller, None, run, watch)
+    }
+
+    /// The same with landings where a function of the configuration falls through zero, whatever the heights of the feet are; legs
+    /// have their roles as names.
+    ///
+    /// # Errors
+    /// As [`Walking::run_with`].
+    pub fn run_until(
+        &self,
+        controller: impl Controller<f64>,
+        ending: Option<&LandingGuard<'_>>,
         run: &mut Run<'_>,
         watch: &mut dyn FnMut(&Sample),
     ) -> Result<WalkSummary, Diagnostic> {
@@ -152,15 +168,12 @@ impl Walking<'_> {
         let stops = if scenario.joint_stops { plant.position_limits.clone() } else { Vec::new() };
         let robot =
             PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
-                .with_stops(stops);
+                .with_stops(stops)
+                .landing_where(ending);
         let (x, projected) = robot.standing(plant, scenario)?;
+        robot.begin_phase(scenario.phase, 0.0, &x);
         let mut log = Log::new(self, (&robot, events), (mirror.as_ref(), &swapped), (run, watch))?;
-        let precision = Precision {
-            relative: events.relative,
-            absolute: events.relative,
-            largest_step: LARGEST_STEP,
-            largest_look: LARGEST_LOOK,
-        };
+        let precision = precision(events.relative);
         let start = Start { time: 0.0, phase: scenario.phase, x };
         let done = walk_watched(&robot, start, scenario.duration, &precision, &mut log);
         if let Some((phase, time, refusal)) = robot.refusal() {
@@ -168,6 +181,11 @@ impl Walking<'_> {
         }
         Ok(log.summary(done?, projected))
     }
+}
+
+/// Errors are relative to each component, and absolute below 1.
+fn precision(relative: f64) -> Precision {
+    Precision { relative, absolute: relative, largest_step: LARGEST_STEP, largest_look: LARGEST_LOOK }
 }
 
 /// A controller over the servos: these act on the robot as it is, phases speak of legs by their roles.
@@ -194,6 +212,10 @@ impl<C: Controller<f64>> Controller<f64> for OverServos<'_, C> {
             commands[joint] = command;
         }
         self.controller.command(observed, commands)
+    }
+
+    fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
+        self.controller.begin_phase(observed)
     }
 }
 
@@ -298,7 +320,8 @@ impl Log<'_, '_, '_, '_> {
         let servos = self.walking.scenario.servos.iter();
         // Virtual constraints have no reference for a joint.
         let outputs = self.walking.scenario.outputs.as_ref();
-        let wanted = !outputs.is_some_and(|outputs| outputs.drive(phase));
+        let driven = self.walking.scenario.gait.is_some();
+        let wanted = !driven && !outputs.is_some_and(|outputs| outputs.drive(phase));
         sample.reference.extend(servos.map(|s| if wanted { s.reference.at(time)[0] } else { f64::NAN }));
         self.sample = sample;
     }

@@ -14,6 +14,9 @@ pub enum Ending {
     Never,
 }
 
+/// Of a configuration: positive until a foot is taken to land.
+pub type LandingGuard<'a> = dyn Fn(&[f64]) -> f64 + 'a;
+
 /// One phase, its functions by name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseSpec {

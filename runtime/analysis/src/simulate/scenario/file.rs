@@ -43,11 +43,13 @@ pub(super) struct Start {
     pub base_angular_velocity: Option<Spanned<Vec<f64>>>,
     pub clearance: Option<Number>,
     pub phase: Option<Spanned<String>>,
+    pub mid_stance_speed: Option<Number>,
 }
 
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Control {
+    pub gait: Option<Spanned<String>>,
     pub stiffness: Option<Number>,
     pub damping: Option<Number>,
     pub effort_limits: Option<bool>,
@@ -140,7 +142,7 @@ pub(super) struct Checks {
     pub scuffing: Option<Spanned<toml::Value>>,
     pub pushing: Option<bool>,
     pub shortest_step: Option<Number>,
-    pub step_length: Option<Number>,
+    pub step_length: Option<Spanned<toml::Value>>,
     pub second_impact: Option<bool>,
     pub level: Option<Number>,
 }

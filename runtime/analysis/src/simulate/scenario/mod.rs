@@ -1,6 +1,7 @@
 //! What is simulated: how long, from where, under which control, with which hidden effects and sensors.
 mod effects;
 mod file;
+mod gait;
 mod ground;
 mod imu;
 mod initial;
@@ -11,6 +12,8 @@ mod reading;
 mod sensors;
 mod servos;
 mod walk;
+
+pub use gait::{GaitControl, GaitValue};
 
 use super::actuation::EffortSensor;
 use super::actuator::Actuator;
@@ -54,6 +57,8 @@ pub struct Scenario {
     pub events: Option<EventDriven>,
     /// Virtual constraints, if any.
     pub outputs: Option<Outputs>,
+    /// A gait that drives the robot, if any.
+    pub gait: Option<GaitControl>,
     /// Index of the phase at time 0.
     pub phase: usize,
     /// Gravity.

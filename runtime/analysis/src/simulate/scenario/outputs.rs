@@ -95,7 +95,7 @@ impl Reading<'_> {
         if let Some(at) = feedback.or(parameter).or(quantity) {
             let message =
                 "feedback, parameters and quantities of [control] belong to outputs; there are none";
-            self.wrong::<()>(at, message, "add [[control.output]], or leave them out");
+            self.wrong::<()>(at, message, "add [[control.output]] or `gait`, or leave them out");
         }
     }
 
@@ -188,7 +188,7 @@ impl Reading<'_> {
         self.wrong(text.span().start, format!("`{name}` is nothing that a formula can speak of"), help)
     }
 
-    fn feedback(&mut self, law: Option<&Spanned<Law>>) -> Feedback {
+    pub(super) fn feedback(&mut self, law: Option<&Spanned<Law>>) -> Feedback {
         let Some(spanned) = law else { return Feedback::default() };
         let law = spanned.get_ref();
         let linear = [law.stiffness.as_ref(), law.damping.as_ref()];

@@ -71,7 +71,8 @@ impl Reading<'_> {
         let servos = self.servos(file, control, trajectory.as_ref(), plant, &mut initial);
         let effects = self.effects(file, plant, event_driven);
         let events = event_driven.then(|| self.events(file));
-        let outputs = self.outputs(control, plant, &servos);
+        let gait = self.gait(file, control, plant);
+        let outputs = if gait.is_some() { None } else { self.outputs(control, plant, &servos) };
         Scenario {
             duration,
             step,
@@ -86,8 +87,9 @@ impl Reading<'_> {
             sensors: self.sensors(file.sensors.as_ref()),
             effects,
             events,
-            phase: self.first_phase(file, plant, event_driven || outputs.is_some()),
+            phase: self.first_phase(file, plant, event_driven || outputs.is_some() || gait.is_some()),
             outputs,
+            gait,
             world: self.world(file),
             actuators: self.motors(file, plant),
             imu: file.imu.as_ref().and_then(|table| self.imu(table, plant)),

@@ -151,13 +151,25 @@ impl Reading<'_> {
             scuffing: self.number_or_false("scuffing", checks.scuffing.as_ref(), usual.scuffing, "m"),
             pushing: checks.pushing.unwrap_or(usual.pushing),
             shortest_step: self.number("shortest_step", shortest, usual.shortest_step, ANY, "m"),
-            step_length: checks
-                .step_length
-                .as_ref()
-                .map(|length| self.number("step_length", Some(length), 0.0, POSITIVE, "m")),
+            step_length: checks.step_length.as_ref().and_then(|length| self.step_length(length)),
             second_impact: checks.second_impact.unwrap_or(usual.second_impact),
             level: self.number("level", checks.level.as_ref(), usual.level, NOT_NEGATIVE, "m"),
         }
+    }
+
+    /// A number, or none: the gait's guard says it.
+    fn step_length(&mut self, found: &Spanned<Value>) -> Option<f64> {
+        let number = match found.get_ref() {
+            Value::String(word) if word == "gait" => return None,
+            Value::Float(x) => *x,
+            Value::Integer(x) => *x as f64,
+            _ => f64::NAN,
+        };
+        if number > 0.0 && number.is_finite() {
+            return Some(number);
+        }
+        let help = "write a number above 0 in m, or \"gait\": where the gait's guard vanishes";
+        self.wrong(found.span().start, "`step_length` is not possible", help)
     }
 
     /// `false` is infinite: not checked.
@@ -184,7 +196,8 @@ impl Reading<'_> {
         let Some(named) = named else { return 0 };
         let at = named.span().start;
         if !has_phases {
-            let message = "`phase` has no meaning without method = \"event_driven\" or [[control.output]]";
+            let message =
+                "`phase` has no meaning without method = \"event_driven\", `gait` or [[control.output]]";
             self.wrong::<()>(at, message, "leave it out");
             return 0;
         }

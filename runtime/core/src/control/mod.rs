@@ -1,7 +1,19 @@
 //! What stands between a measured state and the drives, on the robot and in a simulation alike.
 //!
 //! A [`Controller`] is told the state and answers with a [`JointCommand`] for every joint. It neither allocates nor knows who
-//! calls it: a loop on the robot, or one of the simulators.
+//! calls it: a loop on the robot, or one of the simulators. [`GaitController`] is the one that walks by a gait.
+mod elimination;
+mod feedback;
+mod gait;
+mod gait_controller;
+mod step_end;
+mod surface;
+mod zero;
+
+pub use feedback::Feedback;
+pub use gait::{Gait, GaitLayout, GaitParameter, StepEnd};
+pub use gait_controller::{GaitController, GaitStatus, PhasePlace};
+
 use crate::real::Real;
 use core::fmt;
 
@@ -89,6 +101,18 @@ impl<T: Real> JointCommand<T> {
 pub enum Refusal {
     /// The decoupling matrix L_g L_f h of the outputs is singular: they depend on each other, or no actuator moves one.
     SingularOutputs,
+    /// No step has begun: the gait's controller has to be told when one does.
+    NoStep,
+    /// Where a step begins the phase variable stands still or turns back.
+    PhaseTurnsBack,
+    /// The step would begin where it ends, or behind that.
+    NoPhaseLeft,
+    /// No phase ends a step with these parameters.
+    NoEnd,
+    /// The state or what follows from it is infinite or no number.
+    NotFinite,
+    /// Something does not have the length that the model needs.
+    WrongLength,
     /// Something else, in words.
     Because(&'static str),
 }
@@ -97,6 +121,12 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::SingularOutputs => "the decoupling matrix L_g L_f h of the outputs is singular",
+            Self::NoStep => "no step of the gait has begun",
+            Self::PhaseTurnsBack => "the phase variable does not grow where the step begins",
+            Self::NoPhaseLeft => "the step would begin at or behind the phase where it ends",
+            Self::NoEnd => "the guard of the gait vanishes at no phase: the step cannot end",
+            Self::NotFinite => "the state or what follows from it is not finite",
+            Self::WrongLength => "the state or a parameter is not of the length that the model needs",
             Self::Because(words) => words,
         })
     }
@@ -133,6 +163,15 @@ pub trait Controller<T> {
         observed: &Observation<'_, T>,
         commands: &mut [JointCommand<T>],
     ) -> Result<(), Refusal>;
+
+    /// A phase begins in this state: the first one of a motion, or, where phases are followed, the one after an impact, with legs
+    /// exchanged where they are. In between [`Controller::command`] may be asked in any order of time.
+    ///
+    /// # Errors
+    /// There will be no commands in this phase.
+    fn begin_phase(&mut self, _observed: &Observation<'_, T>) -> Result<(), Refusal> {
+        Ok(())
+    }
 }
 
 impl<T, F> Controller<T> for F
@@ -145,6 +184,23 @@ where
         commands: &mut [JointCommand<T>],
     ) -> Result<(), Refusal> {
         self(observed, commands)
+    }
+}
+
+/// Somebody else's controller, for whoever takes one of his own.
+pub struct Borrowed<'a, T>(pub &'a mut dyn Controller<T>);
+
+impl<T> Controller<T> for Borrowed<'_, T> {
+    fn command(
+        &mut self,
+        observed: &Observation<'_, T>,
+        commands: &mut [JointCommand<T>],
+    ) -> Result<(), Refusal> {
+        self.0.command(observed, commands)
+    }
+
+    fn begin_phase(&mut self, observed: &Observation<'_, T>) -> Result<(), Refusal> {
+        self.0.begin_phase(observed)
     }
 }
 
