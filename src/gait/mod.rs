@@ -1,12 +1,21 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
+pub mod map;
+mod over;
 mod text;
+
+pub use bipedc_analysis::gait::{Assumptions, Reason};
+pub use map::{GaitMap, MapOptions};
+pub use over::{Over, Range};
 
 use crate::progress::Progress;
 use bipedc_analysis::gait::{GaitModel, GaitSettings, Step};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{CompiledGait, ProgramModel, compile_gait};
-use bipedc_compiler::description::gait::{Gait, GaitParameter, gait_path, parse_gait, read_gait};
+use bipedc_compiler::description::gait::{
+    Gait, GaitParameter, PHASE_START, gait_path, parse_gait, read_gait,
+};
 use bipedc_compiler::description::suggest;
+use bipedc_compiler::robot::fnv1a;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_effects::magnitude;
@@ -123,6 +132,7 @@ impl GaitBench {
             outputs: phase.outputs.len(),
             between: phase.guard.between,
             impact_matching: phase.impact_matching,
+            depends_on_start: self.depends_on_start(),
             impact_map: impact_map.map_or_else(String::new, |function| function.name.clone()),
             points: *points,
             posture,
@@ -130,6 +140,13 @@ impl GaitBench {
             effort_limits: joints.iter().map(|joint| limit(&joint.name)).collect(),
         };
         GaitModel::new(&self.model, settings)
+    }
+
+    /// Whether φ₊ stands in what is wanted, directly or in a quantity.
+    fn depends_on_start(&self) -> bool {
+        let wanted = self.gait.phase.outputs.iter().map(|output| &output.wanted);
+        let mut formulas = wanted.chain(self.gait.quantities.values());
+        formulas.any(|formula| formula.names().iter().any(|name| name == PHASE_START))
     }
 
     /// One step.
@@ -166,11 +183,8 @@ impl GaitBench {
         let mut values = values.to_vec();
         let mut wrong = Vec::new();
         for (name, value) in assignments {
-            let Some(index) = self.gait.parameters.iter().position(|parameter| parameter.name == *name)
-            else {
-                let names: Vec<&str> = self.gait.parameters.iter().map(|p| p.name.as_str()).collect();
-                let message = format!("the gait `{}` has no parameter `{name}`", self.gait.name);
-                wrong.push(Diagnostic::error(message).help(suggest(name, names, "parameters")));
+            let Some(index) = self.index(name) else {
+                wrong.push(self.unknown(name));
                 continue;
             };
             if !value.is_finite() || magnitude::refusal(*value).is_some() {
@@ -182,6 +196,24 @@ impl GaitBench {
             values[index] = *value;
         }
         if wrong.is_empty() { Ok(values) } else { Err(Diagnostics(wrong)) }
+    }
+
+    /// Which parameter has this name.
+    fn index(&self, name: &str) -> Option<usize> {
+        self.gait.parameters.iter().position(|parameter| parameter.name == name)
+    }
+
+    fn unknown(&self, name: &str) -> Diagnostic {
+        let names: Vec<&str> = self.gait.parameters.iter().map(|p| p.name.as_str()).collect();
+        let message = format!("the gait `{}` has no parameter `{name}`", self.gait.name);
+        Diagnostic::error(message).help(suggest(name, names, "parameters"))
+    }
+
+    /// A hash of robot, gait and what is asked of them: equal hashes mean equal answers.
+    fn identity(&self, request: &impl std::fmt::Debug) -> String {
+        let version = env!("CARGO_PKG_VERSION");
+        let parts = format!("{version}\0{:?}\0{:?}\0{request:?}", self.compiled.description, self.gait);
+        format!("{:016x}", fnv1a(&parts))
     }
 
     /// Warnings of parameters beyond their bounds.

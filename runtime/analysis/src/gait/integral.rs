@@ -25,11 +25,14 @@ const KRONROD: [f64; 8] = [
 const GAUSS: [f64; 4] = [0.1294849661688697, 0.27970539148927664, 0.3818300505051189, 0.4179591836734694];
 
 /// Panels that an integral begins with, so that nothing narrow is overlooked.
-const FIRST: usize = 8;
+const FIRST: usize = 4;
 /// Panels at most.
 const MOST: usize = 4096;
 /// Error of a panel, as a part of the integral of the magnitude.
 const RELATIVE: f64 = 1e-14;
+
+/// Places of a panel, from below, or the values there.
+pub type Places = [f64; 15];
 
 #[derive(Debug, Clone, Copy)]
 struct Panel {
@@ -49,16 +52,19 @@ pub struct Integral {
 }
 
 impl Integral {
-    /// Integrates a function over an interval. Panels are halved while seven and fifteen points disagree.
+    /// Integrates a function over an interval, which is asked for at fifteen places at once. Panels are halved while seven and
+    /// fifteen points disagree.
     ///
     /// # Errors
     /// What the function reports.
-    pub fn of<E>([low, high]: [f64; 2], mut f: impl FnMut(f64) -> Result<f64, E>) -> Result<Self, E> {
+    pub fn of<E>([low, high]: [f64; 2], mut f: impl FnMut(&Places) -> Result<Places, E>) -> Result<Self, E> {
         let place = |k: usize| low + (high - low) * k as f64 / FIRST as f64;
         let mut open = Vec::new();
-        for k in (0..FIRST).rev() {
+        for k in 0..FIRST {
             open.push(panel([place(k), place(k + 1)], &mut f)?);
         }
+        // The lowest panel is the next one.
+        open.reverse();
         let magnitude: f64 = open.iter().map(|panel| panel.magnitude).sum();
         let mut panels: Vec<Panel> = Vec::new();
         while let Some(top) = open.pop() {
@@ -99,7 +105,7 @@ impl Integral {
     ///
     /// # Errors
     /// What the function reports.
-    pub fn at<E>(&self, x: f64, mut f: impl FnMut(f64) -> Result<f64, E>) -> Result<f64, E> {
+    pub fn at<E>(&self, x: f64, mut f: impl FnMut(&Places) -> Result<Places, E>) -> Result<f64, E> {
         let found =
             self.panels.partition_point(|panel| panel.high <= x).min(self.panels.len().saturating_sub(1));
         let Some(inside) = self.panels.get(found) else { return Ok(0.0) };
@@ -112,18 +118,17 @@ impl Integral {
     }
 }
 
-fn panel<E>([low, high]: [f64; 2], f: &mut impl FnMut(f64) -> Result<f64, E>) -> Result<Panel, E> {
+fn panel<E>([low, high]: [f64; 2], f: &mut impl FnMut(&Places) -> Result<Places, E>) -> Result<Panel, E> {
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let place = |k: usize| if k < 7 { middle - half * NODES[k] } else { middle + half * NODES[14 - k] };
+    let values = f(&std::array::from_fn(place))?;
     let (mut kronrod, mut gauss, mut magnitude) = (0.0, 0.0, 0.0);
-    for (k, (&node, &weight)) in NODES.iter().zip(&KRONROD).enumerate() {
-        let sides: &[f64] = if node == 0.0 { &[0.0] } else { &[-1.0, 1.0] };
-        for side in sides {
-            let value = f(middle + side * half * node)?;
-            kronrod += weight * value;
-            magnitude += weight * value.abs();
-            if k % 2 == 1 {
-                gauss += GAUSS[k / 2] * value;
-            }
+    for (k, value) in values.into_iter().enumerate() {
+        let (of, weight) = (k.min(14 - k), KRONROD[k.min(14 - k)]);
+        kronrod += weight * value;
+        magnitude += weight * value.abs();
+        if of % 2 == 1 {
+            gauss += GAUSS[of / 2] * value;
         }
     }
     let (integral, error) = (half * kronrod, (half * (kronrod - gauss)).abs());
@@ -144,7 +149,7 @@ mod tests {
 
     #[test]
     fn integrals_are_within_their_error() {
-        let f = |x: f64| Ok::<f64, Infallible>((3.0 * x).exp() * (20.0 * x).sin());
+        let f = |at: &Places| Ok::<Places, Infallible>(at.map(|x| (3.0 * x).exp() * (20.0 * x).sin()));
         let primitive = |x: f64| (3.0 * x).exp() * (3.0 * (20.0 * x).sin() - 20.0 * (20.0 * x).cos()) / 409.0;
         let found = sure(Integral::of([-0.5, 1.2], f));
         for x in [-0.5, -0.31, 0.0, 0.7, 1.2] {
@@ -157,7 +162,7 @@ mod tests {
 
     #[test]
     fn a_kink_costs_panels_but_no_accuracy() {
-        let f = |x: f64| Ok::<f64, Infallible>((x - 0.123).abs());
+        let f = |at: &Places| Ok::<Places, Infallible>(at.map(|x| (x - 0.123).abs()));
         let found = sure(Integral::of([0.0, 1.0], f));
         let exact = 0.5 * (0.123f64.powi(2) + 0.877f64.powi(2));
         assert!((found.whole() - exact).abs() < 1e-14);

@@ -21,6 +21,7 @@ mod causes;
 mod data;
 mod fill;
 mod film;
+mod map;
 mod opening;
 mod page;
 mod payload;
@@ -36,6 +37,7 @@ pub use film::{
     Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Plot, Pose, render_film, write_film,
     write_strobe,
 };
+pub use map::{MapAxisFigure, MapFigure, MapPanel, Table, map_svg, render_map};
 pub use page::render;
 pub use write::{write, write_svg};
 

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 /// What one axis says and spans.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(in crate::report) struct Axis {
     /// With the unit.
     pub label: String,
     pub low: f64,
@@ -44,7 +44,7 @@ impl Axis {
 }
 
 /// The frame of a plot within a picture; its methods give parts of an `svg` element.
-pub(super) struct Chart {
+pub(in crate::report) struct Chart {
     pub left: f64,
     pub top: f64,
     pub width: f64,

@@ -1,5 +1,5 @@
 //! Pictures as SVG. Colours are classes: the page's style sheet gives them in light and dark, [`standalone`] in light.
-mod chart;
+pub(super) mod chart;
 mod interval;
 mod robot;
 mod rows;
