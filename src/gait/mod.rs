@@ -1,11 +1,13 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
 pub mod map;
 mod over;
+pub mod plan;
 mod text;
 
 pub use bipedc_analysis::gait::{Assumptions, Reason};
 pub use map::{GaitMap, MapOptions};
 pub use over::{Over, Range};
+pub use plan::{PlanOptions, Plans};
 
 use crate::progress::Progress;
 use bipedc_analysis::gait::{GaitModel, GaitSettings, Step};
@@ -46,6 +48,8 @@ pub struct StepOptions {
     pub set: Vec<Assignment>,
     /// Parameters of the step before, where they are others.
     pub from: Vec<Assignment>,
+    /// Parameters of the step before that one, where they are others; without any of them the step before follows its own kind.
+    pub before: Vec<Assignment>,
 }
 
 /// A step with its question. As text and as JSON it is what `bipedc gait step` prints.
@@ -167,7 +171,11 @@ impl GaitBench {
         if from != to {
             messages.extend(self.beyond(&from, " of the step before"));
         }
-        let step = self.model()?.step(&from, &to, speed);
+        let before = self.with(&from, &options.before)?;
+        if before != from {
+            messages.extend(self.beyond(&before, " of the first step"));
+        }
+        let step = self.model()?.pair(Some(&before), &from, &to).step(speed);
         Ok(Stepped {
             step,
             parameters: self.gait.parameters.clone(),

@@ -39,6 +39,14 @@ impl Range {
         (0..self.count).map(place).collect()
     }
 
+    /// All values of a range that is one; `of` names it in messages.
+    ///
+    /// # Errors
+    /// Ends that are no numbers or in the wrong order, too few or too many values.
+    pub fn checked(&self, of: &str) -> Result<Vec<f64>, Diagnostic> {
+        self.refusal(of).map_or_else(|| Ok(self.values()), Err)
+    }
+
     /// What is wrong with it; `of` names it in messages.
     pub(super) fn refusal(&self, of: &str) -> Option<Diagnostic> {
         let Self { low, high, count } = *self;

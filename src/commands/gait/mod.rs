@@ -1,6 +1,7 @@
 //! `bipedc gait`: steps on the zero dynamics of a gait.
 mod map;
 mod step;
+mod steps;
 mod values;
 
 use crate::terminal::failure::Outcome;
@@ -11,6 +12,8 @@ Examples:
   bipedc gait step robots/three_link --gait thesis --speed 1.5
   bipedc gait step robots/five_link --gait thesis --speed 2 --set knee=0.2 --json
   bipedc gait map robots/three_link --gait thesis --speed 1.5 --over step_length=0.1:1.4:100 --over torso_lean=-2:2:100 --svg map.svg
+  bipedc gait steps robots/three_link --gait thesis --from-speed 1 --to 2
+  bipedc gait capture robots/three_link --gait thesis --speed 0.5:4:141
 
 A gait is a file of virtual constraints, gaits/NAME.toml beside the robot's description; docs/gaits.md explains it. \
 `bipedc gait step --help` says what a step is.";
@@ -27,6 +30,8 @@ pub struct Gait {
 enum GaitCommand {
     Step(step::Step),
     Map(map::Map),
+    Steps(steps::Steps),
+    Capture(steps::Capture),
 }
 
 impl Gait {
@@ -35,6 +40,8 @@ impl Gait {
         match self.command {
             GaitCommand::Step(command) => command.run(),
             GaitCommand::Map(command) => command.run(),
+            GaitCommand::Steps(command) => command.run(),
+            GaitCommand::Capture(command) => command.run(),
         }
     }
 }

@@ -20,7 +20,7 @@ at all others. --speed is φ̇ at the dead centre of a step, where P is largest;
 impact.
 
 Both steps have the parameters of the gait file, or those of --set; --from names those of the first step that differ. The first \
-step follows others of its own kind.
+step follows others of its own kind, or one with the parameters of --before.
 
 Parameters beyond their bounds are computed with a warning. A step that is not possible has a reason, and every number \
 that exists all the same; exit code 0. Margins say how far the next step is from slipping, pulling, scuffing and the torque limits of \
@@ -48,6 +48,9 @@ pub struct Step {
     /// A parameter of this step, where the next one has another
     #[arg(long, value_name = "NAME=X", value_parser = assignment)]
     from: Vec<Assignment>,
+    /// A parameter of the step before this one, if that was another one than this
+    #[arg(long, value_name = "NAME=X", value_parser = assignment)]
+    before: Vec<Assignment>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -58,7 +61,7 @@ impl Step {
         let bench = self.robot.open()?;
         let gait = bench.gait(&self.gait)?;
         output::diagnostics(&gait.warnings);
-        let options = StepOptions { speed: self.speed, set: self.set, from: self.from };
+        let options = StepOptions { speed: self.speed, set: self.set, from: self.from, before: self.before };
         let stepped = gait.step(&options)?;
         output::diagnostics(&stepped.messages);
         if self.json {

@@ -46,6 +46,16 @@ impl<'a> GaitModel<'a> {
         } else {
             self.landing(parameters, after.start)?
         };
+        self.course_to(parameters, after, landing)
+    }
+
+    /// The same where its own landing is known.
+    pub(super) fn course_to(
+        &self,
+        parameters: &[f64],
+        after: &Landing,
+        landing: Landing,
+    ) -> Result<Course<'a, '_>, Refusal> {
         let (start, end) = (after.start, landing.end);
         if !start.is_finite() || !after.eta.is_finite() || start >= end {
             return Err(Refusal::NoPhaseLeft([start, end]));

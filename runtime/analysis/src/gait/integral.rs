@@ -95,7 +95,7 @@ impl Integral {
             .map_or(0.0, |(panel, before)| before + panel.integral)
     }
 
-    /// Bound of the error of all values: what the two rules disagree by, and rounding.
+    /// Estimate of the error of all values, from what the two rules disagree by, and rounding.
     pub fn error(&self) -> f64 {
         let rounding = 4.0 * f64::EPSILON * self.panels.iter().map(|panel| panel.magnitude).sum::<f64>();
         self.panels.iter().map(|panel| panel.error).sum::<f64>() + rounding
@@ -131,8 +131,17 @@ fn panel<E>([low, high]: [f64; 2], f: &mut impl FnMut(&Places) -> Result<Places,
             gauss += GAUSS[of / 2] * value;
         }
     }
-    let (integral, error) = (half * kronrod, (half * (kronrod - gauss)).abs());
-    Ok(Panel { low, high, integral, magnitude: (half * magnitude).abs(), error })
+    let mean = 0.5 * kronrod;
+    let varies: f64 = values.iter().enumerate().map(|(k, x)| KRONROD[k.min(14 - k)] * (x - mean).abs()).sum();
+    let (integral, magnitude) = (half * kronrod, (half * magnitude).abs());
+    let error = estimate((half * (kronrod - gauss)).abs(), (half * varies).abs());
+    Ok(Panel { low, high, integral, magnitude, error })
+}
+
+/// The error of fifteen points from how far seven points miss them: where both nearly agree, fifteen are far better than seven
+/// (QUADPACK, Piessens et al. 1983).
+fn estimate(apart: f64, varies: f64) -> f64 {
+    if varies > 0.0 { varies * (200.0 * apart / varies).powf(1.5).min(1.0) } else { apart }
 }
 
 #[cfg(test)]

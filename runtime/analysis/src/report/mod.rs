@@ -18,6 +18,7 @@
 //! assert!(page.starts_with("<!DOCTYPE html>"));
 //! ```
 mod causes;
+mod curve;
 mod data;
 mod fill;
 mod film;
@@ -31,6 +32,7 @@ mod thin;
 mod write;
 
 pub use crate::experiments::plotted::{Row, RowPart, Series, Signal};
+pub use curve::{Curve as PlottedCurve, CurveFigure, CurveKind, curves_svg, render_curves};
 pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, NextStep, Report};
 pub use fill::rows_of;
 pub use film::{

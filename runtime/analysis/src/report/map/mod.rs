@@ -7,4 +7,5 @@ mod raster;
 
 pub use data::{MapAxisFigure, MapFigure, MapPanel, Table};
 pub use page::render_map;
+pub(in crate::report) use page::table;
 pub use picture::map_svg;

@@ -59,7 +59,7 @@ fn legend(figure: &MapFigure) -> Markup {
 }
 
 /// A table that scrolls by itself where it is too wide.
-pub(super) fn table(table: &Table) -> Markup {
+pub(in crate::report) fn table(table: &Table) -> Markup {
     html! {
         div.table { table {
             caption { (table.caption) }
