@@ -1,10 +1,12 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
+pub mod cycle;
 pub mod map;
 mod over;
 pub mod plan;
 mod text;
 
 pub use bipedc_analysis::gait::{Assumptions, Reason};
+pub use cycle::{CycleOptions, Cycles};
 pub use map::{GaitMap, MapOptions};
 pub use over::{Over, Range};
 pub use plan::{PlanOptions, Plans};

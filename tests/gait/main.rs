@@ -1,10 +1,13 @@
 //! Gaits: zero dynamics against an independent derivation, against whole simulations, against identities; the file format, the
 //! command.
 mod command;
+mod cycles;
 mod files;
 mod identities;
+mod maps;
 mod oracle;
 mod page;
+mod plans;
 mod simulated;
 
 use bipedc::Robot;

@@ -1,4 +1,5 @@
 //! `bipedc gait`: steps on the zero dynamics of a gait.
+mod cycle;
 mod map;
 mod step;
 mod steps;
@@ -14,6 +15,7 @@ Examples:
   bipedc gait map robots/three_link --gait thesis --speed 1.5 --over step_length=0.1:1.4:100 --over torso_lean=-2:2:100 --svg map.svg
   bipedc gait steps robots/three_link --gait thesis --from-speed 1 --to 2
   bipedc gait capture robots/three_link --gait thesis --speed 0.5:4:141
+  bipedc gait cycle robots/five_link --gait thesis --over step_length=0.15:0.7:23
 
 A gait is a file of virtual constraints, gaits/NAME.toml beside the robot's description; docs/gaits.md explains it. \
 `bipedc gait step --help` says what a step is.";
@@ -32,6 +34,7 @@ enum GaitCommand {
     Map(map::Map),
     Steps(steps::Steps),
     Capture(steps::Capture),
+    Cycle(cycle::Cycle),
 }
 
 impl Gait {
@@ -42,6 +45,7 @@ impl Gait {
             GaitCommand::Map(command) => command.run(),
             GaitCommand::Steps(command) => command.run(),
             GaitCommand::Capture(command) => command.run(),
+            GaitCommand::Cycle(command) => command.run(),
         }
     }
 }

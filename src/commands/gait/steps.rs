@@ -13,7 +13,7 @@ const STEPS: &str = "\
 Examples:
   bipedc gait steps robots/three_link --gait thesis --from-speed 1 --to 2
   bipedc gait steps robots/five_link --gait thesis --from-speed 1 --to 2 --set knee=0.3 --svg plan.svg
-  bipedc gait steps robots/three_link --gait thesis --from-speed 0.5:4:141 --to 2 --svg stairs.svg --csv stairs.csv
+  bipedc gait steps robots/three_link --gait thesis --from-speed 0.5:4:141 --to 2 --alike --svg stairs.svg --csv stairs.csv
 
 Each step chooses its parameters anew within the bounds of the gait file, or within --over (thesis 6.23). The present step is one among its \
 own kind, with the parameters of the gait file or those of --from. What a step leaves to the next ones is its parameters, which \
@@ -21,15 +21,18 @@ fix the impact, and an energy: sets of energies that ways over N values of each 
 steps reach. Then the way that ends with the wished speed itself is found between two of them, and every step of it computed as \
 `bipedc gait step` does, with --before and --from for the two steps ahead of it.
 
+With --alike every step is taken as one among its own kind, as in the thesis: what it leaves is its speed alone, and to go as far as \
+possible in each step is optimal. When parameters change, above all postures, real steps are others; the default counts that.
+
 A range of speeds gives the number of steps for each of them (thesis, figures 7.3 and 7.6).
-JSON: {\"gait\", \"robot\", \"speed_unit\", \"to\", \"from\", \"choices\": [{\"name\", \"unit\", \"bounds\", \"values\"}], \"complete\", \
+JSON: {\"gait\", \"robot\", \"speed_unit\", \"to\", \"alike\", \"from\", \"choices\": [{\"name\", \"unit\", \"bounds\", \"values\"}], \"complete\", \
 \"plans\": [{\"from_speed\", \"steps\", \"reason\", \"reason_code\", \"plan\": [{\"parameters\", \"speed\", \"energy\"}], \"reach\"}]}; \
 docs/gaits.md explains every key.";
 
 const CAPTURE: &str = "\
 Examples:
   bipedc gait capture robots/three_link --gait thesis --speed 2
-  bipedc gait capture robots/three_link --gait thesis --speed 0.5:4:141 --svg capture.svg
+  bipedc gait capture robots/three_link --gait thesis --speed 0.5:4:141 --alike --svg capture.svg
 
 The fewest steps to rest at a dead centre: N-step capturability (thesis, figure 7.3a). The same as `bipedc gait steps --to 0`, \
 whose help explains the method and the JSON.";
@@ -107,6 +110,9 @@ struct Planned {
     /// A parameter of the present step
     #[arg(long, value_name = "NAME=X", value_parser = assignment)]
     from: Vec<Assignment>,
+    /// Take every step as one among its own kind, as the thesis does: then a speed is all that a step leaves
+    #[arg(long, conflicts_with = "from")]
+    alike: bool,
     /// Most steps, up to 100
     #[arg(long, value_name = "N", default_value_t = 30)]
     most: usize,
@@ -137,8 +143,15 @@ impl Planned {
             Speeds::One(speed) => vec![speed],
             Speeds::Many(range) => range.checked(option).map_err(Failure::from)?,
         };
-        let options =
-            PlanOptions { from_speeds, to, set: self.set, from: self.from, over: self.over, most: self.most };
+        let options = PlanOptions {
+            from_speeds,
+            to,
+            set: self.set,
+            from: self.from,
+            over: self.over,
+            most: self.most,
+            alike: self.alike,
+        };
         let plans = gait.plans(&options, &bench.run())?;
         output::diagnostics(&plans.messages);
         write(self.svg.as_deref(), || curves_svg(&plans.figure()))?;

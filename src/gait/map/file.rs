@@ -51,6 +51,10 @@ pub(super) fn write(
 /// # Errors
 /// A file of something else, or a damaged one: it is not written over.
 pub(super) fn read(path: &Path, identity: &str, frame: &Frame<'_>) -> Result<Vec<Cell>, Diagnostic> {
+    // Devices and pipes have nothing to go on from, and reading them may never end.
+    if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        return Ok(Vec::new());
+    }
     let text = match std::fs::read_to_string(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
         Err(error) => return Err(Diagnostic::error(format!("cannot be read: {error}")).in_file(path)),

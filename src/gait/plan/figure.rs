@@ -13,7 +13,9 @@ impl Plans {
             let _ = writeln!(text, "step,speed,{}", names.join(","));
             let row =
                 |k: usize, speed: f64, values: Vec<String>| format!("{k},{speed},{}\n", values.join(","));
-            text.push_str(&row(0, plan.from_speed, self.from.values().map(f64::to_string).collect()));
+            // Where steps are alike the present one has no parameters.
+            let now = self.from.values().map(|x| if self.alike { String::new() } else { x.to_string() });
+            text.push_str(&row(0, plan.from_speed, now.collect()));
             for (k, step) in plan.plan.iter().enumerate() {
                 text.push_str(&row(
                     k + 1,
@@ -57,6 +59,9 @@ impl Plans {
         let curve =
             |kind, words: &str, points: Vec<[f64; 2]>| PlottedCurve { kind, words: words.to_owned(), points };
         let mut rows = vec![self.row("0", plan.from_speed, self.from.values())];
+        if self.alike {
+            rows[0].iter_mut().skip(2).for_each(|field| *field = "–".to_owned());
+        }
         for (k, step) in plan.plan.iter().enumerate() {
             rows.push(self.row(&(k + 1).to_string(), step.speed, step.parameters.values()));
         }
@@ -121,7 +126,11 @@ impl Plans {
     fn facts(&self) -> Vec<Fact> {
         let fact = |name: &str, value: String| Fact { name: name.to_owned(), value };
         let now: Vec<String> = self.from.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-        let mut facts = vec![fact("gait", self.gait.clone()), fact("present step", now.join(", "))];
+        let now = match self.alike {
+            true => fact("steps", "each is taken as one among its own kind".to_owned()),
+            false => fact("present step", now.join(", ")),
+        };
+        let mut facts = vec![fact("gait", self.gait.clone()), now];
         for choice in &self.choices {
             let [low, high] = choice.bounds;
             facts.push(fact(&choice.name, format!("{low} to {high} {}, chosen for each step", choice.unit)));

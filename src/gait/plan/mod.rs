@@ -5,7 +5,7 @@ mod text;
 use super::over::{Over, Range};
 use super::{Assignment, GaitBench};
 use crate::progress::Run;
-use bipedc_analysis::gait::{Choices, Plan, PlannedStep, Reach, Unreached, Watch};
+use bipedc_analysis::gait::{Choices, Plan, PlannedStep, Unreached, Watch};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::magnitude;
 use serde::Serialize;
@@ -33,6 +33,8 @@ pub struct PlanOptions {
     pub over: Vec<Over>,
     /// Most steps.
     pub most: usize,
+    /// Every step is taken as one among its own kind, as the thesis does.
+    pub alike: bool,
 }
 
 /// Plans from several speeds to one. As text and as JSON they are what `bipedc gait steps` and `bipedc gait capture` print.
@@ -46,7 +48,9 @@ pub struct Plans {
     pub speed_unit: String,
     /// The wished speed.
     pub to: f64,
-    /// Parameters of the present step.
+    /// Every step is taken as one among its own kind.
+    pub alike: bool,
+    /// Parameters of the present step; none count if steps are alike.
     pub from: BTreeMap<String, f64>,
     /// Parameters that steps choose.
     pub choices: Vec<Choice>,
@@ -108,18 +112,23 @@ impl GaitBench {
     pub fn plans(&self, options: &PlanOptions, run: &Run<'_>) -> Result<Plans, Diagnostics> {
         let (choices, now) = self.choices(options)?;
         let model = self.model()?;
-        let reach = run.progress.counted("steps between choices", |advance| {
-            model.reach(&now, &choices, &Watch { advance, stop: run.stop })
-        });
-        let reach = reach.map_err(|why| {
-            Diagnostic::error(format!("the present step is none: {why}"))
-                .help("name other parameters of the present step by --from")
-        })?;
         let most = options.most.clamp(1, MOST_STEPS);
-        let plans = reach.map_or_else(Vec::new, |reach| {
-            run.progress
-                .counted("planning", |advance| self.each_plan(&reach, options, most, advance, run.stop))
-        });
+        let plans = if options.alike {
+            let alike = run.progress.counted("steps of all choices", |advance| {
+                model.alike(&choices, &Watch { advance, stop: run.stop })
+            });
+            alike.map(|alike| self.each_plan(options, run, |speed| alike.plan(speed, options.to, most)))
+        } else {
+            let reach = run.progress.counted("steps between choices", |advance| {
+                model.reach(&now, &choices, &Watch { advance, stop: run.stop })
+            });
+            let reach = reach.map_err(|why| {
+                Diagnostic::error(format!("the present step is none: {why}"))
+                    .help("name other parameters of the present step by --from")
+            })?;
+            reach.map(|reach| self.each_plan(options, run, |speed| reach.plan(speed, options.to, most)))
+        };
+        let plans = plans.unwrap_or_default();
         let mut messages = self.beyond(&now, " of the present step");
         messages.extend(self.beyond(&choices.values, ""));
         Ok(Plans {
@@ -127,6 +136,7 @@ impl GaitBench {
             robot: self.compiled.description.name.clone(),
             speed_unit: format!("{}/s", self.gait.phase.unit),
             to: options.to,
+            alike: options.alike,
             from: self.named(&now),
             choices: choices.axes.iter().map(|(index, values)| self.choice(*index, values)).collect(),
             complete: plans.len() == options.from_speeds.len(),
@@ -135,24 +145,19 @@ impl GaitBench {
         })
     }
 
-    fn each_plan(
-        &self,
-        reach: &Reach<'_, '_>,
-        options: &PlanOptions,
-        most: usize,
-        advance: &dyn Fn(f64),
-        stop: &dyn Fn() -> bool,
-    ) -> Vec<SpeedPlan> {
+    fn each_plan(&self, options: &PlanOptions, run: &Run<'_>, plan: impl Fn(f64) -> Plan) -> Vec<SpeedPlan> {
         let count = options.from_speeds.len();
-        let mut plans = Vec::with_capacity(count);
-        for &speed in &options.from_speeds {
-            if stop() {
-                break;
+        run.progress.counted("planning", |advance| {
+            let mut plans = Vec::with_capacity(count);
+            for &speed in &options.from_speeds {
+                if (run.stop)() {
+                    break;
+                }
+                plans.push(self.speed_plan(speed, options.to, plan(speed)));
+                advance(plans.len() as f64 / count as f64);
             }
-            plans.push(self.speed_plan(speed, options.to, reach.plan(speed, options.to, most)));
-            advance(plans.len() as f64 / count as f64);
-        }
-        plans
+            plans
+        })
     }
 
     fn speed_plan(&self, from_speed: f64, to: f64, plan: Plan) -> SpeedPlan {

@@ -25,7 +25,11 @@ impl Plans {
             vec![choice.name.clone(), low, high, choice.unit.clone()]
         });
         let now: Vec<String> = self.from.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-        format!("{}\npresent step: {}\n", table(&head, rows.collect(), head.len()), now.join(", "))
+        let now = match self.alike {
+            true => "every step is taken as one among its own kind".to_owned(),
+            false => format!("present step: {}", now.join(", ")),
+        };
+        format!("{}\n{now}\n", table(&head, rows.collect(), head.len()))
     }
 
     fn one(&self, plan: &SpeedPlan) -> String {
@@ -33,8 +37,9 @@ impl Plans {
         let names: Vec<&str> = self.from.keys().map(String::as_str).collect();
         let speed = format!("speed ({unit})");
         let head: Vec<&str> = ["step", speed.as_str()].into_iter().chain(names.iter().copied()).collect();
-        let now = std::iter::once("0".to_owned()).chain([format!("{:.6}", plan.from_speed)]);
-        let mut rows = vec![now.chain(self.from.values().map(|x| format!("{x:.6}"))).collect::<Vec<_>>()];
+        let of_now = self.from.values().map(|x| if self.alike { "—".to_owned() } else { format!("{x:.6}") });
+        let now = ["0".to_owned(), format!("{:.6}", plan.from_speed)].into_iter();
+        let mut rows = vec![now.chain(of_now).collect::<Vec<_>>()];
         for (k, step) in plan.plan.iter().enumerate() {
             let numbers = std::iter::once(step.speed).chain(step.parameters.values().copied());
             rows.push(

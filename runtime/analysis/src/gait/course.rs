@@ -128,8 +128,12 @@ impl Course<'_, '_> {
     pub fn surface(&self, phase: f64) -> Result<SurfacePoint, Refusal> {
         let mut arguments = self.arguments.clone();
         arguments[0] = phase;
+        let refused = |why| Refusal::NoPosture(phase, why);
+        if self.gait.functions.surface.is_some() {
+            return self.gait.surface(&arguments, &[]).map_err(refused);
+        }
         let near = self.last.borrow().clone();
-        let found = self.gait.surface(&arguments, &near).map_err(|why| Refusal::NoPosture(phase, why))?;
+        let found = self.gait.surface(&arguments, &near).map_err(refused)?;
         self.last.borrow_mut().clone_from(&found.q);
         Ok(found)
     }

@@ -57,7 +57,19 @@ impl Integral {
     ///
     /// # Errors
     /// What the function reports.
-    pub fn of<E>([low, high]: [f64; 2], mut f: impl FnMut(&Places) -> Result<Places, E>) -> Result<Self, E> {
+    pub fn of<E>(range: [f64; 2], f: impl FnMut(&Places) -> Result<Places, E>) -> Result<Self, E> {
+        Self::within(range, RELATIVE, f)
+    }
+
+    /// The same to another accuracy: the error of a panel, as a part of the integral of the magnitude.
+    ///
+    /// # Errors
+    /// What the function reports.
+    pub fn within<E>(
+        [low, high]: [f64; 2],
+        relative: f64,
+        mut f: impl FnMut(&Places) -> Result<Places, E>,
+    ) -> Result<Self, E> {
         let place = |k: usize| low + (high - low) * k as f64 / FIRST as f64;
         let mut open = Vec::new();
         for k in 0..FIRST {
@@ -70,7 +82,7 @@ impl Integral {
         while let Some(top) = open.pop() {
             let middle = 0.5 * (top.low + top.high);
             let narrow = (top.high - top.low).abs() <= 1e-12 * (high - low).abs();
-            if top.error <= RELATIVE * magnitude || narrow || panels.len() + open.len() >= MOST {
+            if top.error <= relative * magnitude || narrow || panels.len() + open.len() >= MOST {
                 panels.push(top);
                 continue;
             }

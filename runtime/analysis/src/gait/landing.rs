@@ -7,7 +7,7 @@ use super::wide::LANES;
 use bipedc_runtime::model::{Argument, State};
 
 /// Places at which a guard's sign is asked for.
-const SAMPLES: usize = 128;
+const SAMPLES: usize = 64;
 /// How far from the ground a foot may be that lands, m.
 const LEVEL: f64 = 1e-6;
 /// Rounds after which φ₊ must have settled.

@@ -3,7 +3,9 @@
 //!
 //! [`GaitModel`] wraps a model that has the functions of a gait; [`GaitModel::step`] is what a command asks. Everything that can
 //! go wrong with a step is a [`Refusal`] among its numbers, no error.
+mod alike;
 mod course;
+mod cycle;
 mod functions;
 mod integral;
 mod landing;
@@ -19,7 +21,9 @@ mod surface;
 mod wide;
 mod workers;
 
+pub use alike::Alike;
 pub use course::Course;
+pub use cycle::{Cycle, NoCycle};
 pub use functions::{GaitModel, GaitSettings};
 pub use integral::{Integral, Places};
 pub use landing::Landing;

@@ -108,7 +108,13 @@ impl Course<'_, '_> {
         if !(delta < 1.0 && eta > 0.0 && momentum_after > 0.0) || self.singular().is_some() {
             return None;
         }
-        self.speed(self.p_minus * delta / (delta - 1.0))
+        self.speed(self.steady_energy())
+    }
+
+    /// E∞ = P₋ δ/(δ − 1) (6.17): E of one of many steps of this kind.
+    pub(super) fn steady_energy(&self) -> f64 {
+        let delta = self.landing.delta;
+        self.p_minus * delta / (delta - 1.0)
     }
 }
 

@@ -181,9 +181,8 @@ struct Walked {
 }
 
 impl Walked {
-    /// By how much kinetic energy at the last dead centre differs from that of a speed: smooth where the speed itself is not.
     fn miss(&self, speed: f64) -> f64 {
-        self.energy - self.last.p_max - 0.5 * (self.last.alpha_m * speed).powi(2)
+        self.last.miss(self.energy, speed)
     }
 
     fn passes(&self) -> bool {

@@ -42,11 +42,11 @@ impl Choices {
 /// What a step is that follows another one, for any energy.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Transition {
-    p_minus: f64,
+    pub p_minus: f64,
     pub p_max: f64,
     pub alpha_m: f64,
     /// δ of the impact at its end.
-    delta: f64,
+    pub delta: f64,
 }
 
 impl Transition {
@@ -64,6 +64,11 @@ impl Transition {
     /// Energy of the step after this one; `None`: this one falls back.
     pub fn next(&self, energy: f64) -> Option<f64> {
         (energy > self.p_max).then_some(self.delta * (energy - self.p_minus))
+    }
+
+    /// By how much kinetic energy at the dead centre differs from that of a speed: smooth where the speed itself is not.
+    pub fn miss(&self, energy: f64, speed: f64) -> f64 {
+        energy - self.p_max - 0.5 * (self.alpha_m * speed).powi(2)
     }
 
     /// φ̇_m; negative where the step falls back, the more the more energy it lacks.
