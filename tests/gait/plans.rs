@@ -85,32 +85,23 @@ fn plans_walk_as_they_say() {
     assert!(count > 60, "{count}");
 }
 
-/// All ways over few choices, walked by `gait step` alone: lowest and highest speed after each number of steps; a way that falls
-/// back in its last step counts as slower than all others.
-fn by_hand(bench: &GaitBench, choices: &[Vec<Assignment>], speed: f64, most: usize) -> Vec<[f64; 2]> {
-    let present: Vec<Assignment> = Vec::new();
+/// All ways over few choices, each step by itself (as `gait step` computes it, without margins): lowest and highest speed after each
+/// number of steps; a way that falls back in its last step counts as slower than all others.
+fn by_hand(bench: &GaitBench, choices: &[Vec<f64>], speed: f64, most: usize) -> Vec<[f64; 2]> {
+    let model = bench.model().unwrap();
+    let present: Vec<f64> = bench.gait.parameters.iter().map(|parameter| parameter.default).collect();
     let mut ways = vec![(present.clone(), present, speed)];
     let mut found = Vec::new();
     for _ in 0..most {
         let (mut next, mut ends) = (Vec::new(), [f64::INFINITY, f64::NEG_INFINITY]);
         for (before, from, speed) in &ways {
             for to in choices {
-                // Values that are not named are those of the step after: name all.
-                let defaults =
-                    |values: &Vec<Assignment>| if values.is_empty() { named(bench) } else { values.clone() };
-                let asked = StepOptions {
-                    speed: *speed,
-                    set: to.clone(),
-                    from: defaults(from),
-                    before: defaults(before),
-                };
-                let step = bench.step(&asked).unwrap().step;
-                match step.next_speed {
-                    Some(reached) => {
+                match model.pair(Some(before), from, to).next_speed(*speed) {
+                    Ok(reached) => {
                         ends = [ends[0].min(reached), ends[1].max(reached)];
                         next.push((from.clone(), to.clone(), reached));
                     }
-                    None => ends[0] = 0.0,
+                    Err(_) => ends[0] = 0.0,
                 }
             }
         }
@@ -118,10 +109,6 @@ fn by_hand(bench: &GaitBench, choices: &[Vec<Assignment>], speed: f64, most: usi
         ways = next;
     }
     found
-}
-
-fn named(bench: &GaitBench) -> Vec<Assignment> {
-    bench.gait.parameters.iter().map(|parameter| (parameter.name.clone(), parameter.default)).collect()
 }
 
 /// A sequence of numbers from 0 to 1 that looks random.
@@ -142,9 +129,7 @@ fn no_way_over_the_choices_needs_fewer_steps() {
     for _ in 0..25 {
         let (low, high) = (0.25 + 0.2 * random(), 0.55 + 0.35 * random());
         let (speed, to) = (0.5 + 2.0 * random(), 0.3 + 2.5 * random());
-        let choices: Vec<Vec<Assignment>> = [low, 0.5 * (low + high), high]
-            .map(|length| vec![("step_length".to_owned(), length), ("torso_lean".to_owned(), -0.5)])
-            .to_vec();
+        let choices = [low, 0.5 * (low + high), high].map(|length| vec![length, -0.5]);
         let options = PlanOptions {
             from_speeds: vec![speed],
             to,
