@@ -98,8 +98,11 @@ fn replaced(values: &[f64], index: usize, value: f64) -> Vec<f64> {
     values
 }
 
-/// Names, units and values of a cycle, as tables have them.
-pub(super) fn numbers(speed_unit: &str) -> [(&'static str, String, fn(&Cycle) -> f64); 8] {
+/// Name, unit and value of a number.
+pub(super) type Number = (&'static str, String, fn(&Cycle) -> f64);
+
+/// The numbers of a cycle, as tables have them.
+pub(super) fn numbers(speed_unit: &str) -> [Number; 8] {
     let unit = str::to_owned;
     [
         ("speed", unit(speed_unit), |cycle| cycle.speed),
@@ -165,13 +168,14 @@ impl Cycles {
             robot: self.robot.clone(),
             x: if over.is_empty() { "gait".to_owned() } else { format!("{over}{unit}") },
             y: "speeds and cost".to_owned(),
+            counted: [false, false],
             from_zero: true,
             curves: vec![
                 curve(CurveKind::Main, &format!("speed at mid-stance ({})", self.speed_unit), |cycle| {
                     cycle.speed
                 }),
                 curve(CurveKind::Other, "walking speed (m/s)", |cycle| cycle.walking_speed),
-                curve(CurveKind::Limit, "cost of transport", |cycle| cycle.cost_of_transport),
+                curve(CurveKind::Third, "cost of transport", |cycle| cycle.cost_of_transport),
             ],
             facts: vec![Fact { name: "gait".to_owned(), value: self.gait.clone() }],
             table: self.table(),

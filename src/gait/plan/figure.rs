@@ -69,6 +69,7 @@ impl Plans {
         CurveFigure {
             x: "step".to_owned(),
             y: format!("speed at mid-stance ({})", self.speed_unit),
+            counted: [true, false],
             from_zero: true,
             curves: vec![
                 curve(CurveKind::Limit, "fastest that can be reached", ends(1)),
@@ -108,6 +109,7 @@ impl Plans {
         CurveFigure {
             x: format!("speed at mid-stance ({})", self.speed_unit),
             y: "fewest steps".to_owned(),
+            counted: [false, true],
             from_zero: true,
             curves: vec![PlottedCurve {
                 kind: CurveKind::Dots,

@@ -19,6 +19,8 @@ pub struct CurveFigure {
     pub x: String,
     /// Label of the vertical axis, with its unit.
     pub y: String,
+    /// Whether the axes count something.
+    pub counted: [bool; 2],
     /// The vertical axis begins at zero.
     pub from_zero: bool,
     /// Those that are said last lie on top.
@@ -49,6 +51,8 @@ pub enum CurveKind {
     Dots,
     /// A second line.
     Other,
+    /// A third line.
+    Third,
     /// What is reached at most.
     Limit,
     /// What is wished.
@@ -61,6 +65,7 @@ impl CurveKind {
         match self {
             Self::Main | Self::Dots => "held-out",
             Self::Other => "training",
+            Self::Third => "after",
             Self::Limit => "before",
             Self::Wish => "floor",
         }

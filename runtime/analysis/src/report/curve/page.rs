@@ -5,6 +5,7 @@ use crate::report::map::table;
 use crate::report::page::{PageParts, document};
 use maud::html;
 
+const STYLE: &str = ".table th, .table td { white-space: nowrap; }\n";
 const SCRIPT: &str = "steerTheme(() => {}, () => {});\n";
 
 /// The page as one HTML document that loads nothing.
@@ -13,7 +14,7 @@ pub fn render_curves(figure: &CurveFigure) -> String {
         section aria-labelledby="curves" {
             h2 #curves { (figure.y) }
             figure {
-                svg viewBox=(format!("0 30 {} {}", SIZE.0, SIZE.1 - 30.0)) role="img" aria-label=(figure.title) style="max-width:46rem;width:100%" {
+                svg viewBox=(format!("0 20 {} {}", SIZE.0, SIZE.1 - 20.0)) role="img" aria-label=(figure.title) style="max-width:46rem;width:100%" {
                     (picture(figure))
                 }
             }
@@ -24,6 +25,6 @@ pub fn render_curves(figure: &CurveFigure) -> String {
             dl.facts { @for fact in &figure.facts { div { dt { (fact.name) } dd { (fact.value) } } } }
         }
     };
-    let parts = PageParts { content, numbers: "{}".to_owned(), style: "", scripts: SCRIPT };
+    let parts = PageParts { content, numbers: "{}".to_owned(), style: STYLE, scripts: SCRIPT };
     document(&figure.title, &figure.robot, parts)
 }

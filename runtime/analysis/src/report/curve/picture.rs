@@ -5,7 +5,7 @@ use crate::report::svg::{keys, standalone};
 use maud::{Markup, html};
 
 /// Width and height of the picture, px.
-pub(super) const SIZE: (f64, f64) = (560.0, 360.0);
+pub(super) const SIZE: (f64, f64) = (640.0, 360.0);
 
 /// All curves as an SVG file.
 pub fn curves_svg(figure: &CurveFigure) -> String {
@@ -25,8 +25,8 @@ pub(super) fn picture(figure: &CurveFigure) -> Markup {
         top: 48.0,
         width: SIZE.0 - 90.0,
         height: SIZE.1 - 100.0,
-        x: Axis::around(figure.x.clone(), all(0), false),
-        y: Axis::around(figure.y.clone(), all(1), figure.from_zero),
+        x: Axis::around(figure.x.clone(), all(0), false).counted(figure.counted[0]),
+        y: Axis::around(figure.y.clone(), all(1), figure.from_zero).counted(figure.counted[1]),
         x_ticks: true,
     };
     let entries: Vec<(&str, &str)> = figure
