@@ -62,20 +62,18 @@ impl<'a> GaitModel<'a> {
         }
         let mut arguments = self.arguments(parameters, [start, end]);
         self.match_impact(&mut arguments, after)?;
-        let last = RefCell::new(after.q.clone());
-        let none = Integral::of([0.0, 0.0], |_| Ok::<Places, Refusal>([0.0; 15]))?;
         let mut course = Course {
             gait: self,
             landing,
             start,
             arguments,
-            potential: none,
+            potential: Integral::of([0.0, 0.0], |_| Ok::<Places, Refusal>([0.0; 15]))?,
             samples: Vec::new(),
             dead_centre: start,
             p_max: 0.0,
             p_minus: 0.0,
             alpha_m: f64::NAN,
-            last,
+            last: RefCell::new(after.q.clone()),
         };
         let ends = course.samples_at(&[start, end])?;
         let mut samples = vec![ends[0]];
