@@ -1,15 +1,27 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
 mod controller;
+pub mod cycle;
+pub mod map;
+mod over;
+pub mod plan;
 mod text;
 
+pub use bipedc_analysis::gait::{Assumptions, Reason};
 pub use controller::ProgramController;
+pub use cycle::{CycleOptions, Cycles};
+pub use map::{GaitMap, MapOptions};
+pub use over::{Over, Range};
+pub use plan::{PlanOptions, Plans};
 
 use crate::progress::Progress;
 use bipedc_analysis::gait::{GaitModel, GaitSettings, Step};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{CompiledGait, ProgramModel, compile_gait};
-use bipedc_compiler::description::gait::{Gait, GaitParameter, gait_path, parse_gait, read_gait};
+use bipedc_compiler::description::gait::{
+    Gait, GaitParameter, PHASE_START, gait_path, parse_gait, read_gait,
+};
 use bipedc_compiler::description::suggest;
+use bipedc_compiler::robot::fnv1a;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_effects::magnitude;
@@ -40,6 +52,8 @@ pub struct StepOptions {
     pub set: Vec<Assignment>,
     /// Parameters of the step before, where they are others.
     pub from: Vec<Assignment>,
+    /// Parameters of the step before that one, where they are others; without any of them the step before follows its own kind.
+    pub before: Vec<Assignment>,
 }
 
 /// A step with its question. As text and as JSON it is what `bipedc gait step` prints.
@@ -126,6 +140,7 @@ impl GaitBench {
             outputs: phase.outputs.len(),
             between: phase.guard.between,
             impact_matching: phase.impact_matching,
+            depends_on_start: self.depends_on_start(),
             impact_map: impact_map.map_or_else(String::new, |function| function.name.clone()),
             points: *points,
             posture,
@@ -133,6 +148,13 @@ impl GaitBench {
             effort_limits: joints.iter().map(|joint| limit(&joint.name)).collect(),
         };
         GaitModel::new(&self.model, settings)
+    }
+
+    /// Whether φ₊ stands in what is wanted, directly or in a quantity.
+    fn depends_on_start(&self) -> bool {
+        let wanted = self.gait.phase.outputs.iter().map(|output| &output.wanted);
+        let mut formulas = wanted.chain(self.gait.quantities.values());
+        formulas.any(|formula| formula.names().iter().any(|name| name == PHASE_START))
     }
 
     /// One step.
@@ -153,7 +175,11 @@ impl GaitBench {
         if from != to {
             messages.extend(self.beyond(&from, " of the step before"));
         }
-        let step = self.model()?.step(&from, &to, speed);
+        let before = self.with(&from, &options.before)?;
+        if before != from {
+            messages.extend(self.beyond(&before, " of the first step"));
+        }
+        let step = self.model()?.pair(Some(&before), &from, &to).step(speed);
         Ok(Stepped {
             step,
             parameters: self.gait.parameters.clone(),
@@ -169,11 +195,8 @@ impl GaitBench {
         let mut values = values.to_vec();
         let mut wrong = Vec::new();
         for (name, value) in assignments {
-            let Some(index) = self.gait.parameters.iter().position(|parameter| parameter.name == *name)
-            else {
-                let names: Vec<&str> = self.gait.parameters.iter().map(|p| p.name.as_str()).collect();
-                let message = format!("the gait `{}` has no parameter `{name}`", self.gait.name);
-                wrong.push(Diagnostic::error(message).help(suggest(name, names, "parameters")));
+            let Some(index) = self.index(name) else {
+                wrong.push(self.unknown(name));
                 continue;
             };
             if !value.is_finite() || magnitude::refusal(*value).is_some() {
@@ -185,6 +208,24 @@ impl GaitBench {
             values[index] = *value;
         }
         if wrong.is_empty() { Ok(values) } else { Err(Diagnostics(wrong)) }
+    }
+
+    /// Which parameter has this name.
+    fn index(&self, name: &str) -> Option<usize> {
+        self.gait.parameters.iter().position(|parameter| parameter.name == name)
+    }
+
+    fn unknown(&self, name: &str) -> Diagnostic {
+        let names: Vec<&str> = self.gait.parameters.iter().map(|p| p.name.as_str()).collect();
+        let message = format!("the gait `{}` has no parameter `{name}`", self.gait.name);
+        Diagnostic::error(message).help(suggest(name, names, "parameters"))
+    }
+
+    /// A hash of robot, gait and what is asked of them: equal hashes mean equal answers.
+    fn identity(&self, request: &impl std::fmt::Debug) -> String {
+        let version = env!("CARGO_PKG_VERSION");
+        let parts = format!("{version}\0{:?}\0{:?}\0{request:?}", self.compiled.description, self.gait);
+        format!("{:016x}", fnv1a(&parts))
     }
 
     /// Warnings of parameters beyond their bounds.

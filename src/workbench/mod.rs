@@ -399,7 +399,8 @@ impl Workbench {
         excitation::design_postures(&self.robot, options, out.as_ref(), &self.run())
     }
 
-    fn run(&self) -> Run<'_> {
+    /// Who watches, and who may end what takes long.
+    pub fn run(&self) -> Run<'_> {
         Run { progress: &*self.progress, stop: &*self.stop }
     }
 

@@ -1,11 +1,14 @@
 //! Gaits: zero dynamics against an independent derivation, against whole simulations, against identities; the file format, the
 //! command.
 mod command;
+mod cycles;
 mod files;
 mod identities;
 mod lie;
+mod maps;
 mod oracle;
 mod page;
+mod plans;
 mod scenarios;
 mod simulated;
 mod status;

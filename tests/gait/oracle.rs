@@ -18,7 +18,12 @@ fn options(case: &Value) -> StepOptions {
         let table = case[key].as_object().unwrap();
         table.iter().map(|(name, value)| (name.clone(), number(value))).collect()
     };
-    StepOptions { speed: number(&case["speed"]), set: assignments("set"), from: assignments("from") }
+    StepOptions {
+        speed: number(&case["speed"]),
+        set: assignments("set"),
+        from: assignments("from"),
+        ..StepOptions::default()
+    }
 }
 
 fn folder(case: &Value) -> String {

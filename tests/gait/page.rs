@@ -1,6 +1,6 @@
 //! `docs/gaits.md`: its example runs and prints what it shows, its gait is the shipped one, all keys stand in it.
 use super::{gait, robot};
-use crate::cli::bipedc;
+use crate::cli::{bipedc, command, run, scratch};
 use bipedc::gait::{GaitBench, StepOptions};
 use bipedc::progress::Silent;
 use std::path::Path;
@@ -21,19 +21,28 @@ fn block(page: &str, language: &str, words: &str) -> String {
 
 #[test]
 fn the_example_prints_what_the_page_shows() {
-    let shown = block(&page(), "", "$ bipedc");
-    let (command, output) = shown.split_once('\n').unwrap();
-    let arguments: Vec<&str> = command.split_whitespace().skip(2).collect();
-    assert_eq!(bipedc(&arguments).ok().out.trim_end(), output);
+    for words in ["$ bipedc gait step", "$ bipedc gait steps", "$ bipedc gait cycle"] {
+        let shown = block(&page(), "", &format!("{words} "));
+        let (command, output) = shown.split_once('\n').unwrap();
+        let arguments: Vec<&str> = command.split_whitespace().skip(2).collect();
+        assert_eq!(bipedc(&arguments).ok().out.trim_end(), output, "{command}");
+    }
 }
 
 #[test]
 fn all_commands_of_the_page_run() {
-    let commands = block(&page(), "sh", "gait step");
-    assert_eq!(commands.lines().count(), 3);
-    for command in commands.lines() {
-        bipedc(&command.split_whitespace().skip(1).collect::<Vec<_>>()).ok();
+    let folder = scratch("gaits_page");
+    let robots = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/");
+    let mut count = 0;
+    for words in ["gait step ", "gait map", "gait steps", "gait cycle"] {
+        for line in block(&page(), "sh", words).lines() {
+            // Fewer cells are the same commands; files go to a folder of their own.
+            let line = line.replace(":200", ":12").replace(":159", ":9").replace("robots/", robots);
+            run(command(&line.split_whitespace().skip(1).collect::<Vec<_>>()).current_dir(&folder)).ok();
+            count += 1;
+        }
     }
+    assert_eq!(count, 11);
 }
 
 #[test]
@@ -83,5 +92,43 @@ fn all_keys_stand_on_the_page() {
     let (all, margins) = (json.as_object().unwrap(), json["margins"].as_object().unwrap());
     for key in all.keys().filter(|key| *key != "margins").chain(margins.keys()) {
         assert!(page.contains(&format!("`{key}`")), "no `{key}` on the page");
+    }
+}
+
+/// Every name in a JSON value, lists by their first entry; what is named by robots and gaits, not by us, is left out.
+fn names(json: &serde_json::Value, found: &mut Vec<String>) {
+    match json {
+        serde_json::Value::Object(table) => {
+            for (key, value) in table {
+                found.push(key.clone());
+                if !["parameters", "from", "counts"].contains(&key.as_str()) {
+                    names(value, found);
+                }
+            }
+        }
+        serde_json::Value::Array(list) => list.first().into_iter().for_each(|first| names(first, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn keys_and_codes_of_maps_plans_and_cycles_stand_on_the_page() {
+    let page = page();
+    let fixed = |which: &str, more: &[&str]| {
+        let start = ["gait", which, "robots/three_link", "--gait", "thesis", "--json"];
+        bipedc(&[&start[..], more].concat()).ok().json()
+    };
+    let map = ["--speed", "1", "--over", "step_length=0.3:0.6:3", "--over", "torso_lean=-0.6:0:3"];
+    let plan = ["--from-speed", "1", "--to", "1.2", "--over", "step_length=0.3:0.6:3"];
+    for json in [fixed("map", &map), fixed("steps", &plan), fixed("cycle", &[])] {
+        let mut found = Vec::new();
+        names(&json, &mut found);
+        assert!(found.len() > 10, "{found:?}");
+        for key in found {
+            assert!(page.contains(&format!("`{key}`")), "no `{key}` on the page");
+        }
+    }
+    for reason in bipedc_analysis::gait::Reason::ALL {
+        assert!(page.contains(&format!("`{}`", reason.code())), "no `{}` on the page", reason.code());
     }
 }

@@ -175,7 +175,10 @@ fn compare(gaited: &Gaited, bench: &GaitBench, [from, to]: [&[f64]; 2], speed: f
     let named = |values: &[f64]| {
         gaited.parameters.iter().map(|name| (*name).to_owned()).zip(values.iter().copied()).collect()
     };
-    let stepped = bench.step(&StepOptions { speed, set: named(to), from: named(from) }).unwrap().step;
+    let stepped = bench
+        .step(&StepOptions { speed, set: named(to), from: named(from), ..StepOptions::default() })
+        .unwrap()
+        .step;
     let model = bench.model().unwrap();
     let now = model.steady_course(from).unwrap();
     let course = model.course(to, &now.landing).unwrap();

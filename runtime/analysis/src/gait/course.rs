@@ -1,28 +1,28 @@
 //! One step on the zero dynamics: its energy (6.7–6.13), its dead centre (6.18).
 use super::functions::GaitModel;
-use super::integral::Integral;
+use super::integral::{Integral, Places};
 use super::landing::Landing;
 use super::search::zero;
 use super::step::Refusal;
 use super::surface::SurfacePoint;
 use std::cell::RefCell;
 
-/// Places in each panel of the integral at which γ's sign is asked for.
-const SAMPLES: usize = 8;
 /// Outputs (m, rad) that are zero but for rounding.
 const CLOSE: f64 = 1e-8;
 
 /// A step from φ₊ to φ₋.
 #[derive(Clone)]
 pub struct Course<'a, 'm> {
-    gait: &'m GaitModel<'a>,
+    pub(super) gait: &'m GaitModel<'a>,
     /// How it ends.
     pub landing: Landing,
     /// φ₊.
     pub start: f64,
     /// Arguments of the gait's functions; φ, the first, is any.
-    arguments: Vec<f64>,
+    pub(super) arguments: Vec<f64>,
     potential: Integral,
+    /// Phase, α and α γ at both ends and wherever the integral asked, from φ₊ to φ₋.
+    samples: Vec<[f64; 3]>,
     /// φ_m: where P is largest.
     pub dead_centre: f64,
     /// P at the dead centre, (kg m²/s)².
@@ -41,28 +41,50 @@ impl<'a> GaitModel<'a> {
     /// # Errors
     /// Why there is none.
     pub fn course(&self, parameters: &[f64], after: &Landing) -> Result<Course<'a, '_>, Refusal> {
-        let landing = self.landing(parameters, after.start)?;
+        let landing = if after.parameters == parameters && !self.settings.depends_on_start {
+            after.clone()
+        } else {
+            self.landing(parameters, after.start)?
+        };
+        self.course_to(parameters, after, landing)
+    }
+
+    /// The same where its own landing is known.
+    pub(super) fn course_to(
+        &self,
+        parameters: &[f64],
+        after: &Landing,
+        landing: Landing,
+    ) -> Result<Course<'a, '_>, Refusal> {
         let (start, end) = (after.start, landing.end);
         if !start.is_finite() || !after.eta.is_finite() || start >= end {
             return Err(Refusal::NoPhaseLeft([start, end]));
         }
         let mut arguments = self.arguments(parameters, [start, end]);
         self.match_impact(&mut arguments, after)?;
-        let last = RefCell::new(after.q.clone());
-        let none = Integral::of([0.0, 0.0], |_| Ok::<f64, Refusal>(0.0))?;
         let mut course = Course {
             gait: self,
             landing,
             start,
             arguments,
-            potential: none,
+            potential: Integral::of([0.0, 0.0], |_| Ok::<Places, Refusal>([0.0; 15]))?,
+            samples: Vec::new(),
             dead_centre: start,
             p_max: 0.0,
             p_minus: 0.0,
             alpha_m: f64::NAN,
-            last,
+            last: RefCell::new(after.q.clone()),
         };
-        course.potential = Integral::of([start, end], |phase| course.force(phase))?;
+        let ends = course.samples_at(&[start, end])?;
+        let mut samples = vec![ends[0]];
+        course.potential = Integral::of([start, end], |places| {
+            let found = course.samples_at(places)?;
+            samples.extend_from_slice(&found);
+            Ok::<_, Refusal>(std::array::from_fn(|k| found[k][2]))
+        })?;
+        samples.push(ends[1]);
+        samples.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        course.samples = samples;
         course.p_minus = course.potential.whole();
         course.find_dead_centre()?;
         Ok(course)
@@ -104,8 +126,12 @@ impl Course<'_, '_> {
     pub fn surface(&self, phase: f64) -> Result<SurfacePoint, Refusal> {
         let mut arguments = self.arguments.clone();
         arguments[0] = phase;
+        let refused = |why| Refusal::NoPosture(phase, why);
+        if self.gait.functions.surface.is_some() {
+            return self.gait.surface(&arguments, &[]).map_err(refused);
+        }
         let near = self.last.borrow().clone();
-        let found = self.gait.surface(&arguments, &near).map_err(|why| Refusal::NoPosture(phase, why))?;
+        let found = self.gait.surface(&arguments, &near).map_err(refused)?;
         self.last.borrow_mut().clone_from(&found.q);
         Ok(found)
     }
@@ -137,7 +163,20 @@ impl Course<'_, '_> {
     /// # Errors
     /// There is no such posture.
     pub fn potential(&self, phase: f64) -> Result<f64, Refusal> {
-        self.potential.at(phase, |phase| self.force(phase))
+        self.potential.at(phase, |places| {
+            let found = self.samples_at(places)?;
+            Ok(std::array::from_fn(|k| found[k][2]))
+        })
+    }
+
+    /// Each phase with α and α γ.
+    fn samples_at(&self, phases: &[f64]) -> Result<Vec<[f64; 3]>, Refusal> {
+        let found = self.zero_dynamics_at(phases)?;
+        Ok(phases
+            .iter()
+            .zip(found)
+            .map(|(&phase, [alpha, _, gamma])| [phase, alpha, alpha * gamma])
+            .collect())
     }
 
     /// Bound of the error of all values of P.
@@ -152,21 +191,16 @@ impl Course<'_, '_> {
 
     /// Where P is largest: at an end, or where its slope passes zero downwards.
     fn find_dead_centre(&mut self) -> Result<(), Refusal> {
-        let edges: Vec<f64> = self.potential.edges().collect();
         let mut best = if self.p_minus > 0.0 { (self.landing.end, self.p_minus) } else { (self.start, 0.0) };
-        let mut last: Option<(f64, f64)> = None;
-        for pair in edges.windows(2) {
-            for k in 0..=SAMPLES {
-                let phase = pair[0] + (pair[1] - pair[0]) * k as f64 / SAMPLES as f64;
-                let value = self.force(phase)?;
-                if let Some(before) = last.filter(|before| before.1 > 0.0 && value <= 0.0) {
-                    let place = zero(|x| self.force(x).unwrap_or(f64::NAN), before, (phase, value));
-                    let height = self.potential(place)?;
-                    if height > best.1 {
-                        best = (place, height);
-                    }
+        for pair in self.samples.windows(2) {
+            let ([before, _, rising], [after, _, falling]) = (pair[0], pair[1]);
+            if rising > 0.0 && falling <= 0.0 {
+                let slope = |phase| self.force(phase).unwrap_or(f64::NAN);
+                let place = zero(slope, (before, rising), (after, falling));
+                let height = self.potential(place)?;
+                if height > best.1 {
+                    best = (place, height);
                 }
-                last = Some((phase, value));
             }
         }
         (self.dead_centre, self.p_max) = best;
@@ -176,13 +210,7 @@ impl Course<'_, '_> {
 
     /// A place where α vanishes or changes sign: the momentum says nothing of φ̇ there.
     pub fn singular(&self) -> Option<f64> {
-        let edges: Vec<f64> = self.potential.edges().collect();
-        let places = edges.windows(2).flat_map(|pair| {
-            let (low, high) = (pair[0], pair[1]);
-            (0..=SAMPLES).map(move |k| low + (high - low) * k as f64 / SAMPLES as f64)
-        });
-        let positive = |phase: f64| self.zero_dynamics(phase).is_ok_and(|[alpha, ..]| alpha > 0.0);
-        places.into_iter().find(|&phase| !positive(phase))
+        self.samples.iter().find(|[_, alpha, _]| alpha.is_nan() || *alpha <= 0.0).map(|[phase, ..]| *phase)
     }
 
     /// E of a step that passes its dead centre at this speed (6.12, 6.19).

@@ -1,5 +1,6 @@
 //! The functions of a robot with a gait, by name.
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::lanes::F64x8;
 use bipedc_runtime::model::{Argument, Model, State};
 
 /// What a gait is beside its functions.
@@ -13,6 +14,8 @@ pub struct GaitSettings {
     pub between: [f64; 2],
     /// Whether h_p takes up what an impact leaves of the outputs and their rates.
     pub impact_matching: bool,
+    /// Whether what is wanted depends on φ₊: only then does the end of a step depend on where it began.
+    pub depends_on_start: bool,
     /// Name of the impact map in the model.
     pub impact_map: String,
     /// Contact points, by index: the one that stands, the one that lands.
@@ -49,7 +52,9 @@ pub(super) struct Functions {
 /// A model with the functions of a gait: planar base, q and v alike.
 #[derive(Clone)]
 pub struct GaitModel<'a> {
-    pub(super) model: &'a dyn Model<f64>,
+    pub(super) model: &'a (dyn Model<f64> + Sync),
+    /// The same eight times side by side.
+    pub(super) wide: &'a (dyn Model<F64x8> + Sync),
     pub(super) functions: Functions,
     pub(super) settings: GaitSettings,
 }
@@ -59,7 +64,11 @@ impl<'a> GaitModel<'a> {
     ///
     /// # Errors
     /// The model lacks one.
-    pub fn new(model: &'a dyn Model<f64>, settings: GaitSettings) -> Result<Self, Diagnostic> {
+    pub fn new<M>(model: &'a M, settings: GaitSettings) -> Result<Self, Diagnostic>
+    where
+        M: Model<f64> + Model<F64x8> + Sync,
+    {
+        let (model, wide): (&(dyn Model<f64> + Sync), &(dyn Model<F64x8> + Sync)) = (model, model);
         let find = |name: &str| {
             model.function(name).ok_or_else(|| {
                 Diagnostic::error(format!("the model has no function `{name}`"))
@@ -83,7 +92,7 @@ impl<'a> GaitModel<'a> {
             heights: find("contact_distances")?,
             normals: find("contact_normal_directions")?,
         };
-        Ok(Self { model, functions, settings })
+        Ok(Self { model, wide, functions, settings })
     }
 
     /// The same without a closed form of the constraint surface: it is found by iteration.

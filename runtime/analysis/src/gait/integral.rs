@@ -25,11 +25,14 @@ const KRONROD: [f64; 8] = [
 const GAUSS: [f64; 4] = [0.1294849661688697, 0.27970539148927664, 0.3818300505051189, 0.4179591836734694];
 
 /// Panels that an integral begins with, so that nothing narrow is overlooked.
-const FIRST: usize = 8;
+const FIRST: usize = 4;
 /// Panels at most.
 const MOST: usize = 4096;
 /// Error of a panel, as a part of the integral of the magnitude.
 const RELATIVE: f64 = 1e-14;
+
+/// Places of a panel, from below, or the values there.
+pub type Places = [f64; 15];
 
 #[derive(Debug, Clone, Copy)]
 struct Panel {
@@ -49,22 +52,37 @@ pub struct Integral {
 }
 
 impl Integral {
-    /// Integrates a function over an interval. Panels are halved while seven and fifteen points disagree.
+    /// Integrates a function over an interval, which is asked for at fifteen places at once. Panels are halved while seven and
+    /// fifteen points disagree.
     ///
     /// # Errors
     /// What the function reports.
-    pub fn of<E>([low, high]: [f64; 2], mut f: impl FnMut(f64) -> Result<f64, E>) -> Result<Self, E> {
+    pub fn of<E>(range: [f64; 2], f: impl FnMut(&Places) -> Result<Places, E>) -> Result<Self, E> {
+        Self::within(range, RELATIVE, f)
+    }
+
+    /// The same to another accuracy: the error of a panel, as a part of the integral of the magnitude.
+    ///
+    /// # Errors
+    /// What the function reports.
+    pub fn within<E>(
+        [low, high]: [f64; 2],
+        relative: f64,
+        mut f: impl FnMut(&Places) -> Result<Places, E>,
+    ) -> Result<Self, E> {
         let place = |k: usize| low + (high - low) * k as f64 / FIRST as f64;
         let mut open = Vec::new();
-        for k in (0..FIRST).rev() {
+        for k in 0..FIRST {
             open.push(panel([place(k), place(k + 1)], &mut f)?);
         }
+        // The lowest panel is the next one.
+        open.reverse();
         let magnitude: f64 = open.iter().map(|panel| panel.magnitude).sum();
         let mut panels: Vec<Panel> = Vec::new();
         while let Some(top) = open.pop() {
             let middle = 0.5 * (top.low + top.high);
             let narrow = (top.high - top.low).abs() <= 1e-12 * (high - low).abs();
-            if top.error <= RELATIVE * magnitude || narrow || panels.len() + open.len() >= MOST {
+            if top.error <= relative * magnitude || narrow || panels.len() + open.len() >= MOST {
                 panels.push(top);
                 continue;
             }
@@ -89,7 +107,7 @@ impl Integral {
             .map_or(0.0, |(panel, before)| before + panel.integral)
     }
 
-    /// Bound of the error of all values: what the two rules disagree by, and rounding.
+    /// Estimate of the error of all values, from what the two rules disagree by, and rounding.
     pub fn error(&self) -> f64 {
         let rounding = 4.0 * f64::EPSILON * self.panels.iter().map(|panel| panel.magnitude).sum::<f64>();
         self.panels.iter().map(|panel| panel.error).sum::<f64>() + rounding
@@ -99,7 +117,7 @@ impl Integral {
     ///
     /// # Errors
     /// What the function reports.
-    pub fn at<E>(&self, x: f64, mut f: impl FnMut(f64) -> Result<f64, E>) -> Result<f64, E> {
+    pub fn at<E>(&self, x: f64, mut f: impl FnMut(&Places) -> Result<Places, E>) -> Result<f64, E> {
         let found =
             self.panels.partition_point(|panel| panel.high <= x).min(self.panels.len().saturating_sub(1));
         let Some(inside) = self.panels.get(found) else { return Ok(0.0) };
@@ -112,22 +130,30 @@ impl Integral {
     }
 }
 
-fn panel<E>([low, high]: [f64; 2], f: &mut impl FnMut(f64) -> Result<f64, E>) -> Result<Panel, E> {
+fn panel<E>([low, high]: [f64; 2], f: &mut impl FnMut(&Places) -> Result<Places, E>) -> Result<Panel, E> {
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let place = |k: usize| if k < 7 { middle - half * NODES[k] } else { middle + half * NODES[14 - k] };
+    let values = f(&std::array::from_fn(place))?;
     let (mut kronrod, mut gauss, mut magnitude) = (0.0, 0.0, 0.0);
-    for (k, (&node, &weight)) in NODES.iter().zip(&KRONROD).enumerate() {
-        let sides: &[f64] = if node == 0.0 { &[0.0] } else { &[-1.0, 1.0] };
-        for side in sides {
-            let value = f(middle + side * half * node)?;
-            kronrod += weight * value;
-            magnitude += weight * value.abs();
-            if k % 2 == 1 {
-                gauss += GAUSS[k / 2] * value;
-            }
+    for (k, value) in values.into_iter().enumerate() {
+        let (of, weight) = (k.min(14 - k), KRONROD[k.min(14 - k)]);
+        kronrod += weight * value;
+        magnitude += weight * value.abs();
+        if of % 2 == 1 {
+            gauss += GAUSS[of / 2] * value;
         }
     }
-    let (integral, error) = (half * kronrod, (half * (kronrod - gauss)).abs());
-    Ok(Panel { low, high, integral, magnitude: (half * magnitude).abs(), error })
+    let mean = 0.5 * kronrod;
+    let varies: f64 = values.iter().enumerate().map(|(k, x)| KRONROD[k.min(14 - k)] * (x - mean).abs()).sum();
+    let (integral, magnitude) = (half * kronrod, (half * magnitude).abs());
+    let error = estimate((half * (kronrod - gauss)).abs(), (half * varies).abs());
+    Ok(Panel { low, high, integral, magnitude, error })
+}
+
+/// The error of fifteen points from how far seven points miss them: where both nearly agree, fifteen are far better than seven
+/// (QUADPACK, Piessens et al. 1983).
+fn estimate(apart: f64, varies: f64) -> f64 {
+    if varies > 0.0 { varies * (200.0 * apart / varies).powf(1.5).min(1.0) } else { apart }
 }
 
 #[cfg(test)]
@@ -144,7 +170,7 @@ mod tests {
 
     #[test]
     fn integrals_are_within_their_error() {
-        let f = |x: f64| Ok::<f64, Infallible>((3.0 * x).exp() * (20.0 * x).sin());
+        let f = |at: &Places| Ok::<Places, Infallible>(at.map(|x| (3.0 * x).exp() * (20.0 * x).sin()));
         let primitive = |x: f64| (3.0 * x).exp() * (3.0 * (20.0 * x).sin() - 20.0 * (20.0 * x).cos()) / 409.0;
         let found = sure(Integral::of([-0.5, 1.2], f));
         for x in [-0.5, -0.31, 0.0, 0.7, 1.2] {
@@ -157,7 +183,7 @@ mod tests {
 
     #[test]
     fn a_kink_costs_panels_but_no_accuracy() {
-        let f = |x: f64| Ok::<f64, Infallible>((x - 0.123).abs());
+        let f = |at: &Places| Ok::<Places, Infallible>(at.map(|x| (x - 0.123).abs()));
         let found = sure(Integral::of([0.0, 1.0], f));
         let exact = 0.5 * (0.123f64.powi(2) + 0.877f64.powi(2));
         assert!((found.whole() - exact).abs() < 1e-14);

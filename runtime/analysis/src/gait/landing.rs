@@ -3,10 +3,11 @@ use super::functions::GaitModel;
 use super::search::zero;
 use super::step::Refusal;
 use super::surface::SurfacePoint;
+use super::wide::LANES;
 use bipedc_runtime::model::{Argument, State};
 
 /// Places at which a guard's sign is asked for.
-const SAMPLES: usize = 256;
+const SAMPLES: usize = 64;
 /// How far from the ground a foot may be that lands, m.
 const LEVEL: f64 = 1e-6;
 /// Rounds after which φ₊ must have settled.
@@ -15,6 +16,8 @@ const ROUNDS: usize = 20;
 /// The end of a step and the beginning of the next, at unit speed φ̇₋ = 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Landing {
+    /// Those of the step that ends.
+    pub parameters: Vec<f64>,
     /// φ₋.
     pub end: f64,
     /// The configuration just before.
@@ -62,6 +65,7 @@ impl GaitModel<'_> {
         let first = self.settings.points[0] * self.size();
         let lift_off = directions.iter().skip(first).zip(velocity).map(|(w, v)| w * v).sum();
         Ok(Landing {
+            parameters: parameters.to_vec(),
             end,
             momentum_before,
             start,
@@ -83,8 +87,9 @@ impl GaitModel<'_> {
         let mut start = 2.0 * low - high;
         for _ in 0..ROUNDS {
             let landing = self.landing(parameters, start)?;
-            if (landing.start - start).abs()
-                <= 4.0 * f64::EPSILON * landing.start.abs().max(landing.end.abs())
+            if !self.settings.depends_on_start
+                || (landing.start - start).abs()
+                    <= 4.0 * f64::EPSILON * landing.start.abs().max(landing.end.abs())
             {
                 return Ok(landing);
             }
@@ -95,29 +100,39 @@ impl GaitModel<'_> {
 
     /// φ₋: the first place where the guard vanishes; h_p does there too.
     fn end(&self, parameters: &[f64], start: f64) -> Result<f64, Refusal> {
-        let guard = |phase: f64| {
-            let point = self.at_end(parameters, start, phase).ok()?;
-            let arguments = self.arguments(parameters, [start, phase]);
-            let state = State::new().with(Argument::Q, &point.q).with(Argument::Parameters, &arguments);
-            self.call(self.functions.guard, &state).first().copied().filter(|x| x.is_finite())
-        };
+        let guard = |phase: f64| self.guard(parameters, start, phase);
+        let arguments = self.arguments(parameters, [start, start]);
         let [low, high] = self.settings.between;
+        let place = |k: usize| low + (high - low) * k.min(SAMPLES) as f64 / SAMPLES as f64;
         let mut last: Option<(f64, f64)> = None;
-        for k in 0..=SAMPLES {
-            let phase = low + (high - low) * k as f64 / SAMPLES as f64;
-            let Some(value) = guard(phase) else {
-                last = None;
-                continue;
-            };
-            if value == 0.0 {
-                return Ok(phase);
+        for first in (0..=SAMPLES).step_by(LANES) {
+            let phases: [f64; LANES] = std::array::from_fn(|k| place(first + k));
+            let wide = self.wide_guard(&arguments, phases);
+            for k in 0..LANES.min(SAMPLES + 1 - first) {
+                let phase = phases[k];
+                let value = wide.map_or_else(|| guard(phase), |wide| Some(wide[k]).filter(|x| x.is_finite()));
+                let Some(value) = value else {
+                    last = None;
+                    continue;
+                };
+                if value == 0.0 {
+                    return Ok(phase);
+                }
+                if let Some(before) = last.filter(|before| (before.1 < 0.0) != (value < 0.0)) {
+                    return Ok(zero(|x| guard(x).unwrap_or(f64::NAN), before, (phase, value)));
+                }
+                last = Some((phase, value));
             }
-            if let Some(before) = last.filter(|before| (before.1 < 0.0) != (value < 0.0)) {
-                return Ok(zero(|x| guard(x).unwrap_or(f64::NAN), before, (phase, value)));
-            }
-            last = Some((phase, value));
         }
         Err(Refusal::GuardNotReached(self.settings.between))
+    }
+
+    /// The guard of a step that ends at this phase; `None`: there is no posture, or no number.
+    fn guard(&self, parameters: &[f64], start: f64, phase: f64) -> Option<f64> {
+        let point = self.at_end(parameters, start, phase).ok()?;
+        let arguments = self.arguments(parameters, [start, phase]);
+        let state = State::new().with(Argument::Q, &point.q).with(Argument::Parameters, &arguments);
+        self.call(self.functions.guard, &state).first().copied().filter(|x| x.is_finite())
     }
 
     /// The surface at the end of a step that ends at this phase.

@@ -95,8 +95,18 @@ impl GaitModel<'_> {
         let bent = point.curvature.iter().map(|x| x * rate * rate);
         let a: Vec<f64> = bent.zip(&point.slope).map(|(x, slope)| x + slope * acceleration).collect();
         let state = State::new().with(Argument::Q, &point.q).with(Argument::V, &v).with(Argument::A, &a);
-        let found = self.call(self.functions.inverse_dynamics, &state);
-        (found.len() == self.size() && found.len() >= 3).then_some(found)
+        let mut found = self.call(self.functions.inverse_dynamics, &state);
+        if found.len() != self.size() || found.len() < 3 {
+            return None;
+        }
+        // The force acts on the foot, not on the base: what it does to the joints in between is not theirs to give.
+        let arguments = course.arguments(phase);
+        let jacobian = self.call(self.functions.jacobian, &state.with(Argument::Parameters, &arguments));
+        let (x, z) = (found[0], found[1]);
+        for (torque, foot) in found.iter_mut().zip(jacobian.chunks(self.size())).skip(3) {
+            *torque -= foot[0] * x + foot[1] * z;
+        }
+        Some(found)
     }
 
     fn spare_friction(&self, efforts: &[f64]) -> f64 {

@@ -3,19 +3,36 @@
 //!
 //! [`GaitModel`] wraps a model that has the functions of a gait; [`GaitModel::step`] is what a command asks. Everything that can
 //! go wrong with a step is a [`Refusal`] among its numbers, no error.
+mod alike;
 mod course;
+mod cycle;
 mod functions;
 mod integral;
 mod landing;
+mod map;
 mod margins;
+mod pair;
+mod plan;
+mod reach;
+mod reason;
 mod search;
 mod step;
 mod surface;
+mod wide;
+mod workers;
 
+pub use alike::Alike;
 pub use course::Course;
+pub use cycle::{Cycle, NoCycle};
 pub use functions::{GaitModel, GaitSettings};
-pub use integral::Integral;
+pub use integral::{Integral, Places};
 pub use landing::Landing;
+pub use map::{Cell, MapRequest};
 pub use margins::Margins;
+pub use pair::StepPair;
+pub use plan::{Plan, PlannedStep};
+pub use reach::{Choices, Reach, Unreached};
+pub use reason::{Assumptions, Reason};
 pub use step::{Refusal, Step, ThisStep};
 pub use surface::{SurfaceFailure, SurfacePoint};
+pub use workers::Watch;

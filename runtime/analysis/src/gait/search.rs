@@ -1,32 +1,38 @@
 //! Zeros and smallest values of functions of one variable.
 
-/// Halvings of an interval after which nothing is left of it.
-const HALVINGS: usize = 200;
+/// Places asked for, after which nothing is left of an interval.
+const ROUNDS: usize = 200;
 
-/// A zero between two places of different sign, to the last bits: bisection, with the secant where it is better.
-pub(super) fn zero(
-    mut f: impl FnMut(f64) -> f64,
-    (mut a, mut fa): (f64, f64),
-    (mut b, mut fb): (f64, f64),
-) -> f64 {
-    for round in 0..HALVINGS {
-        if fa == 0.0 || fb == 0.0 || (b - a).abs() <= f64::EPSILON * a.abs().max(b.abs()) {
+/// A zero between two places of different sign, to the last bits: bisection, with the inverse parabola through three places where
+/// that is safe (Chandrupatla 1997).
+pub(super) fn zero(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): (f64, f64)) -> f64 {
+    let (mut a, mut fa, mut b, mut fb) = (b, fb, a, fa);
+    let mut part = 0.5;
+    for _ in 0..ROUNDS {
+        let least = f64::EPSILON * a.abs().max(b.abs());
+        if fa == 0.0 || fb == 0.0 || (b - a).abs() <= least {
             break;
         }
-        let secant = b - fb * (b - a) / (fb - fa);
-        let middle = 0.5 * (a + b);
-        // The secant alone may keep one end for ever.
-        let inside = secant > a.min(b) && secant < a.max(b);
-        let x = if inside && round % 3 != 2 { secant } else { middle };
+        let x = a + part * (b - a);
         let fx = f(x);
         if fx.is_nan() {
             break;
         }
+        // The zero lies between x, from now on a, and b; c is the place before.
+        let (c, fc);
         if (fx < 0.0) == (fa < 0.0) {
-            (a, fa) = (x, fx);
+            (c, fc) = (a, fa);
         } else {
-            (b, fb) = (x, fx);
+            (c, fc) = (b, fb);
+            (b, fb) = (a, fa);
         }
+        (a, fa) = (x, fx);
+        let (place, value) = ((a - b) / (c - b), (fa - fb) / (fc - fb));
+        let safe = value * value < place && (1.0 - value) * (1.0 - value) < 1.0 - place;
+        let parabola = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb);
+        // Never closer to an end than the last bit.
+        let edge = (0.5 * least / (b - a).abs()).min(0.5);
+        part = if safe && parabola.is_finite() { parabola.clamp(edge, 1.0 - edge) } else { 0.5 };
     }
     if fa.abs() <= fb.abs() { a } else { b }
 }

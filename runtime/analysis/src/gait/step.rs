@@ -1,8 +1,8 @@
 //! From the mid-stance speed of a step to that of the next (6.15–6.20).
 use super::course::Course;
 use super::functions::GaitModel;
-use super::landing::Landing;
 use super::margins::Margins;
+use super::pair::StepPair;
 use super::surface::SurfaceFailure;
 use serde::Serialize;
 use std::fmt;
@@ -132,73 +132,41 @@ impl GaitModel<'_> {
     ///
     /// The step before is one among its own kind: h_p is that of `from` after `from`.
     pub fn step(&self, from: &[f64], to: &[f64], speed: f64) -> Step {
+        self.pair(None, from, to).step(speed)
+    }
+}
+
+impl StepPair<'_, '_> {
+    /// Everything that comes of the second step where the first one passes its dead centre with `speed`, per s.
+    pub fn step(&self, speed: f64) -> Step {
         let mut step = Step::default();
-        let mut refusals = Vec::new();
-        let now = noted(self.steady_course(from), &mut refusals);
-        if let Some(now) = &now {
+        if let Some(now) = &self.now {
             let [p_minus, p_max, phi_m] = [now.p_minus, now.p_max, now.dead_centre].map(finite);
             step.this_step = ThisStep { p_minus, p_max, phi_m };
-            refusals.extend(now.singular().map(Refusal::Singular));
+            step.energy = finite(now.energy(speed));
         }
-        let landing = match &now {
-            Some(now) => Some(now.landing.clone()),
-            None => self.steady_landing(from).ok(),
-        };
-        step.energy = now.as_ref().and_then(|now| finite(now.energy(speed)));
-        let next = landing.as_ref().and_then(|landing| {
+        if let Some(landing) = &self.landing {
             (step.delta, step.eta) = (finite(landing.delta), finite(landing.eta));
-            if !(landing.eta > 0.0 && landing.momentum_after > 0.0) {
-                refusals.push(Refusal::TurnsBack(landing.eta));
-            }
-            noted(self.course(to, landing), &mut refusals)
-        });
-        if let Some(next) = &next {
+        }
+        if let Some(next) = self.next() {
             step.describe(next);
-            refusals.extend(next.singular().map(Refusal::Singular));
         }
-        if let (Some(now), Some(landing)) = (&now, &landing) {
-            self.pass(&mut step, (now, landing), next.as_ref(), &mut refusals);
-        }
-        step.limit_speed = self.limit(to);
-        step.feasible = refusals.is_empty();
-        if !step.feasible {
-            step.next_speed = None;
-        }
-        step.reason = refusals.first().map(ToString::to_string);
+        let passes = self.next_speed(speed);
+        step.next_energy = self.next_energy(speed).and_then(finite);
+        step.limit_speed = self.limit();
+        step.margins = self.margins(speed);
+        step.feasible = passes.is_ok();
+        step.reason = passes.as_ref().err().map(ToString::to_string);
+        step.next_speed = passes.ok();
         step
     }
 
-    /// E[k+1] = δ (E[k] − P₋[k]) and what the next step makes of it.
-    fn pass(
-        &self,
-        step: &mut Step,
-        (now, landing): (&Course<'_, '_>, &Landing),
-        next: Option<&Course<'_, '_>>,
-        refusals: &mut Vec<Refusal>,
-    ) {
-        let Some(energy) = step.energy else { return };
-        let kinetic = energy - now.p_minus;
-        let next_energy = landing.delta * kinetic;
-        step.next_energy = finite(next_energy);
-        let Some(next) = next else { return };
-        step.next_speed = next.speed(next_energy);
-        let passes = step.next_speed.is_some();
-        if !passes {
-            refusals.push(Refusal::FallsBack { energy: next_energy, needed: next.p_max });
+    /// φ̇_m after many steps with the parameters of the second: E∞ = P₋ δ/(δ − 1) (6.17).
+    fn limit(&self) -> Option<f64> {
+        if self.is_steady() {
+            return self.now.as_ref()?.steady_speed();
         }
-        step.margins = self.margins(next, passes.then_some(next_energy));
-        let impact_speed = (2.0 * kinetic).sqrt() / landing.momentum_before;
-        self.impact_margins(landing, impact_speed, &mut step.margins);
-    }
-
-    /// φ̇_m after many steps with these parameters: E∞ = P₋ δ/(δ − 1) (6.17).
-    fn limit(&self, parameters: &[f64]) -> Option<f64> {
-        let course = self.steady_course(parameters).ok()?;
-        let Landing { delta, eta, momentum_after, .. } = course.landing;
-        if !(delta < 1.0 && eta > 0.0 && momentum_after > 0.0) || course.singular().is_some() {
-            return None;
-        }
-        course.speed(course.p_minus * delta / (delta - 1.0))
+        self.gait.steady_course(&self.to).ok()?.steady_speed()
     }
 }
 
@@ -211,8 +179,4 @@ impl Step {
         (self.phi_start, self.phi_end) = (finite(start), finite(end));
         self.p_error = finite(next.potential_error());
     }
-}
-
-fn noted<T>(found: Result<T, Refusal>, refusals: &mut Vec<Refusal>) -> Option<T> {
-    found.map_err(|why| refusals.push(why)).ok()
 }

@@ -18,9 +18,11 @@
 //! assert!(page.starts_with("<!DOCTYPE html>"));
 //! ```
 mod causes;
+mod curve;
 mod data;
 mod fill;
 mod film;
+mod map;
 mod opening;
 mod page;
 mod payload;
@@ -30,12 +32,14 @@ mod thin;
 mod write;
 
 pub use crate::experiments::plotted::{Row, RowPart, Series, Signal};
+pub use curve::{Curve as PlottedCurve, CurveFigure, CurveKind, curves_svg, render_curves};
 pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, NextStep, Report};
 pub use fill::rows_of;
 pub use film::{
     Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Plot, Pose, render_film, write_film,
     write_strobe,
 };
+pub use map::{MapAxisFigure, MapFigure, MapPanel, Table, map_svg, render_map};
 pub use page::render;
 pub use write::{write, write_svg};
 

@@ -5,11 +5,13 @@ use maud::{Markup, html};
 
 /// What one axis says and spans.
 #[derive(Debug, Clone)]
-pub(super) struct Axis {
+pub(in crate::report) struct Axis {
     /// With the unit.
     pub label: String,
     pub low: f64,
     pub high: f64,
+    /// Ticks are at least so far apart: 1 for what is counted.
+    pub least: f64,
 }
 
 impl Axis {
@@ -18,22 +20,27 @@ impl Axis {
         let finite = values.filter(|x| x.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         if low > high {
-            return Self { label, low: 0.0, high: 1.0 };
+            return Self { label, low: 0.0, high: 1.0, least: 0.0 };
         }
         let low = if zero { low.min(0.0) } else { low };
         let width = if high > low { high - low } else { high.abs().max(1e-9) };
         let below = if zero && low == 0.0 { 0.0 } else { 0.04 * width };
-        Self { label, low: low - below, high: high + if zero { 0.12 } else { 0.04 } * width }
+        Self { label, low: low - below, high: high + if zero { 0.12 } else { 0.04 } * width, least: 0.0 }
     }
 
     /// Spans exactly.
     pub fn exact(label: String, low: f64, high: f64) -> Self {
-        Self { label, low, high: if high > low { high } else { low + 1.0 } }
+        Self { label, low, high: if high > low { high } else { low + 1.0 }, least: 0.0 }
+    }
+
+    /// The same for what is counted.
+    pub fn counted(self, counted: bool) -> Self {
+        Self { least: if counted { 1.0 } else { self.least }, ..self }
     }
 
     /// Round numbers within, about `wanted` of them.
     fn ticks(&self, wanted: f64) -> Vec<f64> {
-        let rough = (self.high - self.low) / wanted;
+        let rough = ((self.high - self.low) / wanted).max(self.least);
         let power = 10f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough * 0.999);
         let step = step.unwrap_or(rough);
@@ -44,7 +51,7 @@ impl Axis {
 }
 
 /// The frame of a plot within a picture; its methods give parts of an `svg` element.
-pub(super) struct Chart {
+pub(in crate::report) struct Chart {
     pub left: f64,
     pub top: f64,
     pub width: f64,
@@ -143,6 +150,8 @@ mod tests {
         let axis = Axis::exact(String::new(), -0.13, 0.71);
         let ticks: Vec<String> = axis.ticks(4.0).into_iter().map(tidy).collect();
         assert_eq!(ticks, ["0", "0.5"]);
+        let steps = Axis::exact(String::new(), 0.0, 2.2).counted(true);
+        assert_eq!(steps.ticks(6.0), [0.0, 1.0, 2.0]);
         let axis = Axis::around(String::new(), [3.0, f64::NAN, 3.0].into_iter(), true);
         assert!(axis.low == 0.0 && axis.high > 3.0);
         assert!(Axis::around(String::new(), std::iter::empty(), false).ticks(5.0).len() > 2);

@@ -1,5 +1,5 @@
 //! Pictures as SVG. Colours are classes: the page's style sheet gives them in light and dark, [`standalone`] in light.
-mod chart;
+pub(super) mod chart;
 mod interval;
 mod robot;
 mod rows;
@@ -7,7 +7,7 @@ mod staircase;
 
 pub(super) use interval::{causes, interval};
 pub(super) use robot::{degree, legend, named_robot, outline, robot};
-pub(super) use rows::{against, torque_and_residual};
+pub(super) use rows::{against, keys, torque_and_residual};
 pub(super) use staircase::{headline, staircase, steps};
 
 use maud::{Markup, PreEscaped, html};

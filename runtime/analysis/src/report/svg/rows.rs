@@ -104,7 +104,7 @@ fn labelled(name: &str, unit: &str) -> String {
 }
 
 /// A legend in one line.
-pub(super) fn keys(left: f64, y: f64, entries: &[(&str, &str)]) -> Markup {
+pub(in crate::report) fn keys(left: f64, y: f64, entries: &[(&str, &str)]) -> Markup {
     let mut x = left;
     let placed: Vec<(f64, &str, &str)> = entries
         .iter()

@@ -1,18 +1,11 @@
-//! `bipedc gait`: steps on the zero dynamics of a gait.
+//! `bipedc gait step`: one step on the zero dynamics.
+use super::values::assignment;
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
 use bipedc::gait::{Assignment, StepOptions};
-use clap::{Args, Subcommand};
+use clap::Args;
 use std::process::ExitCode;
-
-const EXAMPLES: &str = "\
-Examples:
-  bipedc gait step robots/three_link --gait thesis --speed 1.5
-  bipedc gait step robots/five_link --gait thesis --speed 2 --set knee=0.2 --json
-
-A gait is a file of virtual constraints, gaits/NAME.toml beside the robot's description; docs/gaits.md explains it. \
-`bipedc gait step --help` says what a step is.";
 
 const STEP: &str = "\
 Examples:
@@ -27,7 +20,7 @@ at all others. --speed is φ̇ at the dead centre of a step, where P is largest;
 impact.
 
 Both steps have the parameters of the gait file, or those of --set; --from names those of the first step that differ. The first \
-step follows others of its own kind.
+step follows others of its own kind, or one with the parameters of --before.
 
 Parameters beyond their bounds are computed with a warning. A step that is not possible has a reason, and every number \
 that exists all the same; exit code 0. Margins say how far the next step is from slipping, pulling, scuffing and the torque limits of \
@@ -37,32 +30,10 @@ JSON: {\"next_speed\" (per s), \"delta\", \"p_minus\", \"p_max\" ((kg m²/s)²),
 \"impact_pull\" (N s), \"lift_off\" (m/s)}, \"phi_start\", \"phi_end\", \"eta\", \"this_step\": {\"p_minus\", \"p_max\", \"phi_m\"}, \"energy\", \"next_energy\", \"p_error\"}; null: \
 there is no such number.";
 
-/// Steps of a gait: how fast a robot walks on its virtual constraints
-#[derive(Args)]
-#[command(after_help = EXAMPLES, arg_required_else_help = true)]
-pub struct Gait {
-    #[command(subcommand)]
-    command: GaitCommand,
-}
-
-#[derive(Subcommand)]
-enum GaitCommand {
-    Step(Step),
-}
-
-impl Gait {
-    /// Does what was asked.
-    pub fn run(self) -> Outcome {
-        match self.command {
-            GaitCommand::Step(command) => command.run(),
-        }
-    }
-}
-
 /// The speed at mid-stance of the next step, from that of this one
 #[derive(Args)]
 #[command(after_help = STEP)]
-struct Step {
+pub struct Step {
     #[command(flatten)]
     robot: RobotArguments,
     /// Name of a gait in gaits/ beside the robot's description, or a file
@@ -77,17 +48,20 @@ struct Step {
     /// A parameter of this step, where the next one has another
     #[arg(long, value_name = "NAME=X", value_parser = assignment)]
     from: Vec<Assignment>,
+    /// A parameter of the step before this one, if that was another one than this
+    #[arg(long, value_name = "NAME=X", value_parser = assignment)]
+    before: Vec<Assignment>,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
 }
 
 impl Step {
-    fn run(self) -> Outcome {
+    pub fn run(self) -> Outcome {
         let bench = self.robot.open()?;
         let gait = bench.gait(&self.gait)?;
         output::diagnostics(&gait.warnings);
-        let options = StepOptions { speed: self.speed, set: self.set, from: self.from };
+        let options = StepOptions { speed: self.speed, set: self.set, from: self.from, before: self.before };
         let stepped = gait.step(&options)?;
         output::diagnostics(&stepped.messages);
         if self.json {
@@ -97,14 +71,4 @@ impl Step {
         }
         Ok(ExitCode::SUCCESS)
     }
-}
-
-/// `NAME=X`.
-fn assignment(text: &str) -> Result<Assignment, String> {
-    let (name, value) = text.split_once('=').ok_or("write NAME=X, such as step_length=0.4")?;
-    let number: f64 = value.trim().parse().map_err(|_| format!("`{value}` is no number"))?;
-    if !number.is_finite() {
-        return Err(format!("`{value}` is not finite"));
-    }
-    Ok((name.trim().to_owned(), number))
 }

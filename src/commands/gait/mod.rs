@@ -1,0 +1,51 @@
+//! `bipedc gait`: steps on the zero dynamics of a gait.
+mod cycle;
+mod map;
+mod step;
+mod steps;
+mod values;
+
+use crate::terminal::failure::Outcome;
+use clap::{Args, Subcommand};
+
+const EXAMPLES: &str = "\
+Examples:
+  bipedc gait step robots/three_link --gait thesis --speed 1.5
+  bipedc gait step robots/five_link --gait thesis --speed 2 --set knee=0.2 --json
+  bipedc gait map robots/three_link --gait thesis --speed 1.5 --over step_length=0.1:1.4:100 --over torso_lean=-2:2:100 --svg map.svg
+  bipedc gait steps robots/three_link --gait thesis --from-speed 1 --to 2
+  bipedc gait capture robots/three_link --gait thesis --speed 0.5:4:141
+  bipedc gait cycle robots/five_link --gait thesis --over step_length=0.15:0.7:23
+
+A gait is a file of virtual constraints, gaits/NAME.toml beside the robot's description; docs/gaits.md explains it. \
+`bipedc gait step --help` says what a step is.";
+
+/// Steps of a gait: how fast a robot walks on its virtual constraints
+#[derive(Args)]
+#[command(after_help = EXAMPLES, arg_required_else_help = true)]
+pub struct Gait {
+    #[command(subcommand)]
+    command: GaitCommand,
+}
+
+#[derive(Subcommand)]
+enum GaitCommand {
+    Step(step::Step),
+    Map(map::Map),
+    Steps(steps::Steps),
+    Capture(steps::Capture),
+    Cycle(cycle::Cycle),
+}
+
+impl Gait {
+    /// Does what was asked.
+    pub fn run(self) -> Outcome {
+        match self.command {
+            GaitCommand::Step(command) => command.run(),
+            GaitCommand::Map(command) => command.run(),
+            GaitCommand::Steps(command) => command.run(),
+            GaitCommand::Capture(command) => command.run(),
+            GaitCommand::Cycle(command) => command.run(),
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! Cycles of a gait: walking that repeats itself (thesis 6.17), for given parameters or over one of them.
+mod text;
+
+use super::over::Over;
+use super::{Assignment, GaitBench};
+use crate::progress::Run;
+use bipedc_analysis::gait::{Cycle, Watch};
+use bipedc_analysis::report::{CurveFigure, CurveKind, Fact, PlottedCurve, Table};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// What cycles are asked for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CycleOptions {
+    /// Parameters, where they are not the gait's own.
+    pub set: Vec<Assignment>,
+    /// A cycle for each value of a parameter.
+    pub over: Option<Over>,
+}
+
+/// Cycles. As text and as JSON they are what `bipedc gait cycle` prints.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cycles {
+    /// Name of the gait.
+    pub gait: String,
+    /// Of the robot.
+    pub robot: String,
+    /// Unit of `speed`.
+    pub speed_unit: String,
+    /// The parameter that differs, if there is one.
+    pub over: Option<String>,
+    /// Its unit.
+    pub over_unit: Option<String>,
+    /// No cycle is missing.
+    pub complete: bool,
+    /// One for each value.
+    pub cycles: Vec<CycleOf>,
+    /// What lies beyond its bounds.
+    #[serde(skip)]
+    pub messages: Vec<Diagnostic>,
+}
+
+/// The cycle of some parameters.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CycleOf {
+    /// Of all parameters.
+    pub parameters: BTreeMap<String, f64>,
+    /// What it is; none: there is none.
+    pub cycle: Option<Cycle>,
+    /// Why there is none.
+    pub reason: Option<String>,
+}
+
+impl GaitBench {
+    /// Walking that repeats itself.
+    ///
+    /// # Errors
+    /// Parameters that the gait does not have, numbers and ranges that are none.
+    pub fn cycles(&self, options: &CycleOptions, run: &Run<'_>) -> Result<Cycles, Diagnostics> {
+        let defaults: Vec<f64> = self.gait.parameters.iter().map(|parameter| parameter.default).collect();
+        let values = self.with(&defaults, &options.set)?;
+        let fixed: Vec<&str> = options.set.iter().map(|(name, _)| name.as_str()).collect();
+        let over: Vec<Over> = options.over.iter().cloned().collect();
+        let axis = self.axes(&over, &fixed)?.pop();
+        let all: Vec<Vec<f64>> = match &axis {
+            None => vec![values.clone()],
+            Some((index, along)) => along.iter().map(|&x| replaced(&values, *index, x)).collect(),
+        };
+        let model = self.model()?;
+        let found =
+            run.progress.counted("cycles", |advance| model.cycles(&all, &Watch { advance, stop: run.stop }));
+        let of = |(parameters, cycle): (&Vec<f64>, &Result<Cycle, _>)| CycleOf {
+            parameters: self.named(parameters),
+            cycle: cycle.as_ref().ok().copied(),
+            reason: cycle.as_ref().err().map(ToString::to_string),
+        };
+        let inside = axis
+            .as_ref()
+            .map_or(values.clone(), |(index, _)| replaced(&values, *index, self.parameter(*index).bounds[0]));
+        Ok(Cycles {
+            gait: self.gait.name.clone(),
+            robot: self.compiled.description.name.clone(),
+            speed_unit: format!("{}/s", self.gait.phase.unit),
+            over: axis.as_ref().map(|(index, _)| self.parameter(*index).name.clone()),
+            over_unit: axis.as_ref().map(|(index, _)| self.parameter(*index).unit.clone()),
+            complete: found.len() == all.len(),
+            cycles: all.iter().zip(&found).map(of).collect(),
+            messages: self.beyond(&inside, ""),
+        })
+    }
+}
+
+fn replaced(values: &[f64], index: usize, value: f64) -> Vec<f64> {
+    let mut values = values.to_vec();
+    values[index] = value;
+    values
+}
+
+/// Name, unit and value of a number.
+pub(super) type Number = (&'static str, String, fn(&Cycle) -> f64);
+
+/// The numbers of a cycle, as tables have them.
+pub(super) fn numbers(speed_unit: &str) -> [Number; 8] {
+    let unit = str::to_owned;
+    [
+        ("speed", unit(speed_unit), |cycle| cycle.speed),
+        ("multiplier", unit("1"), |cycle| cycle.multiplier),
+        ("duration", unit("s"), |cycle| cycle.duration),
+        ("step_length", unit("m"), |cycle| cycle.step_length),
+        ("walking_speed", unit("m/s"), |cycle| cycle.walking_speed),
+        ("work", unit("J"), |cycle| cycle.work),
+        ("net_work", unit("J"), |cycle| cycle.net_work),
+        ("cost_of_transport", unit("1"), |cycle| cycle.cost_of_transport),
+    ]
+}
+
+impl Cycles {
+    /// One row per cycle: all parameters, then its numbers, then the reason where there is none.
+    pub fn csv(&self) -> String {
+        let numbers = numbers(&self.speed_unit);
+        let names = self.cycles.first().map(|of| of.parameters.keys().cloned().collect::<Vec<_>>());
+        let heads = names
+            .unwrap_or_default()
+            .into_iter()
+            .chain(numbers.iter().map(|(name, ..)| format!("cycle/{name}")));
+        let mut text = format!("{},reason\n", heads.collect::<Vec<_>>().join(","));
+        for of in &self.cycles {
+            for value in of.parameters.values() {
+                // Writing to a string cannot fail.
+                let _ = write!(text, "{value},");
+            }
+            for (.., number) in &numbers {
+                let _ = write!(
+                    text,
+                    "{},",
+                    of.cycle.as_ref().map_or_else(String::new, |cycle| number(cycle).to_string())
+                );
+            }
+            let reason = of.reason.as_deref().unwrap_or("").replace('"', "\"\"");
+            let _ = if reason.is_empty() { writeln!(text) } else { writeln!(text, "\"{reason}\"") };
+        }
+        text
+    }
+
+    /// Speed and cost over the parameter.
+    pub fn figure(&self) -> CurveFigure {
+        let over = self.over.clone().unwrap_or_default();
+        let points = |number: fn(&Cycle) -> f64| {
+            let of = |of: &CycleOf| {
+                [of.parameters.get(&over).copied().unwrap_or(0.0), of.cycle.as_ref().map_or(f64::NAN, number)]
+            };
+            self.cycles.iter().map(of).collect::<Vec<_>>()
+        };
+        let curve = |kind, words: &str, number| PlottedCurve {
+            kind,
+            words: words.to_owned(),
+            points: points(number),
+        };
+        let unit = self
+            .over_unit
+            .as_deref()
+            .filter(|unit| *unit != "1")
+            .map_or_else(String::new, |unit| format!(" ({unit})"));
+        CurveFigure {
+            title: format!("Gait {}: walking that repeats itself", self.gait),
+            robot: self.robot.clone(),
+            x: if over.is_empty() { "gait".to_owned() } else { format!("{over}{unit}") },
+            y: "speeds and cost".to_owned(),
+            counted: [false, false],
+            from_zero: true,
+            curves: vec![
+                curve(CurveKind::Main, &format!("speed at mid-stance ({})", self.speed_unit), |cycle| {
+                    cycle.speed
+                }),
+                curve(CurveKind::Other, "walking speed (m/s)", |cycle| cycle.walking_speed),
+                curve(CurveKind::Third, "cost of transport", |cycle| cycle.cost_of_transport),
+            ],
+            facts: vec![Fact { name: "gait".to_owned(), value: self.gait.clone() }],
+            table: self.table(),
+        }
+    }
+
+    fn table(&self) -> Table {
+        let names: Vec<String> =
+            self.cycles.first().map_or_else(Vec::new, |of| of.parameters.keys().cloned().collect());
+        let numbers = numbers(&self.speed_unit);
+        let heads = numbers.iter().map(|(name, unit, _)| format!("{} ({unit})", name.replace('_', " ")));
+        let row = |of: &CycleOf| {
+            let own = of.parameters.values().map(|x| format!("{x:.4}"));
+            let each = numbers.iter().map(|(.., number)| {
+                of.cycle.as_ref().map_or_else(|| "–".to_owned(), |c| format!("{:.4}", number(c)))
+            });
+            own.chain(each).chain([of.reason.clone().unwrap_or_default()]).collect()
+        };
+        Table {
+            caption: "Cycles".to_owned(),
+            head: names.into_iter().chain(heads).chain([String::new()]).collect(),
+            rows: self.cycles.iter().map(row).collect(),
+        }
+    }
+}

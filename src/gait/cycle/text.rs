@@ -1,0 +1,66 @@
+//! Cycles for people.
+use super::{CycleOf, Cycles, numbers};
+use crate::table::table;
+use std::fmt;
+
+/// What each number means.
+const MEANINGS: [&str; 8] = [
+    "at mid-stance, in every step",
+    "what is left of a small deviation after a step",
+    "of a step",
+    "distance of the feet",
+    "mean, forward",
+    "of all joints in a step, driving and braking",
+    "driving less braking: what the impact takes",
+    "work over weight and distance",
+];
+
+impl fmt::Display for Cycles {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.cycles[..] {
+            [one] if self.over.is_none() => f.write_str(&self.one(one))?,
+            _ => f.write_str(&self.many())?,
+        }
+        if !self.complete {
+            writeln!(f, "\ninterrupted: cycles are missing")?;
+        }
+        Ok(())
+    }
+}
+
+impl Cycles {
+    fn one(&self, of: &CycleOf) -> String {
+        let parameters = of.parameters.iter().map(|(name, value)| format!("{name} = {value}"));
+        let head = parameters.collect::<Vec<_>>().join(", ");
+        let Some(cycle) = &of.cycle else {
+            return format!("{head}\n\nno cycle: {}\n", of.reason.as_deref().unwrap_or(""));
+        };
+        let rows =
+            numbers(&self.speed_unit).into_iter().zip(MEANINGS).map(|((name, unit, number), meaning)| {
+                let name = name.replace('_', " ");
+                vec![name, format!("{:>12.6}", number(cycle)), unit, meaning.to_owned()]
+            });
+        format!("{head}\n\n{}", table(&["", "value", "unit", "meaning"], rows.collect(), 4))
+    }
+
+    fn many(&self) -> String {
+        let over = self.over.clone().unwrap_or_default();
+        let all = numbers(&self.speed_unit);
+        // What is left out stands in CSV and JSON.
+        let shown = [0, 1, 2, 4, 7].map(|k| &all[k]);
+        let heads: Vec<String> =
+            std::iter::once(format!("{over} ({})", self.over_unit.as_deref().unwrap_or("1")))
+                .chain(shown.iter().map(|(name, unit, _)| format!("{} ({unit})", name.replace('_', " "))))
+                .chain([String::new()])
+                .collect();
+        let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+        let rows = self.cycles.iter().map(|of| {
+            let value = of.parameters.get(&over).map_or_else(String::new, |x| format!("{x:.6}"));
+            let each = shown.iter().map(|(.., number)| {
+                of.cycle.as_ref().map_or_else(|| "—".to_owned(), |cycle| format!("{:.6}", number(cycle)))
+            });
+            std::iter::once(value).chain(each).chain([of.reason.clone().unwrap_or_default()]).collect()
+        });
+        table(&heads, rows.collect(), 0)
+    }
+}
