@@ -44,6 +44,7 @@ mod laws;
 mod logs_page;
 #[path = "loops/main.rs"]
 mod loops;
+mod motor_side;
 #[path = "phases/main.rs"]
 mod phases;
 mod real_data;

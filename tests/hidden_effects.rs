@@ -19,7 +19,7 @@ fn plan(name: &str) -> Plan {
     all().into_iter().find(|plan| plan.name == name).unwrap_or_else(|| panic!("no case `{name}`"))
 }
 
-fn made(name: &str, folder: &str) -> (Truth, PathBuf) {
+pub fn made(name: &str, folder: &str) -> (Truth, PathBuf) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects").join(folder).join(name);
     (generate(&plan(name), &root(), &folder).unwrap(), folder)
 }
