@@ -108,8 +108,9 @@ mod tests {
 
     fn estimated(load: &[f64], measured: &[f64]) -> Vec<[f64; 3]> {
         let resistance = vec![[0.5, 0.0]; load.len()];
-        let segments = [0..load.len()];
-        Link { load, resistance: &resistance, measured, segments: &segments, step: 0.002 }.behind(STIFFNESS)
+        let whole = 0..load.len();
+        let segments = std::slice::from_ref(&whole);
+        Link { load, resistance: &resistance, measured, segments, step: 0.002 }.behind(STIFFNESS)
     }
 
     fn rms(values: impl Iterator<Item = f64>) -> f64 {
