@@ -70,6 +70,20 @@ fn the_motors_side_stands_for_the_joints() {
         bipedc(&["compare", "robots/three_link", "--base", "fixed", text(log), "--json"]).ok().json()
     };
     let (by_joints, by_motors) = (compare(&log), compare(&motors));
+    // A mapping says the same of a log whose `position` is the motor's.
+    let mapping = log.with_file_name("motors.toml");
+    std::fs::write(&mapping, "\"left_hip_pitch/motor_position\" = \"left_hip_pitch/position\"\n").unwrap();
+    let mapped = [
+        "compare",
+        "robots/three_link",
+        "--base",
+        "fixed",
+        text(&log),
+        "--mapping",
+        text(&mapping),
+        "--json",
+    ];
+    assert_eq!(bipedc(&mapped).ok().json()["assumptions"], by_motors["assumptions"]);
     assert_eq!(by_motors["channels"], by_joints["channels"]);
     let assumed = |answer: &Value| {
         let lines = answer["assumptions"].as_array().unwrap();

@@ -47,7 +47,7 @@ pub(super) fn plans(path: &Path, names: &[String], mapping: &Mapping) -> Result<
     let mut errors = Vec::new();
     let mut plans: Vec<Plan> = Vec::new();
     for (field, name) in names.iter().enumerate() {
-        let hidden = mapping.columns.contains_key(name) || mapping.ignored.contains(name);
+        let hidden = mapping.hides(name);
         let own = !hidden && names::is_known_form(name) && !is_misplaced(name, field);
         let taken = own.then(|| Taken { name: name.clone(), factor: 1.0, offset: 0.0, mapped: false });
         plans.push(Plan { field, name: name.clone(), taken });

@@ -131,8 +131,7 @@ fn apply(
     index: &HashMap<&str, usize>,
     errors: &mut Vec<Diagnostic>,
 ) -> Vec<Column> {
-    let hidden =
-        |name: &str| name.is_empty() || mapping.columns.contains_key(name) || mapping.ignored.contains(name);
+    let hidden = |name: &str| name.is_empty() || mapping.hides(name);
     let mut columns: Vec<_> = names
         .iter()
         .enumerate()

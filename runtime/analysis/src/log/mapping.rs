@@ -73,6 +73,18 @@ struct Full {
 }
 
 impl Mapping {
+    /// Whether a column of the file is not to be seen under its own name: that is another's, or it is told to be the angle of
+    /// a motor and no joint's position.
+    pub fn hides(&self, name: &str) -> bool {
+        let is_motors = |joint: &str| {
+            let mapped = self.columns.get(&format!("{joint}/motor_position"));
+            mapped.is_some_and(|source| source.column.as_deref() == Some(name))
+        };
+        self.columns.contains_key(name)
+            || self.ignored.contains(name)
+            || name.strip_suffix("/position").is_some_and(is_motors)
+    }
+
     /// Reads a mapping file.
     ///
     /// # Errors
