@@ -268,7 +268,7 @@ fn standard_errors_fall_with_the_condition_number() {
         let file = folder.join(name);
         let words =
             ["excite", ROBOT, "--acceleration", "20", "--json", "--rate", "250", "--out", text(&file)];
-        let search = ["--criterion", "unscaled", "--starts", "1", "--evaluations", "150"];
+        let search = ["--criterion", "unscaled", "--starts", "1", "--evaluations", "400"];
         let answer = bipedc(&[&words[..], &search, more].concat()).ok().json();
         add_efforts(&file, 0.05);
         let parameters = identified(&file, &["--estimator", "ordinary"])["parameters"].clone();
