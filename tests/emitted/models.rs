@@ -30,10 +30,7 @@ pub struct FiveLinkWithEffects;
 
 /// Effects in joints, bodies and sensors.
 #[derive(Biped)]
-#[biped(
-    description = "tests/data/effects/tulip",
-    functions = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "bias", "impact_map", "center_of_mass", "ground_wrench"]
-)]
+#[biped(description = "tests/data/effects/tulip")]
 pub struct TulipWithEffects;
 
 /// With a gait.
