@@ -66,7 +66,7 @@ impl<'a, 'm> StepPair<'a, 'm> {
         self.steady
     }
 
-    /// E of the second step where the first one passes its dead centre with `speed`, per s: E[k+1] = δ (E[k] − P₋[k]) (6.15).
+    /// E of the second step where the first one passes its dead centre with `speed`, per s: `E[k+1] = δ (E[k] − P₋[k])` (6.15).
     pub fn next_energy(&self, speed: f64) -> Option<f64> {
         let (now, landing) = (self.now.as_ref()?, self.landing.as_ref()?);
         Some(landing.delta * (now.energy(speed) - now.p_minus))
