@@ -140,6 +140,7 @@ fn robot(name: &str) -> PathBuf {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_loop_by_itself_ends_with_nothing_missing() {
     let folder = robot("diagnose_loop");
     let arguments = ["--validate", OTHER, "--cutoff", "16", "--to", "9", "--until-explained"];

@@ -262,6 +262,7 @@ fn a_trajectory_with_efforts_is_a_log() {
 /// The measure of the thesis (5.16): series against polynomials of degree 5 by the same limits, and what that is worth
 /// with equal noise. The joints with a motor move.
 #[test]
+#[ignore = "takes long"]
 fn standard_errors_fall_with_the_condition_number() {
     let folder = scratch("excite_errors");
     let designed = |name: &str, more: &[&str]| {

@@ -69,6 +69,7 @@ fn gaits_without_a_closed_form_are_iterated() {
 
 /// The example of the crate walks as its zero dynamics say, with the crate and its runtime alone, and compiles without a warning.
 #[test]
+#[ignore = "builds a crate"]
 fn the_example_walks() {
     let elsewhere = Elsewhere::new("walks");
     elsewhere.generate(&["--out", "crate", "--gait", "thesis"]).ok();

@@ -49,6 +49,7 @@ fn cases_are_as_many_as_promised() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_case_is_the_same_every_time() {
     for name in ["impacts_foot_slip-2", "postures_payload-1", "asymmetric_coulomb_friction-2"] {
         let [first, second] = ["first", "second"].map(|folder| made(name, folder).1);
@@ -61,6 +62,7 @@ fn a_case_is_the_same_every_time() {
 
 /// Without the effect the residual is far above the noise, with it close to it.
 #[test]
+#[ignore = "takes long"]
 fn hidden_effects_are_all_that_is_hidden() {
     for name in ["viscous_friction-2", "torque_gain-2"] {
         let (truth, _) = made(name, "smooth");
@@ -115,6 +117,7 @@ fn is_found(answer: &serde_json::Value, truth: &Truth, kind: &str, parameter: &s
 
 /// The ground's compliance shows in no force: base and joints tell how deep the soles lie.
 #[test]
+#[ignore = "takes long"]
 fn soft_ground_is_found_from_sinking_soles() {
     let (answer, truth) = diagnosed("swaying_ground_compliance-1");
     is_found(&answer, &truth, "ground_compliance", "stiffness");
@@ -134,6 +137,7 @@ fn a_spinning_foot_is_found_from_flat_impacts() {
 
 /// CAD errors scale with the robot: centres of mass that are off by millimetres are a cause in a robot of 2 kg.
 #[test]
+#[ignore = "takes long"]
 fn small_robots_keep_their_causes() {
     let (answer, truth) = diagnosed("small_biped_com_offset-1");
     let hidden = &truth.effects[0];
@@ -153,6 +157,7 @@ fn small_robots_keep_their_causes() {
 /// Where a joint sticks its friction is anything between its bounds: what those samples seem to say of delays and of friction at
 /// low speed is not so.
 #[test]
+#[ignore = "takes long"]
 fn sticking_joints_have_no_delay() {
     for name in ["scara_stribeck_friction-1", "stribeck_friction-2"] {
         let (answer, truth) = diagnosed(name);

@@ -27,6 +27,7 @@ fn copied(robot: &str, to: &Path) {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_spring_behind_a_motor_is_found_and_described() {
     let (case, joint) = ("series_elasticity-2", "right_knee_pitch");
     let (truth, folder) = made(case, "motor_side");

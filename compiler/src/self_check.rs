@@ -319,7 +319,7 @@ mod tests {
     use std::path::Path;
 
     fn compiled(names: &[&str]) -> (Robot, CompiledModel) {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/five_link");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/five_link");
         let robot = Robot::read(&folder).unwrap();
         let requests: Vec<FunctionRequest> = names.iter().map(|name| request(name)).collect();
         let compiled = robot.compile_only(&requests).unwrap();

@@ -2,7 +2,7 @@
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../runtime/analysis/tests/support/fuzz_log.rs"]
+#[path = "../../tests/analysis/support/fuzz_log.rs"]
 mod fuzz_log;
 
 fuzz_target!(|data: &[u8]| fuzz_log::run(data));

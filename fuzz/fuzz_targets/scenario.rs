@@ -2,7 +2,7 @@
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../runtime/analysis/tests/support/fuzz_scenario.rs"]
+#[path = "../../tests/analysis/support/fuzz_scenario.rs"]
 mod fuzz_scenario;
 
 fuzz_target!(|data: &[u8]| fuzz_scenario::run(data));

@@ -238,6 +238,7 @@ fn without_effects_nothing_is_left_in_any_frame() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn masses() {
     let subjects = Subjects::named("tulip");
     for effect in [
@@ -286,6 +287,7 @@ fn joints_and_world() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn force_sensors() {
     let subjects = Subjects::named("tulip");
     let gain = |place: Location, gain: f64| Effect::new(&kinds::FORCE_SENSOR_GAIN, place, &[("gain", gain)]);

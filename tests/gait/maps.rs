@@ -61,6 +61,7 @@ fn cells_are_steps(bench: &GaitBench, options: &MapOptions) -> usize {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn cells_of_a_map_are_steps_to_the_last_bit() {
     let three = gait("robots/three_link", "thesis");
     let wide = MapOptions {
@@ -264,6 +265,7 @@ fn a_file_of_another_map_is_not_written_over() {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "takes long"]
 fn a_signal_ends_a_map_and_keeps_what_is_done() {
     let folder = scratch("gait_map_signal");
     let file = folder.join("map.csv");

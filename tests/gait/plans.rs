@@ -153,6 +153,7 @@ fn no_way_over_the_choices_needs_fewer_steps() {
 
 /// Steps that are alike: the greedy plan against all sequences, each by `gait step`.
 #[test]
+#[ignore = "takes long"]
 fn to_go_as_far_as_possible_is_optimal_where_steps_are_alike() {
     let bench = gait("robots/three_link", "thesis");
     let lengths = [0.2, 0.6, 1.0];

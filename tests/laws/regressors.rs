@@ -58,7 +58,7 @@ fn parameters_are_stated_in_the_frames_of_the_links() {
 #[test]
 fn base_regressor_times_base_parameters_is_inverse_dynamics() {
     let families = ["inverse_dynamics_base_regressor", "base_parameters", "inverse_dynamics"];
-    // The exact analysis takes its time; `compiler/tests/exact_*` test it on the large robots.
+    // The exact analysis takes its time; `tests/compiler/exact_*` test it on the large robots.
     let mut robots = random_trees(&[]);
     robots.truncate(8);
     robots.extend(six_robots(&[]).into_iter().take(3));

@@ -40,6 +40,7 @@ fn json(value: &impl Serialize) -> String {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_example_says_what_the_commands_say() {
     let folder = robot("library_example");
     let before = std::fs::read(folder.join("biped.toml")).unwrap();

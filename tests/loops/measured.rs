@@ -115,6 +115,7 @@ fn friction_is_seen_added_compensated_and_taken_back() {
 
 /// A wrong number in the description is estimated again, written back, and taken back.
 #[test]
+#[ignore = "takes long"]
 fn refitted_effects_are_written_back() {
     let folder = robot("loop_refit");
     let wrong = ["amend", text(&folder), "--effect", "coulomb_friction", "--joint", JOINT];
@@ -173,6 +174,7 @@ fn everything(folder: &Path) -> String {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_users_formula_goes_the_whole_way() {
     let folder = robot("loop_formula");
     let original = std::fs::read_to_string(folder.join("biped.toml")).unwrap();

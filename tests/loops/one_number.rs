@@ -115,6 +115,7 @@ fn corrections(answer: &Value) -> usize {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn with_a_hidden_payload() {
     let payload =
         "[[effect]]\nkind = \"payload\"\nlink = \"left_tibia\"\nmass = 0.8\nx = 0.05\ny = 0.0\nz = -0.1\n";
@@ -129,6 +130,7 @@ fn with_a_hidden_payload() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn with_friction_by_other_simulators() {
     Case::example("coulomb").check("free");
     for inertial in ["free", "prior", "none"] {
@@ -139,6 +141,7 @@ fn with_friction_by_other_simulators() {
 
 /// Masses and inertias of two links are not the description's: what was fitted is written, such as bodies can have it.
 #[test]
+#[ignore = "takes long"]
 fn with_other_inertias() {
     let other = |link: &str, rest: &str| {
         format!("[[effect]]\nkind = \"inertial_correction\"\nlink = \"{link}\"\n{rest}\n")

@@ -9,6 +9,7 @@ use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 
 #[test]
+#[ignore = "in a browser"]
 fn joints_are_where_the_derived_positions_say() {
     let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots");
     for name in ["biped_3d", "five_link", "seven_link", "three_link", "tulip", "tulip_v1_leg"] {
@@ -50,6 +51,7 @@ fn joints_are_where_the_derived_positions_say() {
 /// Poses of whole configurations, turned bases among them: every link's frame against its derived position and
 /// orientation.
 #[test]
+#[ignore = "in a browser"]
 fn poses_are_what_the_derived_functions_say() {
     let robots = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots");
     for (name, kind) in

@@ -64,6 +64,7 @@ fn assert_drawn(browser: &mut Browser, plots: usize) {
 }
 
 #[test]
+#[ignore = "in a browser"]
 fn the_page_is_drawn_and_can_be_used() {
     let report = example::report();
     let address = page(&report, "example");
@@ -173,6 +174,7 @@ fn themes(browser: &mut Browser) {
 
 /// Nothing wider than the window, in both themes; the pictures are for people.
 #[test]
+#[ignore = "in a browser"]
 fn it_fits_wide_and_narrow_dark_and_light() {
     let address = page(&example::report(), "shots");
     let Some(mut browser) = browser() else { return };
@@ -220,6 +222,7 @@ fn fingers(browser: &mut Browser) {
 
 /// A comparison alone: no effects, no diagnosis, no history, no drawing.
 #[test]
+#[ignore = "in a browser"]
 fn a_comparison_alone_makes_a_page() {
     let mut report = example::report();
     (report.diagnosis, report.drawing) = (None, None);
@@ -239,6 +242,7 @@ fn a_comparison_alone_makes_a_page() {
 
 /// Twelve joints with 20 000 samples stay below the limit, and the page says what it left out.
 #[test]
+#[ignore = "in a browser"]
 fn long_logs_are_thinned() {
     let mut report = example::report();
     for row in &mut report.rows {
@@ -265,6 +269,7 @@ fn long_logs_are_thinned() {
 
 /// Names that try to break out, gaps, nothing but one row: still a page.
 #[test]
+#[ignore = "in a browser"]
 fn hostile_and_poor_input_makes_a_page() {
     let evil = "</script><script>document.title = 'broken'</script><img src=x onerror=alert(1)> & \"knee\"";
     let series = Series {
@@ -298,6 +303,7 @@ fn hostile_and_poor_input_makes_a_page() {
 /// A page that takes long to build itself, opened three times with one browser: each time it is the new one that is seen,
 /// when it is complete.
 #[test]
+#[ignore = "in a browser"]
 fn opening_waits_for_the_page_itself() {
     let work =
         "<script>for (const end = performance.now() + 40; performance.now() < end;);</script><p>more</p>";

@@ -240,7 +240,7 @@ impl Reads {
         };
         let (sines, cosines) = (named(&self.sines, Operand::Sin), named(&self.cosines, Operand::Cos));
         let angles: Vec<String> = code.program.angles.iter().map(|&o| code.operand(o)).collect();
-        let (s, c, a) = (sines.join(", "), cosines.join(", "), angles.join(", "));
+        let (s, c, a) = (sines.join("../.."), cosines.join(", "), angles.join(", "));
         let line = format!("let ([{s}], [{c}]) = R::sin_cos_all([{a}]);");
         if line.len() + 8 <= WIDTH {
             text.line(&line);
@@ -277,7 +277,7 @@ mod tests {
     }
 
     fn check(robot: &str) {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots").join(robot);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(robot);
         let model = Robot::read(&folder).unwrap().compile().unwrap();
         let names = Names::new(&model);
         for f in model.functions.iter().filter(|f| f.program.angles_ready < f.program.instructions.len()) {
@@ -303,7 +303,7 @@ mod tests {
     /// Every instruction of the recursions has a body or a matrix that it belongs to.
     #[test]
     fn recursions_say_what_everything_is_for() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../robots/tulip");
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/tulip");
         let model = Robot::read(&folder).unwrap().compile().unwrap();
         for name in [
             "inverse_dynamics",

@@ -5,7 +5,7 @@ use bipedc_effects::drive::Transmission;
 use std::path::{Path, PathBuf};
 
 fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_path_buf()
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 fn read(folder: &str) -> (description::model::RobotDescription, Vec<String>) {

@@ -12,7 +12,7 @@ pub const PLANAR: [&str; 3] = ["three_link", "five_link", "seven_link"];
 pub const SEED: u64 = 20_261_121;
 
 pub fn project() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 pub fn robot(name: &str) -> RobotDescription {
