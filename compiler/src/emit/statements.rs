@@ -240,7 +240,7 @@ impl Reads {
         };
         let (sines, cosines) = (named(&self.sines, Operand::Sin), named(&self.cosines, Operand::Cos));
         let angles: Vec<String> = code.program.angles.iter().map(|&o| code.operand(o)).collect();
-        let (s, c, a) = (sines.join("../.."), cosines.join(", "), angles.join(", "));
+        let (s, c, a) = (sines.join(", "), cosines.join(", "), angles.join(", "));
         let line = format!("let ([{s}], [{c}]) = R::sin_cos_all([{a}]);");
         if line.len() + 8 <= WIDTH {
             text.line(&line);
