@@ -91,6 +91,7 @@ fn assert_kept(answer: &Value, trajectory: &[[Vec<f64>; 3]]) {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn fourier_series_tell_more_than_polynomials_and_keep_all_limits() {
     let folder = scratch("excite_limits");
     let (series, powers) = (folder.join("fourier.csv"), folder.join("degree5.csv"));
@@ -157,6 +158,7 @@ fn hanging() -> Robot {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn feet_are_kept_apart() {
     let folder = scratch("excite-feet");
     let hips =

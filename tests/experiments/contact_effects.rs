@@ -271,6 +271,7 @@ fn masses() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn joints_and_world() {
     let subjects = Subjects::named("tulip");
     let knee = "right_knee_pitch";
@@ -337,6 +338,7 @@ fn a_saturated_corner() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn neutral_parameters_change_nothing() {
     let subjects = Subjects::named("tulip");
     with_experiment(&subjects, &Made::plain(Feet::World), |experiment| {

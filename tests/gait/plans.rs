@@ -55,6 +55,7 @@ fn walked_again(bench: &GaitBench, plans: &Plans) -> usize {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn plans_walk_as_they_say() {
     let (three, five) = (gait("robots/three_link", "thesis"), gait("robots/five_link", "thesis"));
     let small = vec![over("step_length", 0.2, 1.0, 5), over("torso_lean", -1.0, 0.5, 4)];
@@ -191,6 +192,7 @@ fn to_go_as_far_as_possible_is_optimal_where_steps_are_alike() {
 
 /// Figure 7.3: the faster a robot is, the more steps it needs to stop; the further a speed is, the more steps it takes.
 #[test]
+#[ignore = "takes long"]
 fn stairs_rise_with_the_distance() {
     let bench = gait("robots/three_link", "thesis");
     let speeds: Vec<f64> = (2..=40).map(|k| 0.1 * f64::from(k)).collect();

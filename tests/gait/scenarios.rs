@@ -138,6 +138,7 @@ fn changes(log: &Path) -> Vec<f64> {
 
 /// By time stepping the foot lands where it meets the ground; the shorter the step, the nearer to the zero dynamics.
 #[test]
+#[ignore = "takes long"]
 fn time_stepping_walks_by_a_gait_too() {
     let scenario = shipped("robots/five_link/scenarios/optimised.toml");
     let bench = gait("robots/five_link", "optimised");

@@ -8,6 +8,7 @@ const INERTIA: &str = "right_lower_leg.Iyy";
 
 /// Coarse encoders, hardly filtered: accelerations are noisy, and least squares shrinks what multiplies them.
 #[test]
+#[ignore = "takes long"]
 fn instruments_remove_the_bias_that_coarse_encoders_make() {
     let folder = scratch("elastic_instruments");
     let leg = Leg::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/tulip_v1_leg"));

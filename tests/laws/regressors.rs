@@ -56,6 +56,7 @@ fn parameters_are_stated_in_the_frames_of_the_links() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn base_regressor_times_base_parameters_is_inverse_dynamics() {
     let families = ["inverse_dynamics_base_regressor", "base_parameters", "inverse_dynamics"];
     // The exact analysis takes its time; `tests/compiler/exact_*` test it on the large robots.

@@ -77,6 +77,7 @@ fn second_step(samples: &[Sample]) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn time_stepping_comes_to_the_event_driven_step_as_its_own_shrinks() {
     let exact = scenario_text(SCENARIO).replace("log_step = 0.005", "log_step = 0.00005");
     let (summary, samples) = walked(FOLDER, &exact.replace("steps = 10", "steps = 3")).unwrap();

@@ -170,6 +170,7 @@ fn the_answer_is_better_and_keeps_its_limits() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_seed_always_gives_the_same_motion() {
     let of = |seed| {
         with(&limits(9.0), |m| {

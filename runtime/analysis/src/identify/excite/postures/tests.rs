@@ -158,6 +158,7 @@ fn slopes_along_the_surface_are_those_of_the_cost() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_search_falls_and_keeps_everything() {
     let standing = standing();
     let request = PostureRequest {
