@@ -10,7 +10,7 @@ use crate::description::{SourceFiles, mesh_file};
 use crate::emit::{GaitCode, Origin, Package, Runtime, package};
 use crate::self_check::self_check;
 use crate::tree::Tree;
-use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, line_and_column};
 use bipedc_effects::files::Ledger;
 use std::path::{Path, PathBuf};
 
@@ -129,13 +129,31 @@ impl Robot {
         Ok(of_base.into_iter().chain(joints.iter().map(of_joint)).collect())
     }
 
+    /// All functions that the description asks for.
+    ///
+    /// # Errors
+    /// Functions, frames and phases that there are not, where the description names them.
+    pub fn requests(&self, tree: &Tree) -> Result<Vec<FunctionRequest>, Diagnostic> {
+        requested_functions(&self.description, tree).map_err(|error| {
+            let generate = &self.description.generate;
+            let text = &self.sources.toml_text;
+            let named = generate.functions.iter().chain(&generate.frames);
+            let here = named
+                .filter(|name| error.message.contains(&format!("`{name}`")))
+                .find_map(|name| text.find(&format!("\"{name}\"")));
+            let Some(offset) = here else { return error };
+            let (line, column) = line_and_column(text, offset);
+            error.or_in_file(&self.sources.toml_path).at(line, column)
+        })
+    }
+
     /// Compiles everything that the description asks for, and tries it ([`self_check`]).
     ///
     /// # Errors
     /// Functions or frames that do not exist; a mistake of this compiler.
     pub fn compile(&self) -> Result<CompiledModel, Diagnostic> {
         let tree = self.tree()?;
-        let requests = requested_functions(&self.description, &tree)?;
+        let requests = self.requests(&tree)?;
         let compiled = if self.description.generate.functions.is_empty() {
             compile_what_there_is(&self.description, &tree, &requests)?
         } else {

@@ -3,7 +3,6 @@ use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output::{self, Message};
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::requested_functions;
 use bipedc_compiler::description::{CheckReport, check_report};
 use bipedc_compiler::tree::as_built;
 use bipedc_effects::diagnostic::{Diagnostic, Severity, list};
@@ -102,7 +101,7 @@ fn left_out(robot: &Robot) -> Option<Diagnostic> {
 
 /// The description knows neither function names nor what they need: the catalogue does.
 fn compilable(mut robot: Robot) -> Result<Robot, Failure> {
-    requested_functions(&robot.description, &robot.tree()?)?;
+    robot.requests(&robot.tree()?)?;
     let mut more = robot.without_inertia()?;
     robot.warnings.append(&mut more);
     robot.warnings.extend(left_out(&robot));

@@ -67,7 +67,7 @@ impl Evaluate {
     /// Compiles the one function and runs it at all states.
     pub fn run(self) -> Outcome {
         let robot = self.robot.read()?;
-        let request = self.subject.request(&self.function)?;
+        let request = self.subject.request(&self.function, &robot)?;
         let text = input::read_to_string(&self.states).map_err(|error| {
             Diagnostic::error(format!("cannot read the states: {error}")).in_file(&self.states)
         })?;

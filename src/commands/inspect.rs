@@ -54,7 +54,7 @@ impl Inspect {
             Some(name) => {
                 self.base_parameters.refuse()?;
                 let robot = self.robot.read()?;
-                one(&robot, &self.subject.request(name)?, self.json)
+                one(&robot, &self.subject.request(name, &robot)?, self.json)
             }
             None => {
                 self.base_parameters.refuse()?;

@@ -44,6 +44,8 @@ pub(super) fn column_names(path: &Path) -> Result<(Vec<String>, bool), Diagnosti
 
 /// What each column is by its own name or by the mapping.
 pub(super) fn plans(path: &Path, names: &[String], mapping: &Mapping) -> Result<Vec<Plan>, Diagnostics> {
+    let all: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mapping = mapping.of_columns(&all).map_err(Diagnostics)?;
     let mut errors = Vec::new();
     let mut plans: Vec<Plan> = Vec::new();
     for (field, name) in names.iter().enumerate() {

@@ -4,7 +4,7 @@ use super::progress::Bars;
 use super::{interruption, output};
 use bipedc::workbench::BaseChoice;
 use bipedc::{Robot, Workbench};
-use bipedc_compiler::compile::{Entry, FunctionRequest, Scope, entry};
+use bipedc_compiler::compile::{FunctionRequest, Scope, entry_and_subject};
 use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
 use std::path::PathBuf;
@@ -69,9 +69,12 @@ pub struct SubjectArguments {
 }
 
 impl SubjectArguments {
-    /// The function of this name about this frame or phase.
-    pub fn request(&self, function: &str) -> Result<FunctionRequest, Diagnostic> {
-        let entry: &Entry = entry(function)?;
+    /// The function of this name about this frame or phase, or about the one that its name ends with.
+    pub fn request(&self, function: &str, robot: &Robot) -> Result<FunctionRequest, Diagnostic> {
+        let (entry, of_name) = entry_and_subject(function)?;
+        if of_name.is_some() {
+            return FunctionRequest::named(function, &robot.description, &robot.tree()?);
+        }
         let (frame, phase) = (self.link.clone().or_else(|| self.point.clone()), self.phase.clone());
         let misplaced = |what: &str, help: &str| {
             Err(Diagnostic::error(format!("`{function}` is not about one {what}")).help(help))

@@ -1,6 +1,7 @@
 //! All tests of the compiler in one binary.
 #![allow(missing_docs)]
 
+mod asked_for;
 #[path = "contacts/main.rs"]
 mod contacts;
 #[path = "derivatives/main.rs"]
@@ -9,5 +10,6 @@ mod derivatives;
 mod description;
 #[path = "effects/main.rs"]
 mod effects;
+mod locked;
 #[path = "regressors/main.rs"]
 mod regressors;

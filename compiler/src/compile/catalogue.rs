@@ -210,6 +210,21 @@ fn unknown_frame(context: &Context<'_, '_>, name: &str) -> Diagnostic {
         .help(format!("known are: {}", known.join(", ")))
 }
 
+/// The entry of a name and what it is about: `jacobian_of_tool`, `impact_map_of_single_support`, or a whole family.
+///
+/// # Errors
+/// There is no such function.
+pub fn entry_and_subject(name: &str) -> Result<(&'static Entry, Option<&str>), Diagnostic> {
+    let whole = entry(name).map(|entry| (entry, None));
+    let parts = name.match_indices("_of_").map(|(at, of)| (&name[..at], &name[at + of.len()..]));
+    // `center_of_mass` has an `_of_` of its own.
+    let about = |(family, subject)| {
+        let entry = entry(family).ok()?;
+        matches!(entry.scope, Scope::Frame | Scope::Phase | Scope::Impact).then_some((entry, Some(subject)))
+    };
+    whole.or_else(|error| parts.filter_map(about).next().ok_or(error))
+}
+
 /// The entry with this name.
 ///
 /// # Errors

@@ -7,27 +7,28 @@ mod names;
 mod notes;
 mod quantity;
 mod readable;
+mod requests;
 mod solvable;
 
-pub use catalogue::{Entry, Scope, catalogue, entry};
+pub use catalogue::{Entry, Scope, catalogue, entry, entry_and_subject};
 pub use families::regressors::parameter_names;
 pub use gait::{CompiledGait, GaitPrograms, compile_gait};
 pub use in_process::ProgramModel;
 pub use names::{crate_name, distinct, identifier};
 pub use quantity::Quantity;
 pub use readable::{Readable, readable};
+pub use requests::requested_functions;
 pub use solvable::{Solvable, inertia_help, no_inertia};
 
 use families::regressors;
 use names::distinct_functions;
 
 use crate::derive::effects::JointLaws;
-use crate::derive::relabel::Relabelling;
 use crate::derive::{InertiaMode, RobotModel};
 use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph};
 use crate::program::{Operations, Program, lower};
-use crate::tree::{BaseKind, Tree};
+use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
 
@@ -247,71 +248,4 @@ fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quant
         program,
         notes: Vec::new(),
     }
-}
-
-/// Everything that `biped.toml` asks for; by default all functions, those of frames for the feet, their
-/// contact points and the root.
-pub fn requested_functions(
-    description: &RobotDescription,
-    tree: &Tree,
-) -> Result<Vec<FunctionRequest>, Diagnostic> {
-    let asked = &description.generate.functions;
-    for name in asked {
-        entry(name)?;
-    }
-    let laws = JointLaws::new(tree, description)?;
-    let solvable = Solvable::new(description, tree, &laws);
-    let mut out = Vec::new();
-    for entry in catalogue() {
-        let wanted =
-            if asked.is_empty() { !entry.on_demand } else { asked.iter().any(|name| name == entry.name) };
-        // On a base that is not free the torques do not tell all of the robot's mass distribution.
-        let told = !description.generate.runtime_parameters
-            || tree.base == BaseKind::Floating
-            || !entry.needs_whole_robot();
-        // Whoever names a function is told why it cannot be had; by default it is left out.
-        let possible = |subject: &Option<String>| {
-            let refused = || solvable.refusal(entry.name, subject.as_deref()).is_some();
-            !asked.is_empty() || !(laws.refusal(entry.name).is_some() || refused())
-        };
-        if !wanted || !told {
-            continue;
-        }
-        let first = out.len();
-        let request = |subject| FunctionRequest { family: entry.name.to_owned(), subject };
-        match entry.scope {
-            Scope::Robot => out.push(request(None)),
-            Scope::Frame => {
-                out.extend(default_frames(description, tree).into_iter().map(|f| request(Some(f))))
-            }
-            Scope::Contacts if !tree.points.is_empty() => out.push(request(None)),
-            Scope::Contacts => {}
-            Scope::Phase => out.extend(description.phases.iter().map(|p| request(Some(p.name.clone())))),
-            Scope::Drives if !description.drives.is_empty() => out.push(request(None)),
-            Scope::Drives => {}
-            Scope::Relabelling => {
-                let asked = description.phases.iter().any(|phase| phase.relabel);
-                if asked && Relabelling::new(tree, description).is_ok() {
-                    out.push(request(None));
-                }
-            }
-            Scope::Impact => {
-                // On a pinned root the impact of the other foot cannot be told: the root would stay pinned.
-                let free = matches!(tree.base, BaseKind::Floating | BaseKind::Planar);
-                let impacts = description.phases.iter().filter(|p| free && !p.impact.is_empty());
-                out.extend(impacts.map(|p| request(Some(p.name.clone()))));
-            }
-        }
-        let new = out.split_off(first);
-        out.extend(new.into_iter().filter(|request: &FunctionRequest| possible(&request.subject)));
-    }
-    Ok(out)
-}
-
-fn default_frames(description: &RobotDescription, tree: &Tree) -> Vec<String> {
-    let mut frames: Vec<String> = description.feet.iter().map(|foot| foot.link.clone()).collect();
-    frames.sort_unstable();
-    frames.dedup();
-    frames.extend(tree.points.iter().map(|point| point.name.clone()));
-    frames
 }

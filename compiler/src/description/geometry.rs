@@ -66,6 +66,27 @@ pub(crate) fn quaternion_to_rpy([x, y, z, w]: [f64; 4]) -> Option<Vector> {
     Some([within_a_turn(roll), 2.0 * against.atan2(with) - FRAC_PI_2, within_a_turn(yaw)])
 }
 
+/// The rotation about a unit axis, as a quaternion x y z w.
+pub(crate) fn axis_quaternion([x, y, z]: Vector, angle: f64) -> [f64; 4] {
+    let (sin, cos) = (0.5 * angle).sin_cos();
+    [x * sin, y * sin, z * sin, cos]
+}
+
+/// First `b`, then `a`; quaternions x y z w.
+pub(crate) fn quaternion_product([ax, ay, az, aw]: [f64; 4], [bx, by, bz, bw]: [f64; 4]) -> [f64; 4] {
+    [
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+        aw * bw - ax * bx - ay * by - az * bz,
+    ]
+}
+
+/// A direction turned by roll, pitch and yaw.
+pub(crate) fn turn(rpy: Vector, direction: Vector) -> Vector {
+    rotation(rpy).map(|row| dot(row, direction))
+}
+
 pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

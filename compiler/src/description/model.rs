@@ -241,6 +241,8 @@ pub struct Phase {
 pub struct Generate {
     /// Names of functions or groups; empty means everything.
     pub functions: Vec<String>,
+    /// Further links and contact points of which functions of frames are generated.
+    pub frames: Vec<String>,
     /// Base parameters stay run-time inputs instead of folded constants.
     pub runtime_parameters: bool,
 }

@@ -4,7 +4,7 @@
 pub mod attribute;
 mod keys;
 
-use crate::compile::{CompiledModel, catalogue};
+use crate::compile::{CompiledModel, catalogue, entry_and_subject};
 use crate::description::SourceFiles;
 use crate::description::model::Base;
 use crate::description::source::suggest;
@@ -91,7 +91,7 @@ fn unknown_functions(names: &[String]) -> Vec<Diagnostic> {
     let known: Vec<&str> = catalogue().iter().map(|entry| entry.name).collect();
     names
         .iter()
-        .filter(|name| !known.contains(&name.as_str()))
+        .filter(|name| entry_and_subject(name).is_err())
         .map(|name| {
             Diagnostic::error(format!("there is no function `{name}`")).help(suggest(
                 name,

@@ -61,3 +61,41 @@ fn mistakes_in_the_file() {
     let missing = Mapping::open(Path::new("/no/such/map.toml")).unwrap_err().to_string();
     assert!(missing.contains("cannot read the mapping file") && missing.contains("/no/such/map.toml"));
 }
+
+#[test]
+fn one_line_for_all_joints() {
+    let mapping = r#"
+time = "stamp"
+"{joint}/position" = { column = "/states/{joint}/pos", scale = 0.5 }
+"{joint}/effort" = "tau[{joint}]"
+"knee/position" = "knee_by_hand"
+"{foot}/force" = { frame = "sole" }
+"{foot}/force/z" = "fz_{foot}"
+"#;
+    let log = "stamp,/states/hip/pos,/states/knee/pos,knee_by_hand,tau[knee],fz_left_foot,fz_right_foot\n0,2,3,4,5,6,7\n";
+    let reader = open(log, mapping).unwrap();
+    let names = ["hip/position", "knee/position", "knee/effort", "left_foot/force/z", "right_foot/force/z"];
+    assert_eq!(reader.frame("left_foot/force"), ForceFrame::Sole);
+    let table = Table::read(reader, &names).unwrap();
+    // What has a line of its own keeps it.
+    assert_eq!(table.columns, [vec![0.0], vec![1.0], vec![4.0], vec![5.0], vec![6.0], vec![7.0]]);
+}
+
+#[test]
+fn patterns_that_stand_for_nothing() {
+    let refused = |text: &str, part: &str| {
+        let error = parse(text).unwrap_err();
+        assert!(error.contains(part), "{text}: {error}");
+    };
+    refused("\"{joint}/position\" = \"pos\"", "`{joint}/position` = `pos` is no pattern");
+    refused("\"knee/position\" = \"{joint}/pos\"", "is no pattern");
+    refused("\"{joint}/position\" = \"{foot}/pos\"", "is no pattern");
+    refused("\"{joint}/position\" = \"{joint}/{joint}\"", "is no pattern");
+    refused("\"{joint}/positoin\" = \"{joint}/pos\"", "did you mean `{joint}/position`?");
+    let error = open("time,a/pos\n0,1\n", "\n\"{joint}/effort\" = \"{joint}/tau\"\n").err().unwrap();
+    assert!(error.contains("the log has no column like `{joint}/tau`"), "{error}");
+    assert!(
+        error.contains("map.toml:2:20") && error.contains("columns of the log: `time`, `a/pos`"),
+        "{error}"
+    );
+}

@@ -3,5 +3,5 @@
 #![allow(missing_docs)]
 mod bodies;
 mod slopes;
-mod support;
+pub mod support;
 mod torques;

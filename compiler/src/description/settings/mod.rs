@@ -4,6 +4,7 @@ mod drives;
 pub(super) mod effects;
 mod feet;
 mod formula;
+mod joints;
 mod phases;
 mod symmetry;
 pub(super) mod table;
@@ -21,11 +22,12 @@ use table::Section;
 use toml::de::DeTable;
 
 /// Keys of the top level, in the order of the documentation.
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 12] = [
     "name",
     "urdf",
     "gravity",
     "base",
+    "joints",
     "feet",
     "symmetry",
     "actuation",
@@ -78,7 +80,7 @@ impl<'r> Known<'r> {
         let Some(robot) = self.robot else { return };
         let moving = || robot.joints.iter().filter(|joint| joint.kind.moves()).map(|j| j.name.as_str());
         match robot.joints.iter().find(|joint| joint.name == name) {
-            Some(joint) if joint.kind == JointKind::Fixed => {
+            Some(joint) if joint.kind == JointKind::Fixed && !robot.locked.contains(&joint.name) => {
                 let message = format!("{what}: joint `{}` is fixed", short(name));
                 messages.error(place, message, suggest(name, moving().collect::<Vec<_>>(), "moving joints"));
             }
@@ -115,7 +117,7 @@ pub(crate) fn urdf_name(toml_text: &str) -> Option<String> {
 /// Reads `biped.toml` and joins it with the URDF; `None` if the URDF is missing or anything was refused.
 pub(crate) fn describe(
     text: &str,
-    robot: Option<UrdfRobot>,
+    mut robot: Option<UrdfRobot>,
     messages: &mut Messages<'_>,
 ) -> Option<RobotDescription> {
     let (table, errors) = DeTable::parse_recoverable(text);
@@ -131,7 +133,14 @@ pub(crate) fn describe(
     if !errors.is_empty() {
         return None;
     }
-    let settings = read_settings(&Section::top(table.get_ref()), Known { robot: robot.as_ref() }, messages);
+    let top = Section::top(table.get_ref());
+    if let Some(robot) = &mut robot {
+        joints::lock(&top, robot, messages);
+    }
+    let mut settings = read_settings(&top, Known { robot: robot.as_ref() }, messages);
+    if let Some(robot) = &robot {
+        joints::leave_out_locked(&mut settings, &robot.locked, messages);
+    }
     let robot = robot?;
     let root = robot.tree.as_ref()?.root;
     if messages.errors() > 0 {
@@ -199,10 +208,14 @@ fn check_name(name: String, at: Place, messages: &mut Messages<'_>) -> Option<St
 
 fn read_generate(top: &Section<'_, '_>, messages: &mut Messages<'_>) -> Generate {
     let Some(section) = top.section("generate", messages) else { return Generate::default() };
-    section.check_keys(&["functions", "runtime_parameters"], messages);
-    let functions = section.strings("functions", messages).unwrap_or_default();
+    section.check_keys(&["functions", "frames", "runtime_parameters"], messages);
+    let mut names = |key| {
+        let names = section.strings(key, messages).unwrap_or_default();
+        names.into_iter().map(|(name, _)| name).collect()
+    };
     Generate {
-        functions: functions.into_iter().map(|(name, _)| name).collect(),
+        functions: names("functions"),
+        frames: names("frames"),
         runtime_parameters: section.boolean("runtime_parameters", messages).unwrap_or_default(),
     }
 }

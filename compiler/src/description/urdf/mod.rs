@@ -26,6 +26,8 @@ pub(crate) struct UrdfRobot {
     pub(crate) shapes_unknown: bool,
     pub(crate) link_places: Vec<LinkPlaces>,
     pub(crate) joint_places: Vec<JointPlaces>,
+    /// Joints that move in the URDF and are held by the description; fixed among `joints`.
+    pub(crate) locked: Vec<String>,
     /// `None` while anything about the tree is wrong.
     pub(crate) tree: Option<Tree>,
 }
@@ -87,6 +89,7 @@ impl UrdfRobot {
             shapes_unknown: true,
             link_places: vec![LinkPlaces::default(); description.links.len()],
             joint_places: joint_places.collect(),
+            locked: Vec::new(),
             tree: None,
         };
         robot.tree = tree::check_tree(&mut robot, messages);

@@ -38,6 +38,7 @@ impl Log {
     pub fn with_mapping(path: impl AsRef<Path>, mapping: Mapping) -> Result<Self, Diagnostics> {
         let path = path.as_ref().to_path_buf();
         let header = Arc::new(header::read(&path, &mut Lines::open(&path)?, &mapping)?);
+        let mapping = header.mapping.clone();
         Ok(Self { path, mapping, header, hash: Hash::default(), shelf: Shelf::default() })
     }
 

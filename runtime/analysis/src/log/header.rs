@@ -1,12 +1,12 @@
 //! The first row: which kind of table it is and which columns it has.
 use super::fields::{character, split};
 use super::lines::Lines;
-use super::mapping::{ForceFrame, Mapping};
+use super::mapping::Mapping;
 use super::names::{list, shorten};
 use super::reader::MOST_ERRORS;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::spelling::suggest;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::path::Path;
 
 /// What a row of the table is.
@@ -56,8 +56,8 @@ pub(super) struct Header {
     pub columns: Vec<Column>,
     /// Whether the mapping says what the leading column is, and so in which unit.
     pub mapped: bool,
-    /// Of forces and torques, where the mapping says that they are not in world axes.
-    pub frames: BTreeMap<String, ForceFrame>,
+    /// What was said of its columns, patterns as the columns that they stand for.
+    pub mapping: Mapping,
 }
 
 /// Reads the header line.
@@ -85,13 +85,14 @@ fn parse(file: &Path, line: &str, number: usize, mapping: &Mapping) -> Result<He
     }
     let mut errors = Vec::new();
     let index = index_of(&names, &mut errors, |error, k| at(error, fields[k].start));
-    let columns = apply(mapping, &names, &index, &mut errors);
+    let mapping = mapping.of_columns(&names).map_err(Diagnostics)?;
+    let columns = apply(&mapping, &names, &index, &mut errors);
     let kind =
-        Kind::ALL.into_iter().find(|k| columns.iter().any(|c| c.name == k.column() && is_first(c, mapping)));
+        Kind::ALL.into_iter().find(|k| columns.iter().any(|c| c.name == k.column() && is_first(c, &mapping)));
     match kind {
         Some(kind) if errors.is_empty() => {
             let mapped = mapping.columns.contains_key(kind.column());
-            Ok(Header { kind, fields: names.len(), columns, mapped, frames: mapping.frames.clone() })
+            Ok(Header { kind, fields: names.len(), columns, mapped, mapping })
         }
         Some(_) => Err(Diagnostics(errors)),
         None => {

@@ -6,10 +6,12 @@
 //! time = "header/stamp"
 //! "left_knee/position" = { column = "joint_states/KneeL/pos", scale = 0.0174533, offset = 0.02, sign = -1 }
 //! "left_foot/force" = { frame = "sole" }   # default: "world"
+//! "{joint}/velocity" = "joint_states/{joint}/velocity"   # of every joint that the file has so
 //! ```
 //!
 //! value = sign · scale · logged + offset; scale 1, sign 1 and offset 0 (in the SI unit of the result) by default.
 use super::names::is_known_form;
+use super::pattern::Pattern;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, line_and_column};
 use bipedc_effects::spelling::{did_you_mean, suggest};
 use bipedc_effects::{input, magnitude};
@@ -51,6 +53,8 @@ pub struct Mapping {
     pub columns: BTreeMap<String, MappedColumn>,
     /// `<foot>/force` or `<foot>/torque` to its frame, where it is not the world.
     pub frames: BTreeMap<String, ForceFrame>,
+    /// What stands for a column of every joint or foot; [`Mapping::of_columns`] finds them.
+    pub patterns: Vec<Pattern>,
     /// Columns of the file that are not to be seen under their own names.
     pub ignored: BTreeSet<String>,
 }
@@ -146,15 +150,21 @@ impl Mapping {
                 ))
                 .help("write it as \"left_foot/force\" = { frame = \"sole\" }"));
             }
-            self.frames.insert(name.to_owned(), frame);
+            if !Pattern::is_one(name) {
+                self.frames.insert(name.to_owned(), frame);
+            }
         } else if !is_known_form(name) {
             return Err(unknown_name(name));
         }
-        if !is_vector {
-            self.columns.insert(
-                name.to_owned(),
-                MappedColumn { column: full.column, factor: sign * scale, offset, position },
-            );
+        let source = MappedColumn { column: full.column, factor: sign * scale, offset, position };
+        if Pattern::is_one(name) || source.column.as_deref().is_some_and(Pattern::is_one) {
+            let pattern = Pattern { name: name.to_owned(), source, frame: full.frame };
+            if let Some(refusal) = pattern.refusal() {
+                return Err(refusal);
+            }
+            self.patterns.push(pattern);
+        } else if !is_vector {
+            self.columns.insert(name.to_owned(), source);
         }
         Ok(())
     }

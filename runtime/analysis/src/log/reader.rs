@@ -139,7 +139,7 @@ impl Reader {
 
     /// The axes of a foot's vector, such as `left_foot/force`.
     pub fn frame(&self, vector: &str) -> ForceFrame {
-        self.header.frames.get(vector).copied().unwrap_or_default()
+        self.header.mapping.frames.get(vector).copied().unwrap_or_default()
     }
 
     /// Chooses what rows consist of: the leading column (time or number), then these, in this order.
