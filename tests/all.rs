@@ -13,6 +13,7 @@ mod cli_compare;
 mod cli_diagnose;
 mod cli_evaluate;
 mod cli_excite;
+mod cli_export;
 mod cli_generate;
 mod cli_generate_gait;
 mod cli_help;

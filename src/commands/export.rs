@@ -12,21 +12,27 @@ use std::process::ExitCode;
 const EXAMPLES: &str = "\
 Examples:
   bipedc export robots/tulip --urdf amended.urdf
+  bipedc export robots/tulip --mjcf tulip.xml
 
 Links get the masses, centres of mass and inertias that they have with the effects of biped.toml (payload, com_offset, \
 inertia_error, inertial_correction), joints the damping (N m s/rad) and friction (N m) of viscous_friction and coulomb_friction as \
-<dynamics>. Everything else of the URDF stays byte for byte, comments too. What a URDF has no words for is listed.";
+<dynamics>. Everything else of the URDF stays byte for byte, comments too. MJCF (MuJoCo) also has rotor_inertia as armature and \
+parallel_spring, contact points as spheres of 1 mm on a floor, a motor for every actuated joint; shapes and meshes it has not. What a \
+format has no words for is listed.";
 
-/// Write the robot with what was amended as a URDF
+/// Write the robot with what was amended as a URDF or as MJCF
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Export {
     /// Folder with `biped.toml`, or that file
     #[arg(value_name = "ROBOT")]
     path: PathBuf,
-    /// File to write
-    #[arg(long, value_name = "OUT.urdf")]
-    urdf: PathBuf,
+    /// URDF to write
+    #[arg(long, value_name = "OUT.urdf", required_unless_present = "mjcf")]
+    urdf: Option<PathBuf>,
+    /// MuJoCo model to write
+    #[arg(long, value_name = "OUT.xml")]
+    mjcf: Option<PathBuf>,
 }
 
 impl Export {
@@ -34,25 +40,46 @@ impl Export {
     pub fn run(self) -> Outcome {
         let bench = Workbench::open(&self.path)?;
         output::diagnostics(&bench.robot().warnings);
-        bench.ledger().writes("--urdf", &self.urdf)?;
-        let exported = export::urdf(bench.robot())?;
-        write(&self.urdf, &exported.urdf)?;
-        if !exported.left_out.is_empty() {
-            let list: Vec<String> = exported.left_out.iter().map(Effect::to_string).collect();
-            let warning = Diagnostic::warning(format!("a URDF has no words for: {}", list.join(", ")));
-            output::diagnostics(&[warning.help("they stay in biped.toml")]);
+        let mut ledger = bench.ledger();
+        for (option, file) in [("--urdf", &self.urdf), ("--mjcf", &self.mjcf)] {
+            if let Some(file) = file {
+                ledger.writes(option, file)?;
+            }
         }
-        let count = |names: &[String], what: &str| match names {
-            [] => format!("no {what}s"),
-            [one] => format!("{what} {one}"),
-            several => format!("{what}s {}", several.join(", ")),
-        };
-        output::print(&format!(
-            "wrote {}: other numbers for {}; {}\n",
-            self.urdf.display(),
-            count(&exported.links, "link"),
-            count(&exported.joints, "joint")
-        ))?;
+        // Both are made before one is written.
+        let urdf = self.urdf.as_ref().map(|_| export::urdf(bench.robot())).transpose()?;
+        let mjcf = self.mjcf.as_ref().map(|_| export::mjcf(bench.robot())).transpose()?;
+        if let (Some(file), Some(exported)) = (&self.urdf, &urdf) {
+            write(file, &exported.urdf)?;
+            left_out("a URDF", &exported.left_out);
+            output::print(&format!(
+                "wrote {}: other numbers for {}; {}\n",
+                file.display(),
+                count(&exported.links, "link"),
+                count(&exported.joints, "joint")
+            ))?;
+        }
+        if let (Some(file), Some(exported)) = (&self.mjcf, &mjcf) {
+            write(file, &exported.mjcf)?;
+            left_out("MJCF", &exported.left_out);
+            output::print(&format!("wrote {}\n", file.display()))?;
+        }
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn left_out(format: &str, effects: &[Effect]) {
+    if !effects.is_empty() {
+        let list: Vec<String> = effects.iter().map(Effect::to_string).collect();
+        let warning = Diagnostic::warning(format!("{format} has no words for: {}", list.join(", ")));
+        output::diagnostics(&[warning.help("they stay in biped.toml")]);
+    }
+}
+
+fn count(names: &[String], what: &str) -> String {
+    match names {
+        [] => format!("no {what}s"),
+        [one] => format!("{what} {one}"),
+        several => format!("{what}s {}", several.join(", ")),
     }
 }

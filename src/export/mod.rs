@@ -1,4 +1,9 @@
-//! The robot as amended, as a URDF for other tools.
+//! The robot as amended, for other tools: as a URDF, as MJCF.
+mod element;
+mod mjcf;
+
+pub use mjcf::{ExportedMjcf, mjcf};
+
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::{JointDynamics, rewritten};
 use bipedc_compiler::tree::as_built;
