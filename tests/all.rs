@@ -48,6 +48,7 @@ mod loops;
 mod motor_side;
 #[path = "phases/main.rs"]
 mod phases;
+mod readme;
 mod real_data;
 #[path = "report_page/main.rs"]
 mod report_page;
