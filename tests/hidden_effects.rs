@@ -79,6 +79,7 @@ fn hidden_effects_are_all_that_is_hidden() {
 
 /// Nominal and true errors of logs that another simulator made, as it states them.
 #[test]
+#[ignore = "takes long"]
 fn our_formulas_agree_with_the_examples() {
     for (name, tolerance) in [("coulomb", 0.01), ("rotor_inertia", 0.01)] {
         let folder = root().join("tests/data/examples").join(name);
@@ -128,6 +129,7 @@ fn soft_ground_is_found_from_sinking_soles() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_spinning_foot_is_found_from_flat_impacts() {
     let (answer, truth) = diagnosed("flatimpacts_spin_friction-1");
     is_found(&answer, &truth, "spin_friction", "radius");

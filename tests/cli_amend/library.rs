@@ -26,6 +26,7 @@ fn the_library_is_listed() {
 
 /// Every example of the library, put into a description, reads.
 #[test]
+#[ignore = "takes long"]
 fn examples_of_all_kinds_read() {
     let folder = robot("effects_examples");
     let before = read(&folder, "biped.toml");

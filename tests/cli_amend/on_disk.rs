@@ -106,6 +106,7 @@ fn an_interruption_is_seen_and_put_right() {
 /// Killed at any moment, amending and taking back leave a description that reads and a history that knows it.
 #[cfg(unix)]
 #[test]
+#[ignore = "takes long"]
 fn killing_it_at_any_moment_does_no_harm() {
     let folder = robot("amend_killed");
     let before = read(&folder, "biped.toml");

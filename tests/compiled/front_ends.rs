@@ -160,6 +160,7 @@ fn a_failed_build_script_writes_nothing() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn with_effects_the_front_ends_agree_too() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = root.join("tests/data/effects/five_link");

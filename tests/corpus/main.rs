@@ -137,6 +137,7 @@ fn states_never_panic() {
 
 /// Whatever a log's names are: what is proposed reads, and what is written is a log.
 #[test]
+#[ignore = "takes long"]
 fn logs_of_others_never_panic() {
     let folder = crate::cli::scratch("corpus_inventory");
     run("inventory", |text| fuzz_inventory::run(text.as_bytes(), &folder));

@@ -70,6 +70,7 @@ fn log(folder: &Path, name: &str, seed: u64, columns: &str) -> PathBuf {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_log_on_one_foot_tells_mass_and_moments() {
     let folder = scratch("zmp");
     let (train, judge) = (log(&folder, "train.csv", 3, "cop"), log(&folder, "judge.csv", 5, "cop"));
@@ -100,6 +101,7 @@ fn a_log_on_one_foot_tells_mass_and_moments() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn six_components_of_the_wrench() {
     let folder = scratch("zmp_wrench");
     let train = log(&folder, "train.csv", 3, "wrench");

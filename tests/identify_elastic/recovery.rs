@@ -42,6 +42,7 @@ fn worst(answer: &Value, leg: &Leg) -> [f64; 2] {
 
 /// Without noise nothing but differentiation is left: a motion below 0.5 Hz, 1 kHz, filtered at 120 Hz.
 #[test]
+#[ignore = "takes long"]
 fn a_log_without_noise_gives_back_drives_and_bodies() {
     let folder = scratch("elastic_identity");
     let mut noise = Noise(5);

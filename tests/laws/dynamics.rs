@@ -130,6 +130,7 @@ fn dual_columns(
 }
 
 #[test]
+#[ignore = "takes long"]
 fn derivatives_are_those_of_dual_numbers() {
     let cases = [("inverse_dynamics", A, 1e-12), ("forward_dynamics", Tau, 1e-9)];
     let robots = subjects(&[

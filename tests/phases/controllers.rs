@@ -102,6 +102,7 @@ const GAITS: [&str; 2] =
     ["robots/five_link/scenarios/gait.toml", "robots/five_link/scenarios/gait_time_stepping.toml"];
 
 #[test]
+#[ignore = "takes long"]
 fn a_controller_of_ones_own_walks_as_the_built_in_one() {
     let own = walked(GAITS[0], |inner, observed, commands| inner.command(observed, commands)).unwrap();
     let (_, samples) = super::walked("robots/five_link", &scenario_text(GAITS[0])).unwrap();
