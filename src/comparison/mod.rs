@@ -3,7 +3,7 @@ mod free_run;
 mod places;
 
 use crate::measurements::currents::{self, Prepared};
-use crate::measurements::{Content, Log, Measured};
+use crate::measurements::{Content, Log, Measured, SAMPLES};
 use crate::progress::Progress;
 use crate::report::of_measurements;
 use crate::robot::{ProgramTorques, joint_layout};
@@ -167,6 +167,9 @@ fn compare_efforts(
         }
     };
     if !robot.description.effects.iter().any(outside) {
+        let reading = measure::Options { cutoff_hz: Some(comparison.cutoff_hz), ..reading.clone() };
+        progress
+            .stage("looking where joints stick", || without_sticking(robot, log, &reading, &mut comparison));
         return Ok(comparison);
     }
     let measured = progress.stage("deriving", || Measured::new(robot))?;
@@ -179,4 +182,13 @@ fn compare_efforts(
     }
     comparison.judged_again(all);
     Ok(comparison)
+}
+
+/// Errors without the samples at which joints stick, as a diagnosis has them. A log that makes no experiment (too short, a base of which
+/// no log tells) does not say where they do.
+fn without_sticking(robot: &Robot, log: &Log, reading: &measure::Options, comparison: &mut Comparison) {
+    let Ok(measured) = Measured::new(robot) else { return };
+    if let Ok(experiment) = measured.efforts(log, reading, SAMPLES) {
+        comparison.without_sticking(&experiment);
+    }
 }

@@ -41,7 +41,8 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
         let fall = |corrected: bool| {
             let (with, without) = (errors(&refined.effects, corrected), errors(&fewer, corrected));
             let relative = without.iter().zip(&with).enumerate().map(|(row, (a, b))| {
-                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST / least(regression, row, &play)
+                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST
+                    / least(regression, row, refined.effects[k].kind, &play)
             });
             relative.fold(f64::NEG_INFINITY, f64::max)
         };
