@@ -106,7 +106,7 @@ impl Play<'_> {
         };
         let [before, after] = [pressed(from), pressed(to)];
         let part = if before <= 0.0 { 0.0 } else { before / (before - after) };
-        (after < 0.0).then(|| from + part * (to - from))
+        (after < 0.0).then_some(from + part * (to - from))
     }
 
     /// Freely, or until it meets a stop.
