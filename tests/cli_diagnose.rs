@@ -113,6 +113,31 @@ fn the_answer_has_its_documented_keys() {
     assert_eq!(answer["rms"]["effort"]["unit"], "N m");
     assert_eq!(answer["rms"]["effort"]["after"], answer["rms_after"]);
     assert!(answer["rms_after"].as_f64().unwrap() < 0.5 * answer["rms_before"].as_f64().unwrap());
+    errors_mean_the_same(&answer);
+}
+
+/// `compare` and `diagnose` of one log at one cut-off: errors with and without the samples at which joints stick.
+fn errors_mean_the_same(answer: &Value) {
+    let cutoff =
+        ["judged_at_hz", "cutoff_hz"].iter().find_map(|key| answer[key].as_f64()).unwrap().to_string();
+    let compared = bipedc(&["compare", "robots/tulip", OTHER, "--cutoff", &cutoff, "--json"]).ok().json();
+    let same = |one: &Value, other: &Value| {
+        let (one, other) = (one.as_f64().unwrap(), other.as_f64().unwrap());
+        assert!((one / other - 1.0).abs() < 1e-6, "{one} and {other}");
+    };
+    let (kind, all) = (&compared["kinds"]["effort"], &answer["rms"]["effort"]);
+    same(&kind["rms"], &all["before"]);
+    same(&kind["rms_moving"], &all["before_moving"]);
+    let sticking = compared["channels"].as_array().unwrap().iter().filter(|c| c.get("sticking").is_some());
+    let sticking: Vec<&Value> = sticking.collect();
+    assert!(sticking.iter().any(|channel| channel["name"] == JOINT), "{compared:#}");
+    for channel in sticking {
+        let row = &answer["rows"][channel["name"].as_str().unwrap()];
+        same(&channel["rms"], &row["before"]);
+        same(&channel["rms_moving"], &row["before_moving"]);
+        let part = channel["sticking"].as_f64().unwrap();
+        assert!(part > 0.0 && part < 0.5, "{part}");
+    }
 }
 
 #[test]

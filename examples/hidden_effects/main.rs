@@ -8,7 +8,7 @@ mod score;
 use clap::Parser;
 use generator::{Failure, failure};
 use score::{Context, Scored};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const HELP: &str = "\
@@ -52,6 +52,9 @@ struct Arguments {
     /// Write the scores as a Markdown page as well
     #[arg(long, value_name = "FILE.md")]
     write: Option<PathBuf>,
+    /// Scores of other seeds, as --json prints them: their intervals count in the table of intervals; can be repeated
+    #[arg(long, value_name = "FILE.json")]
+    scores: Vec<PathBuf>,
     /// The program to be scored; default: `bipedc` of the same build
     #[arg(long, value_name = "PROGRAM")]
     program: Option<PathBuf>,
@@ -74,6 +77,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let others = arguments.scores.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?.concat();
     let mut plans: Vec<_> =
         generator::all().into_iter().filter(|plan| plan.name.contains(&arguments.only)).collect();
     if arguments.seed != 0 {
@@ -108,12 +112,19 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&scores).map_err(|e| failure(e.to_string()))?);
     } else {
-        println!("{}", score::table(&scores));
+        println!("{}", score::table(&scores, &others));
     }
     match &arguments.write {
-        Some(path) => generator::write_text(path, &score::page(&scores)),
+        Some(path) => generator::write_text(path, &score::page(&scores, &others)),
         None => Ok(()),
     }
+}
+
+/// Scores that were printed as JSON.
+fn read(path: &Path) -> Result<Vec<Scored>, Failure> {
+    let error = |what: String| failure(format!("{}: {what}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|e| error(e.to_string()))?;
+    serde_json::from_str(&text).map_err(|e| error(format!("no scores of this program: {e}")))
 }
 
 /// `bipedc` beside the folder of this example.

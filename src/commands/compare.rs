@@ -141,7 +141,7 @@ impl Compare {
 
     /// What one does after this.
     fn next(&self, compared: &Compared) -> NextStep {
-        let is_noise = |channel: &Channel| channel.rms <= AT_NOISE * channel.noise;
+        let is_noise = |channel: &Channel| channel.told() <= AT_NOISE * channel.noise;
         if compared.channels.iter().all(is_noise) {
             let generate = Typed::command("generate").path(&self.robot.path).words(&self.robot.overrides());
             return generate.because("The model explains this log down to its noise. Its equations as code:");

@@ -3,7 +3,7 @@ mod free_run;
 mod places;
 
 use crate::measurements::currents::{self, Prepared};
-use crate::measurements::{Content, Log, Measured};
+use crate::measurements::{Content, Log, Measured, SAMPLES};
 use crate::progress::Progress;
 use crate::report::of_measurements;
 use crate::robot::{ProgramTorques, joint_layout};
@@ -141,8 +141,8 @@ fn look_closer(
 
 /// Logged efforts against the compiled model with the effects of its description.
 ///
-/// Effects that no function of one state contains (delays, saturated drives, springs behind motors whose angle alone is logged) are
-/// applied to the whole log instead.
+/// Effects that no function of one state contains (delays, saturated drives, springs and play behind motors whose angle alone is
+/// logged, rotors and friction of motors that turn otherwise than their joints) are applied to the whole log instead.
 fn compare_efforts(
     robot: &Robot,
     log: &Log,
@@ -155,16 +155,21 @@ fn compare_efforts(
     let mut torques = ProgramTorques::new(&compiled)?;
     let mut comparison =
         progress.stage("reading and comparing", || compare_file(&mut torques, &layout, log, reading))?;
-    let outside = |effect: &Effect| match effect.kind.law {
-        Law::Delay | Law::TrueTorque(_) => true,
-        Law::SeriesElasticity => {
-            let joint = effect.location.joint.as_deref().unwrap_or_default();
-            log.rows().has(&format!("{joint}/motor_position"))
-                && !log.rows().has(&format!("{joint}/position"))
+    let rows = log.rows();
+    let outside = |effect: &Effect| {
+        let joint = effect.location.joint.as_deref().unwrap_or_default();
+        let [by_motor, by_link] =
+            ["motor_position", "position"].map(|angle| rows.has(&format!("{joint}/{angle}")));
+        match effect.kind.law {
+            Law::Delay | Law::TrueTorque(_) => true,
+            Law::SeriesElasticity | Law::Backlash => by_motor && !by_link,
+            _ => by_motor && by_link && effect.kind.simulation.is_on_motor(),
         }
-        _ => false,
     };
     if !robot.description.effects.iter().any(outside) {
+        let reading = measure::Options { cutoff_hz: Some(comparison.cutoff_hz), ..reading.clone() };
+        progress
+            .stage("looking where joints stick", || without_sticking(robot, log, &reading, &mut comparison));
         return Ok(comparison);
     }
     let measured = progress.stage("deriving", || Measured::new(robot))?;
@@ -177,4 +182,13 @@ fn compare_efforts(
     }
     comparison.judged_again(all);
     Ok(comparison)
+}
+
+/// Errors without the samples at which joints stick, as a diagnosis has them. A log that makes no experiment (too short, a base of which
+/// no log tells) does not say where they do.
+fn without_sticking(robot: &Robot, log: &Log, reading: &measure::Options, comparison: &mut Comparison) {
+    let Ok(measured) = Measured::new(robot) else { return };
+    if let Ok(experiment) = measured.efforts(log, reading, SAMPLES) {
+        comparison.without_sticking(&experiment);
+    }
 }

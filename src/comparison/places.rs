@@ -8,7 +8,7 @@ pub fn text(rows: &[Breakdown]) -> String {
     let mut rows: Vec<&Breakdown> = rows.iter().collect();
     worst_first(&mut rows, |row| row.unit.clone(), |row| row.rms);
     let mut out = String::from("\n");
-    let quiet = |row: &&&Breakdown| row.signature.is_empty() && row.rms <= AT_NOISE * row.noise;
+    let quiet = |row: &&&Breakdown| row.signature.is_empty() && row.told() <= AT_NOISE * row.noise;
     for sentence in rows.iter().filter(|row| !quiet(row)).flat_map(|row| &row.words) {
         out += &format!("{sentence}\n");
     }

@@ -23,7 +23,7 @@ use bipedc_effects::effect::Effect;
 use bipedc_runtime::{Argument, Model, State};
 
 /// Most samples of a log that a diagnosis works on; longer logs are thinned after filtering.
-const SAMPLES: usize = 10_000;
+pub(crate) const SAMPLES: usize = 10_000;
 /// Cut-off of logs with foot forces unless one is given, Hz.
 const CONTACT_CUTOFF_HZ: f64 = 5.0;
 

@@ -169,6 +169,7 @@ pub fn steps(history: &History) -> Vec<HistoryStep> {
             before: stair.before,
             after: stair.after,
             noise: stair.noise,
+            before_moving: None,
             after_moving: None,
         };
         let (held_out, training) = if stair.held_out { (Some(fall), None) } else { (None, Some(fall)) };

@@ -141,7 +141,7 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
         |of: fn(&Row) -> f64| (rows.iter().map(|r| of(r).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
     let (before, after) = (total(|r| r.rms_before), total(|r| r.rms_after.unwrap()));
     let noise = total(|r| r.noise);
-    let fall = ErrorFall { unit: "N m".to_owned(), before, after, noise, after_moving: None };
+    let fall = ErrorFall { unit: "N m".to_owned(), before, after, noise, ..ErrorFall::default() };
     let first = || found(coulomb(), &[("torque", [0.397, 0.408])], 0.905);
     let mut doubtful = found(viscous.clone(), &[("damping", [0.0042, 0.022])], 0.004);
     doubtful.doubts.push("its share is near the noise".to_owned());
@@ -194,7 +194,7 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
 /// A made-up history with dates and both errors.
 fn history() -> Vec<HistoryStep> {
     let fall = |before, after| {
-        Some(ErrorFall { unit: "N m".to_owned(), before, after, noise: 0.0381, after_moving: None })
+        Some(ErrorFall { unit: "N m".to_owned(), before, after, noise: 0.0381, ..ErrorFall::default() })
     };
     let step = |label: &str, date: &str, training, held_out| HistoryStep {
         label: label.to_owned(),

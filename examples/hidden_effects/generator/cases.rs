@@ -205,6 +205,22 @@ const ROBOTS: &[(Group, Entry)] = &[
     (Group::CadAndEffect, ("scara", "actuator_delay", "shoulder")),
 ];
 
+/// Robots whose encoders all sit on the motors. Added last.
+const MOTOR_SIDE: &[(Group, Entry)] = &[
+    (Group::Single, ("tulip", "series_elasticity", "left_hip_pitch")),
+    (Group::Single, ("seven_link", "series_elasticity", "right_knee_pitch")),
+    (Group::Single, ("biped_3d", "series_elasticity", "right_hip_roll")),
+    (Group::Single, ("tulip", "backlash", "right_hip_roll")),
+    (Group::Single, ("seven_link", "backlash", "left_knee_pitch")),
+    (Group::Single, ("biped_3d", "backlash", "right_hip_pitch")),
+    (Group::Single, ("tulip", "coulomb_friction", "left_knee_pitch")),
+    (Group::Single, ("seven_link", "actuator_delay", "right_hip_pitch")),
+    (Group::Single, ("biped_3d", "torque_bias", "left_knee_pitch")),
+    (Group::Single, ("tulip", "encoder_offset", "right_hip_pitch")),
+    (Group::Clean, ("tulip", "", "")),
+    (Group::Clean, ("seven_link", "", "")),
+];
+
 const CLEAN: &[(Experiment, &str)] = &[
     (Experiment::Hanging, "tulip"),
     (Experiment::Hanging, "five_link"),
@@ -226,6 +242,9 @@ fn place(text: &str) -> Location {
     }
 }
 
+/// Names of cases whose encoders sit on the motors.
+const ON_MOTORS: &str = "motor_side";
+
 /// All cases, in the order of the scoreboard.
 pub fn all() -> Vec<Plan> {
     let mut cases: Vec<Plan> = Vec::new();
@@ -246,6 +265,7 @@ pub fn all() -> Vec<Plan> {
             // 2000 counts of the motor behind a gear of 111, or a cheap encoder at the joint.
             counts: if index % 5 == 3 { 4096.0 } else { 222_000.0 },
             velocities: index % 3 != 1,
+            motor_side: name.starts_with(ON_MOTORS),
         });
     };
     for &(robot, kind, at) in SINGLE {
@@ -284,6 +304,10 @@ pub fn all() -> Vec<Plan> {
         };
         let parts = if kind.is_empty() { &[][..] } else { &[(kind, at)] };
         add(format!("{robot}_{what}"), group, robot, Experiment::Hanging, parts);
+    }
+    for &(group, (robot, kind, at)) in MOTOR_SIDE {
+        let (what, parts) = if kind.is_empty() { ("clean", &[][..]) } else { (kind, &[(kind, at)][..]) };
+        add(format!("{ON_MOTORS}_{what}"), group, robot, Experiment::Hanging, parts);
     }
     cases
 }

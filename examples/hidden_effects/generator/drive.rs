@@ -47,7 +47,7 @@ pub struct Elastic {
     pub stiffness: f64,
     /// From stop to stop, rad.
     pub gap: f64,
-    /// Of the motor as seen from the joint, kg m².
+    /// Of the motor as seen from the joint: the effect `rotor_inertia` there, kg m².
     pub motor_inertia: f64,
     /// N m s/rad, in contact.
     pub damping: f64,
@@ -135,6 +135,12 @@ pub fn mechanism(joints: &[String], effects: &[Effect]) -> Result<Mechanism, Fai
         let other = effect.location.other_joint.as_deref().map(find).transpose()?;
         install(&mut drives[find(joint)?], effect, other)?;
     }
+    // The rotor turns with its motor, once.
+    for drive in &mut drives {
+        if let Some(elastic) = &mut drive.elastic {
+            elastic.motor_inertia = std::mem::take(&mut drive.rotor);
+        }
+    }
     Ok(drives)
 }
 
@@ -161,12 +167,11 @@ fn install(drive: &mut Drive, effect: &Effect, other: Option<usize>) -> Result<(
         "series_elasticity" => {
             let damping = 0.0;
             let stiffness = value("stiffness");
-            drive.elastic = Some(Elastic { stiffness, gap: 0.0, motor_inertia: MOTOR_INERTIA, damping });
+            drive.elastic = Some(Elastic { stiffness, gap: 0.0, motor_inertia: 0.0, damping });
         }
         "backlash" => {
             let gap = value("gap");
-            drive.elastic =
-                Some(Elastic { stiffness: 4000.0, gap, motor_inertia: MOTOR_INERTIA, damping: 1.0 });
+            drive.elastic = Some(Elastic { stiffness: 4000.0, gap, motor_inertia: 0.0, damping: 1.0 });
         }
         "torque_gain" => drive.gain = value("gain"),
         "torque_bias" => drive.bias += value("bias"),
@@ -186,7 +191,7 @@ fn install(drive: &mut Drive, effect: &Effect, other: Option<usize>) -> Result<(
     Ok(())
 }
 
-/// Inertia on the motor's side of a play or spring, kg m² at the joint.
+/// Inertia of motors whose rotors are drawn behind a play or spring, kg m² at the joint.
 pub const MOTOR_INERTIA: f64 = 0.004;
 
 /// Position and velocity of all joints.

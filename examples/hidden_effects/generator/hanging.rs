@@ -191,6 +191,10 @@ struct Last {
 impl<'a> Simulation<'a> {
     fn new(rigid: &'a Rigid, drives: Mechanism, motion: &'a [JointMotion]) -> Result<Self, Failure> {
         let step = 1.0 / STEPS;
+        let without_rotor = |drive: &Drive| drive.elastic.is_some_and(|e| e.motor_inertia <= 0.0);
+        if drives.iter().any(without_rotor) {
+            return Err(failure("a motor behind a spring or play needs a `rotor_inertia`"));
+        }
         let start: Vec<[f64; 3]> = motion.iter().map(|joint| joint.at(-RUN_UP)).collect();
         let n = motion.len();
         let queue =

@@ -44,6 +44,12 @@ pub fn measure_hanging(
     truth.metric = if elastic { "transmission" } else { "effort" }.to_owned();
     truth.nominal = oracle::error(nominal, &logs[1], &[], elastic)?;
     truth.oracle = oracle::error(actual, &logs[1], &known, elastic)?;
+    if plan.motor_side {
+        // What no model knows better than: the noise of the torques.
+        truth.metric = "effort".to_owned();
+        truth.nominal = oracle::error(nominal, &logs[1], &[], false)?;
+        truth.oracle = (noise.iter().map(|s| s * s).sum::<f64>() / noise.len().max(1) as f64).sqrt();
+    }
     let [train, validation] = logs.map(|log| table(plan, &log));
     Ok(Made { train, validation, truth })
 }
@@ -131,6 +137,13 @@ fn table(plan: &Plan, log: &HangingLog) -> Table {
     table.push("time", 4, log.time.clone());
     for joint in &log.joints {
         let name = &joint.name;
+        if plan.motor_side {
+            // A motor without spring or play turns as its link does.
+            let motor = if joint.motor.is_empty() { &joint.position } else { &joint.motor };
+            table.push(format!("{name}/motor_position"), 7, motor.clone());
+            table.push(format!("{name}/effort"), 5, joint.effort.clone());
+            continue;
+        }
         table.push(format!("{name}/position"), 7, joint.position.clone());
         if plan.velocities {
             table.push(format!("{name}/velocity"), 4, poor_velocity(&joint.position, plan.rate));

@@ -70,6 +70,8 @@ pub struct Plan {
     pub counts: f64,
     /// Whether the log has velocities: late and noisy ones.
     pub velocities: bool,
+    /// Whether all encoders sit on the motors, none on a link.
+    pub motor_side: bool,
 }
 
 impl Plan {

@@ -1,6 +1,7 @@
 //! The diagnosis' answer, asked for through the command line.
 use super::Context;
 use crate::generator::{Failure, failure};
+use bipedc_analysis::diagnose::intervals;
 use bipedc_effects::effect::Effect;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -14,6 +15,9 @@ use std::time::{Duration, Instant};
 #[serde(default)]
 pub struct Answer {
     pub effects: Vec<Effect>,
+    /// 95 % intervals of each effect's parameters, by name.
+    #[serde(skip)]
+    pub intervals: Vec<BTreeMap<String, [f64; 2]>>,
     pub inertial_corrections: Vec<Effect>,
     pub indistinguishable: Vec<Vec<Vec<Effect>>>,
     pub unexplained: bool,
@@ -74,7 +78,21 @@ pub fn ask(
             err.lines().filter(|line| line.contains("error") || line.contains("panicked")).collect();
         return Err(failure(lines.first().copied().unwrap_or("failed without a message").to_owned()));
     }
-    let answer =
-        serde_json::from_str(&out).map_err(|e| failure(format!("the answer is no such JSON: {e}")))?;
-    Ok((answer, seconds))
+    let no_such = |e: serde_json::Error| failure(format!("the answer is no such JSON: {e}"));
+    let answer: Answer = serde_json::from_str(&out).map_err(no_such)?;
+    let sure: Sure = serde_json::from_str(&out).map_err(no_such)?;
+    let intervals = sure.effects.into_iter().map(|effect| effect.ci95).collect();
+    Ok((Answer { intervals, ..answer }, seconds))
+}
+
+/// The same JSON, read for how sure its numbers are.
+#[derive(Deserialize)]
+struct Sure {
+    effects: Vec<SureEffect>,
+}
+
+#[derive(Deserialize)]
+struct SureEffect {
+    #[serde(default, deserialize_with = "intervals")]
+    ci95: BTreeMap<String, [f64; 2]>,
 }

@@ -56,7 +56,7 @@ fn case(context: &Context, plan: &Plan) -> Result<Scored, Failure> {
     let score = match ask(context, &robot, [&train, &validation], &logs) {
         Ok((answer, seconds)) => {
             let mut score = judge(&truth, &answer);
-            score.after = after(&robot, &validation, &truth, &answer);
+            score.after = after(plan, (&robot, &validation), &truth, &answer);
             Scored { seconds, ..score }
         }
         Err(error) => {
@@ -85,9 +85,10 @@ fn robot(context: &Context, plan: &Plan, folder: &Path) -> Result<PathBuf, Failu
     made.map(|()| bare).map_err(|e| failure(e.to_string()))
 }
 
-/// Held-out error with what was found: for hanging robots by our own formulas, else as the diagnosis says.
-fn after(robot: &Path, validation: &Path, truth: &Truth, answer: &Answer) -> Option<f64> {
-    if truth.experiment == Experiment::Hanging {
+/// Held-out error with what was found: for hanging robots with encoders on their links by our own formulas, else as the diagnosis
+/// says.
+fn after(plan: &Plan, (robot, validation): (&Path, &Path), truth: &Truth, answer: &Answer) -> Option<f64> {
+    if truth.experiment == Experiment::Hanging && !plan.motor_side {
         return explained(robot, validation, answer, truth.metric == "transmission").ok();
     }
     answer.rms.get(&truth.metric).map(|fall| fall.after)

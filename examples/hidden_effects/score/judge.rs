@@ -3,10 +3,22 @@ use super::answer::Answer;
 use super::parameters::{TOLERANCE, error};
 use crate::generator::{Group, Truth};
 use bipedc_effects::effect::{Effect, Kind};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// One parameter of a hidden effect that was found where it is, and its 95 % interval.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    /// Of the effect.
+    pub kind: String,
+    /// Name of it.
+    pub parameter: String,
+    /// How far the truth is from the interval's middle, in half widths: at most 1 is within.
+    pub off: f64,
+}
 
 /// The score of one case.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Scored {
     /// Of the case.
     pub name: String,
@@ -24,6 +36,9 @@ pub struct Scored {
     pub places: bool,
     /// Largest relative error of the parameters of what was found.
     pub parameter_error: Option<f64>,
+    /// What its parameters' intervals are worth; those that the data determine.
+    #[serde(default)]
+    pub intervals: Vec<Interval>,
     /// The case is shown but does not count.
     pub not_judged: bool,
     /// All of it right: for outsiders, unexplained at the right joint; for clean logs, nothing found.
@@ -122,6 +137,9 @@ fn against(truth: &Truth, expected: &[Effect], answer: &Answer) -> Scored {
         expected.iter().zip(&pairs).filter_map(|(e, i)| i.map(|i| error(e, &found[i], &truth.scales)));
     let parameter_error = errors.fold(None, |worst: Option<f64>, e| Some(worst.map_or(e, |w| w.max(e))));
     let also = matches(&truth.also_present, found);
+    let beside = truth.also_present.iter().zip(&also);
+    let sure = expected.iter().zip(&pairs).chain(beside).filter_map(|(e, i)| Some((e, (*i)?)));
+    let intervals = sure.flat_map(|(e, i)| intervals(e, answer, i)).collect();
     // What approaches an outsider with means of the library is no error, if it is where the outsider is.
     let there = |effect: &Effect| {
         truth.outsiders.iter().any(|outsider| outsider.location.joint == effect.location.joint)
@@ -136,8 +154,25 @@ fn against(truth: &Truth, expected: &[Effect], answer: &Answer) -> Scored {
         parameter_error,
         right: places && near && !nothing,
         spurious,
+        intervals,
         ..Scored::default()
     }
+}
+
+/// Where the truth lies in the intervals of a found effect.
+fn intervals(truth: &Effect, answer: &Answer, found: usize) -> Vec<Interval> {
+    let Some(stated) = answer.intervals.get(found) else { return Vec::new() };
+    let of = |(name, [low, high]): (&String, &[f64; 2])| {
+        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let mut off = truth.value(name) - middle;
+        if name == "phase" {
+            off -= TAU * (off / TAU).round();
+        }
+        let interval =
+            Interval { kind: truth.kind.name.to_owned(), parameter: name.clone(), off: off.abs() / half };
+        (half.is_finite() && half > 0.0).then_some(interval)
+    };
+    stated.iter().filter_map(of).collect()
 }
 
 /// Whether the truth stands among the alternatives to what was found.

@@ -2,6 +2,7 @@
 use super::judge::{Scored, short};
 use crate::generator::Group;
 use comfy_table::{ContentArrangement, Table, presets};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 const HEADER: [&str; 9] = [
@@ -44,8 +45,8 @@ fn cells(score: &Scored) -> [String; 9] {
     ]
 }
 
-/// A table and what it adds up to, for a terminal.
-pub fn table(scores: &[Scored]) -> String {
+/// A table and what it adds up to, for a terminal. Intervals of `others` count too.
+pub fn table(scores: &[Scored], others: &[Scored]) -> String {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
     if table.width().is_none() {
@@ -54,11 +55,37 @@ pub fn table(scores: &[Scored]) -> String {
     }
     table.set_header(HEADER);
     table.add_rows(scores.iter().map(cells));
-    format!("{table}\n\n{}", summary(scores).join("\n"))
+    let mut sure = Table::new();
+    sure.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_header(INTERVALS).add_rows(intervals(scores, others));
+    format!("{table}\n\n{sure}\n\n{}", summary(scores).join("\n"))
 }
 
-/// A page in Markdown.
-pub fn page(scores: &[Scored]) -> String {
+/// Head of the table of intervals.
+const INTERVALS: [&str; 5] =
+    ["kind", "parameter", "truth within the 95 % interval", "of", "median error / half width"];
+
+/// How often the truth lies in the stated 95 % interval, by kind and parameter, and over all.
+fn intervals(scores: &[Scored], others: &[Scored]) -> Vec<[String; 5]> {
+    let mut by_kind: BTreeMap<[&str; 2], Vec<f64>> = BTreeMap::new();
+    for interval in scores.iter().chain(others).flat_map(|score| &score.intervals) {
+        by_kind.entry([&interval.kind, &interval.parameter]).or_default().push(interval.off);
+    }
+    let all: Vec<f64> = by_kind.values().flatten().copied().collect();
+    let line = |[kind, parameter]: [&str; 2], mut offs: Vec<f64>| {
+        offs.sort_unstable_by(f64::total_cmp);
+        let within = offs.iter().filter(|off| **off <= 1.0).count();
+        let part = 100.0 * within as f64 / offs.len().max(1) as f64;
+        let median = offs.get(offs.len() / 2).copied().unwrap_or(0.0);
+        let within = format!("{within} ({part:.0} %)");
+        [kind.to_owned(), parameter.to_owned(), within, offs.len().to_string(), format!("{median:.2}")]
+    };
+    let mut lines = vec![line(["all", ""], all)];
+    lines.extend(by_kind.into_iter().map(|(of, offs)| line(of, offs)));
+    lines
+}
+
+/// A page in Markdown. Intervals of `others` count too.
+pub fn page(scores: &[Scored], others: &[Scored]) -> String {
     let mut text = String::from(
         "# Scoreboard of hidden effects\n\nAs measured, failures included. Made by `cargo run --release --example \
          hidden_effects -- --write docs/scoreboard.md`; its `--help` says what counts as right. Logs come from our own \
@@ -75,6 +102,18 @@ pub fn page(scores: &[Scored]) -> String {
     text.push_str(&row(&HEADER.map(|_| "---".to_owned())));
     for score in scores {
         text.push_str(&row(&cells(score).map(|cell| cell.replace('|', "\\|"))));
+    }
+    let cases = scores.len() + others.len();
+    let _ = write!(
+        text,
+        "\n## Intervals\n\nHow often the truth lies in the stated 95 % interval, over {cases} cases (all seeds that were scored), where a \
+         hidden effect was found where it is and the data determine the parameter. Right would be 95 %; the median of the error \
+         in half widths, 0.33.\n\n"
+    );
+    text.push_str(&row(&INTERVALS.map(str::to_owned)));
+    text.push_str(&row(&INTERVALS.map(|_| "---".to_owned())));
+    for line in intervals(scores, others) {
+        text.push_str(&row(&line));
     }
     text
 }

@@ -1,6 +1,7 @@
 //! Comparisons of measurements of any kind, by way of their experiments.
 use super::report::{Channel, Comparison, Cutoff, KindError};
 use crate::experiments::Experiment;
+use crate::experiments::moving::moving;
 use crate::measure::Missing;
 use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
@@ -34,6 +35,7 @@ pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
         let rms =
             |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt();
         let measured = experiment.measured(index).map(|values| rms(&values)).filter(|size| *size > 0.0);
+        let moving = moving(experiment, index, residual, &|_, _| true);
         Channel {
             name: row.name.clone(),
             unit: row.unit.to_owned(),
@@ -42,6 +44,8 @@ pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
             relative: measured.map(|size| rms(residual) / size),
             samples: residual.len(),
             noise: row.noise,
+            rms_moving: moving.map(|moving| moving.rms()),
+            sticking: moving.map(|moving| moving.sticking),
             kind: row.channel.name(),
         }
     };
@@ -52,7 +56,7 @@ pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
 pub(super) fn by_kind(channels: &[Channel]) -> BTreeMap<&'static str, KindError> {
     let mut kinds: BTreeMap<&'static str, KindError> = BTreeMap::new();
     for channel in channels {
-        let new = || KindError { unit: channel.unit.clone(), rms: 0.0 };
+        let new = || KindError { unit: channel.unit.clone(), rms: 0.0, rms_moving: None };
         let kind = kinds.entry(channel.kind).or_insert_with(new);
         if kind.unit != channel.unit {
             "mixed".clone_into(&mut kind.unit);
@@ -62,6 +66,10 @@ pub(super) fn by_kind(channels: &[Channel]) -> BTreeMap<&'static str, KindError>
         let own = || channels.iter().filter(|c| c.kind == *name);
         let squares: f64 = own().map(|c| c.rms * c.rms * c.samples as f64).sum();
         kind.rms = (squares / own().map(|c| c.samples).sum::<usize>().max(1) as f64).sqrt();
+        let told = |c: &Channel| c.samples as f64 * (1.0 - c.sticking.unwrap_or(0.0));
+        let squares: f64 = own().map(|c| c.told().powi(2) * told(c)).sum();
+        let moving = (squares / own().map(told).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt();
+        kind.rms_moving = own().any(|c| c.rms_moving.is_some()).then_some(moving);
     }
     kinds
 }
@@ -73,7 +81,7 @@ fn main_kind(kinds: &BTreeMap<&'static str, KindError>, abscissa: &str) -> KindE
         order.swap(1, 2);
     }
     let first = order.iter().find_map(|name| kinds.get(name)).cloned();
-    first.unwrap_or(KindError { unit: String::new(), rms: 0.0 })
+    first.unwrap_or(KindError { unit: String::new(), rms: 0.0, rms_moving: None })
 }
 
 impl Comparison {
@@ -109,6 +117,16 @@ impl Comparison {
             assumptions: reading.assumptions,
             warnings: reading.warnings,
         }
+    }
+
+    /// Takes what an experiment at the same cut-off says of where joints stick; channels are known by their names.
+    pub fn without_sticking(&mut self, experiment: &dyn Experiment) {
+        for told in channels_of(experiment) {
+            if let Some(own) = self.channels.iter_mut().find(|c| c.name == told.name && c.kind == told.kind) {
+                (own.rms_moving, own.sticking) = (told.rms_moving, told.sticking);
+            }
+        }
+        self.kinds = by_kind(&self.channels);
     }
 
     /// Puts errors in the place of those found so far that were computed another way, by cut-off; channels are known

@@ -23,6 +23,13 @@ pub struct Channel {
     pub samples: usize,
     /// Estimated noise of the measurement as the residual has it, one standard deviation, unit of `rms`.
     pub noise: f64,
+    /// As `rms`, without the samples at which the joint sticks, where dry friction may be anything within its bounds: what is held
+    /// against the noise. Absent where it never sticks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_moving: Option<f64>,
+    /// Part of the samples at which the joint sticks; absent where it never does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sticking: Option<f64>,
     /// What kind of quantity: `effort`, `base_force`, `base_moment`, `cop`, `transmission`, `post_impact_velocity`.
     pub kind: &'static str,
 }
@@ -34,6 +41,16 @@ pub struct KindError {
     pub unit: String,
     /// Root mean square over all channels of the kind and all samples.
     pub rms: f64,
+    /// The same without the samples at which joints stick; absent where none does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_moving: Option<f64>,
+}
+
+impl Channel {
+    /// The error that is held against the noise: where the model says what the torque is.
+    pub fn told(&self) -> f64 {
+        self.rms_moving.unwrap_or(self.rms)
+    }
 }
 
 /// The total error under one cut-off that was tried.
@@ -142,28 +159,31 @@ impl Comparison {
         let wide = |texts: &mut dyn Iterator<Item = usize>, least: usize| texts.fold(least, usize::max);
         let name = wide(&mut self.channels.iter().map(|c| c.name.chars().count()), 5);
         let unit = wide(&mut self.channels.iter().map(|c| c.unit.len()), self.unit.len());
-        let column = 10 + unit;
         let what = if self.channels.iter().all(|c| c.kind == "effort") { "joint" } else { "row" };
-        writeln!(
-            f,
-            "{what:name$}  {:>column$}  {:>column$}  {:>column$}  {:>10}  {:>8}",
-            "rms", "max", "noise", "relative", "samples"
-        )?;
+        let sticks = self.channels.iter().any(|c| c.rms_moving.is_some());
+        let heads = ["rms"].into_iter().chain(sticks.then_some("not sticking")).chain(["max", "noise"]);
+        let column = (10 + unit).max(if sticks { 12 } else { 0 });
+        let heads: String = heads.map(|head| format!("  {head:>column$}")).collect();
+        writeln!(f, "{what:name$}{heads}  {:>10}  {:>8}", "relative", "samples")?;
+        let number = |x: f64, own: &str| {
+            format!("  {:>width$} {own:unit$}", four_decimals(x), width = column - unit - 1)
+        };
         for c in self.worst_first() {
             let relative = c.relative.map_or_else(|| "-".to_owned(), |r| format!("{:.2} %", 100.0 * r));
-            let [rms, max, noise] = [c.rms, c.max, c.noise].map(four_decimals);
-            writeln!(
-                f,
-                "{:name$}  {rms:>9} {:unit$}  {max:>9} {:unit$}  {noise:>9} {:unit$}  {relative:>10}  {:>8}",
-                c.name, c.unit, c.unit, c.unit, c.samples
-            )?;
+            let numbers = [c.rms].into_iter().chain(sticks.then(|| c.told())).chain([c.max, c.noise]);
+            let numbers: String = numbers.map(|x| number(x, &c.unit)).collect();
+            writeln!(f, "{:name$}{numbers}  {relative:>10}  {:>8}", c.name, c.samples)?;
         }
+        let total = |title: &str, kind: &KindError| {
+            let told = sticks.then(|| number(kind.rms_moving.unwrap_or(kind.rms), &kind.unit));
+            format!("{title:name$}{}{}", number(kind.rms, &kind.unit), told.unwrap_or_default())
+        };
         if self.kinds.len() <= 1 {
-            return writeln!(f, "{:name$}  {:>9} {:unit$}", "total", four_decimals(self.rms), self.unit);
+            let all = KindError { unit: self.unit.clone(), rms: self.rms, rms_moving: None };
+            return writeln!(f, "{}", total("total", self.kinds.values().next().unwrap_or(&all)));
         }
-        for (kind, total) in &self.kinds {
-            let title = format!("all of {kind}");
-            writeln!(f, "{title:name$}  {:>9} {:unit$}", four_decimals(total.rms), total.unit)?;
+        for (kind, sum) in &self.kinds {
+            writeln!(f, "{}", total(&format!("all of {kind}"), sum))?;
         }
         Ok(())
     }

@@ -324,6 +324,8 @@ fn channel(name: &str, unit: &str, sums: &Sums, noise: f64) -> Channel {
         relative: sums.relative(),
         samples: sums.samples,
         noise,
+        rms_moving: None,
+        sticking: None,
         kind: "effort",
     }
 }

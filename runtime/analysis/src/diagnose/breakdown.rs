@@ -1,6 +1,7 @@
 //! Where a model fails: the error of each row by what the robot was doing, against the measurement's noise, and what
 //! is structured in it, in words.
 use super::signature::{self, Feature};
+use crate::experiments::moving::moving;
 use crate::experiments::{Experiment, Row};
 use crate::number::counting;
 use serde::Serialize;
@@ -53,11 +54,14 @@ pub struct Breakdown {
     pub unit: String,
     /// Root mean square of measured minus predicted.
     pub rms: f64,
+    /// The same without the samples at which the joint sticks; absent where it never does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_moving: Option<f64>,
     /// Largest absolute value of it.
     pub max: f64,
     /// Estimated noise of the measurement, one standard deviation.
     pub noise: f64,
-    /// Fraction of the squared error beyond the noise.
+    /// Fraction of the squared error (without sticking) beyond the noise.
     pub beyond_noise: f64,
     /// How many.
     pub samples: usize,
@@ -73,6 +77,13 @@ pub struct Breakdown {
     pub signature: Vec<Feature>,
     /// All that in sentences.
     pub words: Vec<String>,
+}
+
+impl Breakdown {
+    /// The error that is held against the noise: where the model says what the torque is.
+    pub fn told(&self) -> f64 {
+        self.rms_moving.unwrap_or(self.rms)
+    }
 }
 
 /// Breaks down the error of every row of the nominal model.
@@ -97,6 +108,7 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
         kind: row.channel.name(),
         unit: row.unit.to_owned(),
         rms: rms(residual.iter()),
+        rms_moving: moving(experiment, index, residual, &|_, _| true).map(|moving| moving.rms()),
         max: residual.iter().fold(0.0, |max, r| max.max(r.abs())),
         noise: row.noise,
         beyond_noise: 0.0,
@@ -108,10 +120,10 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
         signature: Vec::new(),
         words: Vec::new(),
     };
-    if breakdown.rms > 0.0 {
-        breakdown.beyond_noise = (1.0 - (row.noise / breakdown.rms).powi(2)).max(0.0);
+    if breakdown.told() > 0.0 {
+        breakdown.beyond_noise = (1.0 - (row.noise / breakdown.told()).powi(2)).max(0.0);
     }
-    if breakdown.rms > AT_NOISE * row.noise {
+    if breakdown.told() > AT_NOISE * row.noise {
         breakdown.signature = signature::screen(experiment, index);
     }
     breakdown.words = sentences(row, &breakdown);

@@ -118,6 +118,9 @@ pub struct ErrorFall {
     /// Estimated noise of the measurement; 0 if unknown.
     #[serde(default)]
     pub noise: f64,
+    /// As `before`, but where the joint sticks; `None` if it never does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub before_moving: Option<f64>,
     /// As `after`, but where the joint sticks and dry friction may be anything within its bounds; `None` if it never does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after_moving: Option<f64>,

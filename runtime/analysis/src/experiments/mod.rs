@@ -5,6 +5,7 @@ mod experiment;
 pub(crate) mod form;
 pub mod impacts;
 mod motion;
+pub(crate) mod moving;
 pub mod plotted;
 pub mod postures;
 

@@ -20,8 +20,11 @@ pub struct Row {
     pub rms_before: f64,
     /// Root mean square of measured minus amended; `None` without effects.
     pub rms_after: Option<f64>,
+    /// Both without the samples at which the joint sticks; `None` where it never does.
+    pub rms_moving: [Option<f64>; 2],
     /// `√(rms² − (1.05 noise)²) / (root mean square of the measured values)`: what noise does not account for, as a
-    /// fraction. Estimates of noise are good to some 5 %, and a small difference of squares has a large root.
+    /// fraction. Estimates of noise are good to some 5 %, and a small difference of squares has a large root. Errors are those
+    /// without sticking.
     pub unexplained_before: f64,
     /// The same with effects; `None` without effects.
     pub unexplained_after: Option<f64>,
@@ -59,6 +62,7 @@ impl Row {
             noise: if noise.is_finite() { noise.max(0.0) } else { 0.0 },
             rms_before: before,
             rms_after: after,
+            rms_moving: [None; 2],
             unexplained_before: 0.0,
             unexplained_after: None,
             note: String::new(),
@@ -70,12 +74,29 @@ impl Row {
 
     /// Puts errors that were judged elsewhere in the place of those of the series.
     pub fn judged(mut self, before: f64, after: Option<f64>) -> Self {
+        (self.rms_before, self.rms_after) = (before, after);
+        self.without_sticking([None; 2])
+    }
+
+    /// Errors before and after without the samples at which the joint sticks: what is left unexplained is theirs.
+    pub fn without_sticking(mut self, moving: [Option<f64>; 2]) -> Self {
+        self.rms_moving = moving;
         let size = rms(self.series.measured.iter().copied()).max(f64::MIN_POSITIVE);
         let unexplained =
             |error: f64| (error * error - (NOISE_MARGIN * self.noise).powi(2)).max(0.0).sqrt() / size;
-        (self.unexplained_before, self.unexplained_after) = (unexplained(before), after.map(unexplained));
-        (self.rms_before, self.rms_after) = (before, after);
+        (self.unexplained_before, self.unexplained_after) =
+            (unexplained(self.told_before()), self.told_after().map(unexplained));
         self
+    }
+
+    /// The error that is held against the noise.
+    pub fn told_before(&self) -> f64 {
+        self.rms_moving[0].unwrap_or(self.rms_before)
+    }
+
+    /// The same with effects; `None` without effects.
+    pub fn told_after(&self) -> Option<f64> {
+        self.rms_after.map(|after| self.rms_moving[1].unwrap_or(after))
     }
 
     /// Belongs to this joint of the drawing.

@@ -140,8 +140,8 @@ impl Plan {
     fn note_motor_side(&mut self, joints: &[&str]) {
         if !joints.is_empty() {
             self.assumptions.push(format!(
-                "no position column but `motor_position` for {}: the joint turns as its motor does, unless a spring between them \
-                 is found or described (play there looks like other effects)",
+                "no position column but `motor_position` for {}: the joint turns as its motor does, unless a spring or play between \
+                 them is found or described",
                 names::list(joints.iter().copied(), 40)
             ));
         }

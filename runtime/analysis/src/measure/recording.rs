@@ -31,6 +31,9 @@ pub struct Recording {
     pub effort: Vec<Option<Vec<f64>>>,
     /// Logged motor angle (divided by the gear ratio) minus joint angle, not filtered; rad.
     pub transmission: Vec<Option<Vec<f64>>>,
+    /// Motions of motors beside those of their joints, filtered as these are: angle (divided by the gear ratio), velocity,
+    /// acceleration; rad, rad/s, rad/s².
+    pub motors: Vec<Option<Vec<[f64; 3]>>>,
     /// Joints of which the motor alone is measured: their states are the motor's.
     pub motor_side: Vec<bool>,
     /// Directions of joints that were asked for.
@@ -121,6 +124,11 @@ impl Recording {
                 .iter()
                 .map(|c| c.motor_position.and(c.position).map(|_| Vec::new()))
                 .collect(),
+            motors: plan
+                .joints
+                .iter()
+                .map(|c| c.motor_position.and(c.position).map(|_| Vec::new()))
+                .collect(),
             motor_side: plan.joints.iter().map(|columns| columns.by_motor).collect(),
             directions: vec![Direction::default(); directions.map_or(0, |wanted| wanted.pairs.len())],
             missing: std::mem::take(&mut plan.missing),
@@ -142,6 +150,7 @@ impl Recording {
     pub(crate) fn clear(&mut self) {
         let effort = self.effort.iter().map(|e| e.as_ref().map(|_| Vec::new())).collect();
         let transmission = self.transmission.iter().map(|t| t.as_ref().map(|_| Vec::new())).collect();
+        self.motors.iter_mut().flatten().for_each(Vec::clear);
         self.time.clear();
         self.trajectory.clear();
         self.segments.clear();
@@ -186,6 +195,9 @@ impl Recording {
                 let pairs =
                     block.columns[motor][range.clone()].iter().zip(&block.columns[position][range.clone()]);
                 values.extend(pairs.map(|(motor, position)| motor - position));
+            }
+            if let (Some(motion), Some(motor)) = (&mut self.motors[joint], columns.motor_position) {
+                motion.extend(even.motion_of(&block.columns[motor], filter, block.time, range.clone())?);
             }
         }
         if let Some(wanted) = directions.filter(|wanted| !wanted.pairs.is_empty()) {
@@ -245,6 +257,9 @@ impl Recording {
         let columns = self.effort.iter_mut().chain(&mut self.transmission).flatten();
         for values in columns.chain([&mut self.time]) {
             *values = kept.iter().map(|&i| values[i]).collect();
+        }
+        for motion in self.motors.iter_mut().flatten() {
+            *motion = kept.iter().map(|&i| motion[i]).collect();
         }
     }
 

@@ -78,6 +78,26 @@ impl Even {
         }
     }
 
+    /// A signal of the block, filtered and differentiated twice, at the samples `range`.
+    pub fn motion_of(
+        &self,
+        signal: &[f64],
+        filter: &Butterworth,
+        time: &[f64],
+        range: Range<usize>,
+    ) -> Result<Vec<[f64; 3]>, Unusable> {
+        let smooth = if self.uniform {
+            filter.zero_phase(signal)
+        } else {
+            filter.zero_phase(&resample(time, signal, self.grid))
+        };
+        let spline = Spline::new(&smooth, self.grid.step).ok_or(Unusable::TooFew)?;
+        let at = |i: usize| {
+            if self.uniform { spline.at_sample(i) } else { spline.at(time[i] - self.grid.start) }
+        };
+        Ok(range.map(at).collect())
+    }
+
     /// Appends directions on the even grid, taken at the logged samples of the block.
     pub fn directions_at(&self, found: &Direction, block: &Block<'_>, to: &mut Direction) {
         if self.uniform {

@@ -2,6 +2,7 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::breakdown::{breakdown, direction_states, motion_states, velocity_of};
 use crate::experiments::Experiment;
+use crate::experiments::moving::moving;
 use crate::experiments::plotted::{Row, Series};
 use crate::number::worst_first;
 use bipedc_effects::effect::Effect;
@@ -22,12 +23,17 @@ pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Ve
         let samples = experiment.residual(row).len();
         let response = (!effects.is_empty()).then(|| response.unwrap_or_else(|| vec![0.0; samples]));
         let built = row_of(experiment, row, response);
+        let told = |values: &mut dyn Iterator<Item = f64>| {
+            moving(experiment, row, &values.collect::<Vec<f64>>(), &|_, _| true).map(|moving| moving.rms())
+        };
+        let before = told(&mut built.series.residual());
+        let after = built.series.amended.as_ref().and_then(|_| told(&mut built.series.residual_after()));
         match diagnosis.and_then(|d| d.rows.get(&built.name)) {
             Some(fall) => {
                 let after = built.rms_after.map(|_| fall.after);
-                built.judged(fall.before, after)
+                built.judged(fall.before, after).without_sticking([fall.before_moving, fall.after_moving])
             }
-            None => built,
+            None => built.without_sticking([before, after]),
         }
     });
     let mut rows: Vec<Row> = rows.collect();

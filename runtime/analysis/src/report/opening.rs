@@ -61,7 +61,7 @@ fn cards(report: &Report) -> Vec<Card> {
         Card::new("held-out error, with effects", figure, noise)
     }));
     let units = super::page::units(&report.rows);
-    let is_noise = |row: &Row| row.noise > 0.0 && row.rms_before <= AT_NOISE * row.noise;
+    let is_noise = |row: &Row| row.noise > 0.0 && row.told_before() <= AT_NOISE * row.noise;
     let told = units.iter().enumerate().filter(|(k, rows)| *k == 0 || !rows.iter().all(is_noise));
     cards.extend(told.filter_map(|(_, rows)| worst(rows)));
     if report.diagnosis.is_none() {
@@ -85,7 +85,7 @@ fn log_words(report: &Report) -> String {
 
 /// The error that counts: with effects where there are any.
 fn last(row: &Row) -> f64 {
-    row.rms_after.unwrap_or(row.rms_before)
+    row.told_after().unwrap_or(row.told_before())
 }
 
 /// How many rows have nothing but noise left.
@@ -97,7 +97,7 @@ fn explained(rows: &[Row]) -> Option<Card> {
         rows.iter().filter(|row| row.noise > 0.0 && error(row) <= AT_NOISE * row.noise).count()
     };
     let what = if rows.iter().all(|row| row.joint.is_some()) { "joints" } else { "rows" };
-    let before = count(|row| row.rms_before);
+    let before = count(Row::told_before);
     let words = if rows.iter().any(|row| row.rms_after.is_some()) {
         format!("have nothing but noise left; {before} by the nominal model")
     } else {

@@ -150,13 +150,17 @@ fn line(index: usize, row: &Row) -> Markup {
         Some(after) => arrow(with_unit(row.rms_before, ""), Some(with_unit(after, &row.unit))),
         None => with_unit(row.rms_before, &row.unit),
     };
+    let told = row.rms_moving[0].map(|before| match row.told_after() {
+        Some(after) => arrow(with_unit(before, ""), Some(with_unit(after, &row.unit))),
+        None => with_unit(before, &row.unit),
+    });
     let noise = if row.noise > 0.0 { with_unit(row.noise, &row.unit) } else { "unknown".to_owned() };
     let shares = arrow(percent(row.unexplained_before), row.unexplained_after.map(percent));
     html! {
         tr data-words=(format!("Unexplained {shares}, error {error}, noise {noise}.")) {
             td.no { (index + 1) }
             th scope="row" { button type="button" data-row=(index) aria-pressed="false" { (row.name) } }
-            td.number.error { (error) }
+            td.number.error { (error) @if let Some(told) = &told { br; small { (told) " not sticking" } } }
             td.share {
                 (bar(row.unexplained_before))
                 @if let Some(share) = row.unexplained_after { " → " (percent(share)) }

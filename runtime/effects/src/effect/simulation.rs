@@ -56,4 +56,9 @@ impl Simulation {
     pub fn is_smooth(self) -> bool {
         matches!(self, Self::Formula | Self::MotorFormula | Self::Damping(_) | Self::Inertia(_))
     }
+
+    /// Whether it turns with the motor where a spring or play lies between motor and link: rotor, friction, ripple.
+    pub fn is_on_motor(self) -> bool {
+        matches!(self, Self::MotorFormula | Self::Damping(_) | Self::Inertia(_) | Self::Dry(_))
+    }
 }

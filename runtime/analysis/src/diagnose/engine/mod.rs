@@ -16,6 +16,7 @@ mod search;
 mod significance;
 mod smoother;
 mod text;
+mod turning;
 mod unexplained;
 
 pub use run::{Errors, Options, diagnose, errors, estimate};

@@ -129,6 +129,10 @@ pub(super) fn refine(
     let mut current = with_nuisances(experiment, effects);
     let unknowns = unknowns(&current);
     current.extend_from_slice(fixed);
+    let turning = parallel(experiment.rows().len(), |row| super::turning::turning(experiment, row, &current));
+    let teaches = |row: usize, sample: usize, count: usize| {
+        teaches(sample, count) && !turning[row].get(sample).is_some_and(|turns| *turns)
+    };
     let nothing = Spread::none();
     let (corrected, spread) = (spread.is_some(), spread.unwrap_or(&nothing));
     let mut error = f64::INFINITY;
@@ -136,7 +140,7 @@ pub(super) fn refine(
     for step_number in 0..STEPS {
         let amended = Amended::new(experiment, &current);
         let jacobian = jacobian(experiment, &current, &amended, &unknowns);
-        let equations = equations(&amended, spread, &jacobian, teaches);
+        let equations = equations(&amended, spread, &jacobian, &teaches);
         let all: Vec<usize> = (0..BLOCKS).collect();
         let sums = NormalEquations::of(&equations, &all);
         let here: f64 = sums.rows.iter().zip(weights).map(|(row, w)| w * row.squares()).sum();
@@ -258,7 +262,7 @@ fn equations(
     experiment: &dyn Experiment,
     spread: &Spread,
     columns: &[Column],
-    teaches: &(dyn Fn(usize, usize) -> bool + Sync),
+    teaches: &(dyn Fn(usize, usize, usize) -> bool + Sync),
 ) -> Vec<BlockEquations> {
     let flat: Vec<(usize, &Column)> = columns.iter().enumerate().collect();
     parallel(experiment.rows().len(), |row| {
@@ -267,7 +271,7 @@ fn equations(
         let mut emphasis = forgiveness(experiment.residual(row), if play { 0.1 } else { 2.0 });
         let count = emphasis.len();
         let sticks = experiment.sticks(row);
-        let silent = |i: usize| !teaches(i, count) || sticks.get(i).is_some_and(|sticks| *sticks);
+        let silent = |i: usize| !teaches(row, i, count) || sticks.get(i).is_some_and(|sticks| *sticks);
         emphasis.iter_mut().enumerate().filter(|(i, _)| silent(*i)).for_each(|(_, e)| *e = 0.0);
         block_equations(experiment, row, spread, &flat, BLOCKS, Some(&emphasis))
     })

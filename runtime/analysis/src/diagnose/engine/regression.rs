@@ -5,8 +5,8 @@ use super::fit::{Candidate, Corrections, Fit, NormalEquations, Term, TermProduct
 use super::noise_floor::noise_floor;
 use super::parallel::parallel;
 use super::resolution::resolutions;
-use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
+use crate::experiments::{Channel, Experiment};
 use crate::physical::is_possible;
 use crate::robot::inertial_parameters::{InertialParameters, body_of, parameter_index};
 use bipedc_effects::effect::{Effect, Kind, Law, Location};
@@ -203,6 +203,13 @@ impl<'a> Regression<'a> {
             self.weigh_by_noise_floors();
         }
         changed
+    }
+
+    /// Whether play at a joint changes a torque: where nobody measured the link's angle.
+    pub fn is_behind_play(&self, row: usize, at: &Location) -> bool {
+        let play = |c: &&Candidate| c.form.kind.law == Law::Backlash && c.form.location == *at;
+        self.train.rows()[row].channel == Channel::Effort
+            && self.candidates.iter().filter(play).any(|c| c.rows.contains(&row))
     }
 
     /// Keeps all forms of a candidate's kind and place out of further searches.

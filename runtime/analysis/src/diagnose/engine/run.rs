@@ -9,6 +9,7 @@ use super::significance::{Insignificant, insignificant};
 use super::text;
 use super::unexplained::unexplained;
 use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Rejected, Step};
+use crate::experiments::moving::moving;
 use crate::experiments::{Channel, Experiment};
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
@@ -355,41 +356,62 @@ fn grouped(
         let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
         kept.fold((0.0, 0.0_f64), |(sum, n), (_, x)| (sum + x * x, n + 1.0))
     };
-    let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, [f64; 4]>::new());
+    let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, Sums>::new());
     for (row, what) in before.rows().iter().enumerate() {
         let ((was, n), (is, _)): ((f64, f64), _) =
             (squares(before.residual(row)), squares(after.residual(row)));
-        let root = |x: f64| (x / n.max(1.0)).sqrt();
-        let fall = ErrorFall {
-            unit: what.unit.to_owned(),
-            before: root(was),
-            after: root(is),
-            noise: what.noise,
-            after_moving: moving(after, row, counts),
+        let [was_moving, is_moving] =
+            [before.residual(row), after.residual(row)].map(|residual| moving(before, row, residual, counts));
+        let (noise, all) = (what.noise.powi(2) * n, [was, is].map(|squares| (squares, n)));
+        let told = [was_moving, is_moving].map(|told| told.map(|told| (told.squares, told.samples as f64)));
+        let sums = Sums {
+            all,
+            told: [told[0].unwrap_or(all[0]), told[1].unwrap_or(all[1])],
+            noise,
+            sticks: told[0].is_some(),
         };
-        rows.insert(what.name.clone(), fall);
-        let sums = [was, is, n, what.noise.powi(2) * n];
-        groups.entry(what.channel).or_default().iter_mut().zip(sums).for_each(|(g, s)| *g += s);
+        rows.insert(what.name.clone(), sums.fall(what.unit));
+        groups.entry(what.channel).or_default().add(&sums);
     }
-    let fall = |(channel, [was, is, n, noise]): (Channel, [f64; 4])| {
-        let root = |x: f64| (x / n.max(1.0)).sqrt();
-        let unit = channel.unit().to_owned();
-        (
-            channel.name().to_owned(),
-            ErrorFall { unit, before: root(was), after: root(is), noise: root(noise), after_moving: None },
-        )
-    };
-    (rows, groups.into_iter().map(fall).collect())
+    let of_kind = |(channel, sums): (Channel, Sums)| (channel.name().to_owned(), sums.fall(channel.unit()));
+    (rows, groups.into_iter().map(of_kind).collect())
 }
 
-/// Root mean square of a row's error at the samples that count and at which its joint does not stick, if it ever does.
-fn moving(experiment: &dyn Experiment, row: usize, counts: &dyn Fn(usize, usize) -> bool) -> Option<f64> {
-    let (residual, sticks) = (experiment.residual(row), experiment.sticks(row));
-    let counted = |i: &usize| counts(*i, residual.len());
-    let (stuck, moved): (Vec<usize>, Vec<usize>) =
-        (0..sticks.len()).filter(counted).partition(|i| sticks[*i]);
-    let squares: f64 = moved.iter().map(|i| residual[*i] * residual[*i]).sum();
-    (!stuck.is_empty() && !moved.is_empty()).then(|| (squares / moved.len() as f64).sqrt())
+/// Sums of squared errors, each with how many samples it is of.
+#[derive(Default)]
+struct Sums {
+    /// Before and after.
+    all: [(f64, f64); 2],
+    /// The same where no joint sticks.
+    told: [(f64, f64); 2],
+    /// Of the noise at all samples.
+    noise: f64,
+    /// Whether a joint sticks.
+    sticks: bool,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        let sums = self.all.iter_mut().chain(&mut self.told);
+        for (sum, more) in sums.zip(other.all.iter().chain(&other.told)) {
+            *sum = (sum.0 + more.0, sum.1 + more.1);
+        }
+        (self.noise, self.sticks) = (self.noise + other.noise, self.sticks | other.sticks);
+    }
+
+    /// Root mean squares.
+    fn fall(&self, unit: &str) -> ErrorFall {
+        let root = |(squares, n): (f64, f64)| (squares / n.max(1.0)).sqrt();
+        let moving = |k: usize| self.sticks.then(|| root(self.told[k]));
+        ErrorFall {
+            unit: unit.to_owned(),
+            before: root(self.all[0]),
+            after: root(self.all[1]),
+            noise: root((self.noise, self.all[0].1)),
+            before_moving: moving(0),
+            after_moving: moving(1),
+        }
+    }
 }
 
 fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {

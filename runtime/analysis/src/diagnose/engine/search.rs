@@ -3,18 +3,29 @@ use super::exchange::{best_set, exchange};
 use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
 use crate::experiments::Channel;
-use bipedc_effects::effect::Law;
+use bipedc_effects::effect::{Acts, Kind, Law, Location};
 use std::collections::BTreeMap;
 
 /// Part of a row's held-out squared error that an effect must remove.
 pub(super) const LEAST: f64 = 0.02;
-/// The same between motor and link: stops and gears always give way a little.
+/// The same of what lies between motor and link, where stops and gears always give way a little, and beside play that torques alone
+/// show, where links meet stops in a way that no law of the library tells.
 const LEAST_TRANSMISSION: f64 = 0.15;
 
-/// Part of a row's held-out squared error that an effect must remove.
-pub(super) fn least(channel: Channel) -> f64 {
-    if channel == Channel::Transmission { LEAST_TRANSMISSION } else { LEAST }
+/// Part of a row's held-out squared error that an effect of a kind must remove beside play at these joints.
+pub(super) fn least(regression: &Regression<'_>, row: usize, kind: &Kind, play: &[&Location]) -> f64 {
+    let between = regression.train.rows()[row].channel == Channel::Transmission
+        || kind.law.acts() == Acts::Transmission;
+    let behind = |location: &&Location| regression.is_behind_play(row, location);
+    if between || play.iter().any(behind) { LEAST_TRANSMISSION } else { LEAST }
 }
+
+/// Where candidates are play.
+fn play<'r>(regression: &'r Regression<'_>, active: &[usize]) -> Vec<&'r Location> {
+    let forms = active.iter().map(|&c| &regression.candidates[c].form);
+    forms.filter(|form| form.kind.law == Law::Backlash).map(|form| &form.location).collect()
+}
+
 /// Part of the squared error that a row had before any effect entered which each effect must remove: less is what the
 /// forms of the others leave.
 const TRACE: f64 = 1e-3;
@@ -246,11 +257,12 @@ pub(super) fn consider(
     if !regression.free && !steady(regression, &with, &scored, &plain, active.len()) {
         return Err("its size hangs on how masses are corrected".to_owned());
     }
-    let alone = largest_fall(regression, &candidate.rows, rough, &plain);
+    let play = play(regression, active);
+    let alone = largest_fall(regression, (c, &play), rough, &plain);
     if alone < LEAST && !regression.free {
         return Err("it explains something only if masses move with it".to_owned());
     }
-    let fall = largest_fall(regression, &candidate.rows, base, &scored).max(alone);
+    let fall = largest_fall(regression, (c, &play), base, &scored).max(alone);
     if fall < LEAST {
         return Err(format!(
             "it lowers no row's held-out squared error by more than {:.1} %",
@@ -298,13 +310,19 @@ fn steady(
     norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) <= 0.5 * size
 }
 
-/// Largest relative fall of the held-out error over some rows, scaled so that [`LEAST`] is what it takes.
-fn largest_fall(regression: &Regression<'_>, rows: &[usize], before: &ScoredFit, after: &ScoredFit) -> f64 {
+/// Largest relative fall of the held-out error over a candidate's rows, beside play, scaled so that [`LEAST`] is what it takes.
+fn largest_fall(
+    regression: &Regression<'_>,
+    (c, play): (usize, &[&Location]),
+    before: &ScoredFit,
+    after: &ScoredFit,
+) -> f64 {
+    let candidate = &regression.candidates[c];
     let fall = |&r: &usize| {
         let relative = (before.errors[r] - after.errors[r]) / before.errors[r].max(f64::MIN_POSITIVE);
-        relative * LEAST / least(regression.train.rows()[r].channel)
+        relative * LEAST / least(regression, r, candidate.form.kind, play)
     };
-    rows.iter().map(fall).fold(f64::NEG_INFINITY, f64::max)
+    candidate.rows.iter().map(fall).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// Whether the fall of error is next to nothing beside the errors that there were without any effect.
@@ -328,8 +346,11 @@ fn prune(
             let rows = &regression.candidates[gone].rows;
             let rough = regression.scored_fit(&fewer, false)?;
             let full = regression.scored_fit(&active, false)?;
-            let fall = largest_fall(regression, rows, &t, &scored)
-                .max(largest_fall(regression, rows, &rough, &full));
+            let play = play(regression, &fewer);
+            let fall = |before: &ScoredFit, after: &ScoredFit| {
+                largest_fall(regression, (gone, &play), before, after)
+            };
+            let fall = fall(&t, &scored).max(fall(&rough, &full));
             let idle = t.cost <= scored.cost || fall < 0.5 * LEAST || is_trace(regression, rows, &t, &scored);
             (idle && regression.impossible(&fewer, &t).is_none()).then_some((fewer, t))
         });

@@ -4,7 +4,7 @@ use super::regression::{MOST, Regression};
 use super::search::{LEAST, least};
 use crate::experiments::form::within_reach;
 use crate::experiments::{Channel, Experiment};
-use bipedc_effects::effect::{Effect, Law, Role, Size};
+use bipedc_effects::effect::{Effect, Law, Location, Role, Size};
 
 /// An effect that does not stay.
 pub(super) struct Insignificant {
@@ -36,10 +36,13 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     let falls = judged.clone().map(|k| {
         let mut fewer = refined.effects.clone();
         fewer.remove(k);
+        let play = fewer.iter().filter(|effect| effect.kind.law == Law::Backlash);
+        let play: Vec<&Location> = play.map(|effect| &effect.location).collect();
         let fall = |corrected: bool| {
             let (with, without) = (errors(&refined.effects, corrected), errors(&fewer, corrected));
             let relative = without.iter().zip(&with).enumerate().map(|(row, (a, b))| {
-                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST / least(regression.judge.rows()[row].channel)
+                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST
+                    / least(regression, row, refined.effects[k].kind, &play)
             });
             relative.fold(f64::NEG_INFINITY, f64::max)
         };

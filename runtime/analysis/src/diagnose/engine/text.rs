@@ -156,7 +156,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     fn left(after: f64) -> Diagnosis {
-        let fall = ErrorFall { unit: "N m".into(), before: 0.3, after, noise: 0.05, after_moving: None };
+        let fall = ErrorFall { unit: "N m".into(), before: 0.3, after, noise: 0.05, ..ErrorFall::default() };
         Diagnosis {
             rms: BTreeMap::from([("effort".to_owned(), fall.clone())]),
             rows: BTreeMap::from([("knee".to_owned(), fall)]),

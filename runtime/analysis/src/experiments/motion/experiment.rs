@@ -1,5 +1,4 @@
 //! Joint torques as an [`Experiment`].
-use super::laws::{advanced, torque_law};
 use super::places;
 use super::rigid::Rigid;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
@@ -10,7 +9,7 @@ use crate::robot::inertial_parameters::body_of;
 use crate::robot::{BaseKind, JointLayout};
 use crate::robot::{InertialParameters, Trajectory};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Acts, BoundLaw, Effect, Kind, Law, Location, Starts};
+use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location, Starts};
 use bipedc_runtime::model::Model;
 use std::sync::OnceLock;
 
@@ -110,13 +109,9 @@ impl<'a> MotionExperiment<'a> {
         if self.rows[row].channel != Channel::Effort {
             return Vec::new();
         }
-        let states = &self.recording.trajectory;
-        let signals: [Vec<f64>; 4] = [
-            states.positions(joint).collect(),
-            states.velocities(joint).collect(),
-            states.accelerations(joint).collect(),
-            states.of_joint(&self.load, joint).collect(),
-        ];
+        let [position, velocity, acceleration] = self.motion_of_motor(joint);
+        let load = self.recording.trajectory.of_joint(&self.load, joint).collect();
+        let signals: [Vec<f64>; 4] = [position, velocity, acceleration, load];
         let present: Vec<&Effect> = self.present.iter().filter(|e| self.joint(e) == Some(joint)).collect();
         let what = super::sticking::Joint {
             residual: &self.residual[row],
@@ -201,9 +196,13 @@ impl<'a> MotionExperiment<'a> {
         all
     }
 
-    /// Torques of the rigid model under effects that change its geometry; `None` if there are none. `ground` are the
-    /// forces of the ground under the effects, if they change.
-    fn turned_load(&self, effects: &[Effect], ground: Option<&[f64]>) -> Option<Vec<f64>> {
+    /// Torques of the rigid model under effects that change its geometry, and the states of links that move behind motors;
+    /// `None` if there are none. `ground` are the forces of the ground under the effects, if they change.
+    fn turned_load(
+        &self,
+        effects: &[Effect],
+        ground: Option<&[f64]>,
+    ) -> Option<(Vec<f64>, Option<Trajectory>)> {
         let motion = &self.recording.trajectory;
         let mut turned: Option<Vec<f64>> = None;
         for effect in effects {
@@ -233,12 +232,13 @@ impl<'a> MotionExperiment<'a> {
         let q = turned.unwrap_or_else(|| motion.q.clone());
         let load = needed(&q, &motion.v, &motion.a);
         if hidden.is_empty() {
-            return Some(load);
+            return Some((load, None));
         }
         let mut states = motion.clone();
         states.q = q;
         let needed = |states: &Trajectory| needed(&states.q, &states.v, &states.a);
-        Some(self.load_behind_springs(hidden, effects, (states, load), &needed))
+        let (load, links) = self.load_behind_motors(hidden, effects, (states, load), &needed);
+        Some((load, Some(links)))
     }
 
     /// Torques of the rigid model at a joint, with changes of inertial parameters.
@@ -255,7 +255,7 @@ impl<'a> MotionExperiment<'a> {
         self.index(effect.location.joint.as_deref())
     }
 
-    fn index(&self, name: Option<&str>) -> Option<usize> {
+    pub(super) fn index(&self, name: Option<&str>) -> Option<usize> {
         let name = name?;
         self.layout.joints.iter().position(|joint| joint.name == name)
     }
@@ -268,14 +268,16 @@ impl<'a> MotionExperiment<'a> {
         ground: Option<&[f64]>,
     ) -> Vec<(usize, Vec<f64>)> {
         let turned = self.turned_load(effects, ground);
-        let load = turned.as_deref().unwrap_or(&self.load);
+        let load = turned.as_ref().map_or(&self.load, |(load, _)| load);
+        let links = turned.as_ref().and_then(|(_, links)| links.as_ref());
+        let links = links.unwrap_or(&self.recording.trajectory);
         let change = self.link_inertias.change(effects);
         let of_row = |&row: &usize| {
             let joint = self.joint_of[row];
             let rigid = self.rigid_torques(load, joint, &change);
             let residual = match self.rows[row].channel {
-                Channel::Transmission => self.transmission_residual(joint, &rigid, effects),
-                _ => self.effort_residual(joint, &rigid, effects),
+                Channel::Transmission => self.transmission_residual(joint, &rigid, effects, links),
+                _ => self.effort_residual(joint, &rigid, effects, links),
             };
             (row, residual)
         };
@@ -284,74 +286,6 @@ impl<'a> MotionExperiment<'a> {
 
     pub(super) fn strided<'s>(&self, values: &'s [f64], joint: usize) -> impl Iterator<Item = f64> + use<'s> {
         self.recording.trajectory.of_joint(values, joint)
-    }
-
-    /// Motor minus joint angle, less what play and elasticity make of it.
-    fn transmission_residual(&self, joint: usize, rigid: &[f64], effects: &[Effect]) -> Vec<f64> {
-        let mut residual = self.recording.transmission[joint].clone().unwrap_or_default();
-        for effect in effects.iter().filter(|e| self.joint(e) == Some(joint)) {
-            let angle: &dyn Fn(f64) -> f64 = match effect.kind.law {
-                // The play rests on the side to which the torque pushes; a small torque has not moved it yet.
-                Law::Backlash => {
-                    let (half, smoothing) = (0.5 * effect.value("gap"), effect.value("smoothing"));
-                    &move |torque: f64| half * (torque / smoothing).tanh()
-                }
-                Law::SeriesElasticity => &|torque| torque / effect.value("stiffness"),
-                _ => continue,
-            };
-            residual.iter_mut().zip(rigid).for_each(|(r, torque)| *r -= angle(*torque));
-        }
-        residual
-    }
-
-    pub(super) fn effort_residual(&self, joint: usize, rigid: &[f64], effects: &[Effect]) -> Vec<f64> {
-        let here: Vec<&Effect> = effects.iter().filter(|e| self.joint(e) == Some(joint)).collect();
-        let mut torque = rigid.to_vec();
-        for effect in &here {
-            if let Some(law) = torque_law(effect) {
-                self.add_torque(joint, effect, law, rigid, &mut torque);
-            }
-        }
-        let mut measured = self.recording.effort[joint].clone().unwrap_or_default();
-        let mut work = Vec::new();
-        for effect in &here {
-            match effect.kind.law {
-                Law::Reading(text) => {
-                    if let Ok(mut law) = BoundLaw::new(text, &["torque"], effect) {
-                        torque.iter_mut().for_each(|t| *t = law.at(&[*t], &mut work));
-                    }
-                }
-                Law::TrueTorque(text) => {
-                    if let Ok(mut law) = BoundLaw::new(text, &["reading"], effect) {
-                        measured.iter_mut().for_each(|u| *u = law.at(&[*u], &mut work));
-                    }
-                }
-                Law::Delay => {
-                    let steps = effect.value("delay") / self.recording.step;
-                    torque = advanced(&torque, &self.recording.segments, steps);
-                }
-                // Torques are added above; nothing else is in the signal.
-                law => debug_assert!(!matches!(law.acts(), Acts::Reading | Acts::Time)),
-            }
-        }
-        measured.iter().zip(&torque).map(|(u, t)| u - t).collect()
-    }
-
-    fn add_torque(
-        &self,
-        joint: usize,
-        effect: &Effect,
-        mut law: BoundLaw,
-        rigid: &[f64],
-        torque: &mut [f64],
-    ) {
-        let other = self.index(effect.location.other_joint.as_deref()).unwrap_or(joint);
-        let mut work = Vec::new();
-        for (i, torque) in torque.iter_mut().enumerate() {
-            let [q, v, a] = self.recording.trajectory.joint_at(i, joint);
-            let [other_q, other_v, other_a] = self.recording.trajectory.joint_at(i, other);
-            *torque += law.at(&[q, v, a, rigid[i], other_q, other_v, other_a], &mut work);
-        }
     }
 
     /// Torques at which a joint's drive may saturate.
@@ -506,11 +440,12 @@ impl Experiment for MotionExperiment<'_> {
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         let joint = self.joint_of[row];
         let motion = &self.recording.trajectory;
+        let [position, velocity, acceleration] = self.motion_of_motor(joint);
         let mut list = vec![
-            ("position".to_owned(), motion.positions(joint).collect()),
-            ("velocity".to_owned(), motion.velocities(joint).collect()),
+            ("position".to_owned(), position),
+            ("velocity".to_owned(), velocity),
             ("load".to_owned(), motion.of_joint(&self.load, joint).collect()),
-            ("acceleration".to_owned(), motion.accelerations(joint).collect()),
+            ("acceleration".to_owned(), acceleration),
             ("time".to_owned(), self.recording.time.clone()),
         ];
         for (other, name) in self.layout.joints.iter().map(|j| &j.name).enumerate() {
@@ -528,8 +463,12 @@ impl Experiment for MotionExperiment<'_> {
     }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         let joint = self.index(location.joint.as_deref());
-        if let Some(joint) = joint.filter(|j| kind.law == Law::SeriesElasticity && self.is_motor_side(*j)) {
-            return Some(self.stiffnesses(joint));
+        if let Some(joint) = joint.filter(|joint| self.is_motor_side(*joint)) {
+            match kind.law {
+                Law::SeriesElasticity => return Some(self.stiffnesses(joint)),
+                Law::Backlash => return Some(super::motor_side::GAPS.to_vec()),
+                _ => {}
+            }
         }
         match kind.search.starts {
             Starts::Limits => Some(joint.map_or(Vec::new(), |j| self.limits(j))),

@@ -2,6 +2,7 @@
 mod detrend;
 mod experiment;
 mod hidden_link;
+mod hidden_play;
 mod laws;
 mod limit;
 mod motor_side;
@@ -9,5 +10,6 @@ mod places;
 mod rigid;
 mod ripple;
 mod sticking;
+mod torques;
 
 pub use experiment::MotionExperiment;

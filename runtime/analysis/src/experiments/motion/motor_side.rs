@@ -1,18 +1,24 @@
-//! Joints of which the motor's angle alone is measured: their links move behind the spring that a candidate puts between.
+//! Joints of which the motor's angle alone is measured: their links move behind the spring or play that a candidate puts between.
 use super::experiment::MotionExperiment;
 use super::hidden_link::Link;
+use super::hidden_play::Play;
 use crate::robot::Trajectory;
+use crate::signal::Butterworth;
 use bipedc_effects::effect::{Effect, Law};
 use std::f64::consts::TAU;
 
 /// So often the equation of a link is linearised at its last estimate.
 const ROUNDS: usize = 3;
+/// Plays from which a search starts, rad (m where the joint slides).
+pub(super) const GAPS: [f64; 5] = [0.003, 0.006, 0.012, 0.024, 0.048];
 
 /// A joint's link behind its motor.
 pub(super) struct Hidden {
     joint: usize,
-    /// N m/rad
-    stiffness: f64,
+    /// Of the spring, rad/(N m) or m/N; 0: rigid.
+    yielding: f64,
+    /// From stop to stop, rad or m.
+    gap: f64,
     /// Link minus motor at every sample: rad, rad/s, rad/s².
     behind: Vec<[f64; 3]>,
 }
@@ -23,26 +29,37 @@ impl MotionExperiment<'_> {
         self.recording.motor_side.get(joint).is_some_and(|alone| *alone)
     }
 
-    /// Links that effects put behind springs whose far end nobody measured.
+    /// Links that effects put behind springs or play whose far end nobody measured.
     pub(super) fn hidden(&self, effects: &[Effect]) -> Vec<Hidden> {
-        let springs = effects.iter().filter(|effect| effect.kind.law == Law::SeriesElasticity);
-        let behind = |spring: &Effect| {
-            let joint = self.joint(spring).filter(|joint| self.is_motor_side(*joint))?;
-            let behind = vec![[0.0; 3]; self.recording.samples()];
-            Some(Hidden { joint, stiffness: spring.value("stiffness"), behind })
-        };
-        springs.filter_map(behind).collect()
+        let mut links: Vec<Hidden> = Vec::new();
+        for effect in effects {
+            let [yielding, gap] = match effect.kind.law {
+                Law::SeriesElasticity => [effect.value("stiffness").recip(), 0.0],
+                Law::Backlash => [0.0, effect.value("gap")],
+                _ => continue,
+            };
+            let Some(joint) = self.joint(effect).filter(|joint| self.is_motor_side(*joint)) else { continue };
+            match links.iter_mut().find(|link| link.joint == joint) {
+                Some(link) => (link.yielding, link.gap) = (link.yielding + yielding, link.gap + gap),
+                None => {
+                    let behind = vec![[0.0; 3]; self.recording.samples()];
+                    links.push(Hidden { joint, yielding, gap, behind });
+                }
+            }
+        }
+        links.retain(|link| link.yielding > 0.0 || link.gap > 0.0);
+        links
     }
 
-    /// What all links need, `samples × nv`, if these move behind their springs; `load` of states that are their motors', and
-    /// `needed` of others.
-    pub(super) fn load_behind_springs(
+    /// What all links need, `samples × nv`, and their states, if these move behind their motors; `load` of states that are
+    /// their motors', and `needed` of others.
+    pub(super) fn load_behind_motors(
         &self,
         mut hidden: Vec<Hidden>,
         effects: &[Effect],
         (mut states, mut load): (Trajectory, Vec<f64>),
         needed: &dyn Fn(&Trajectory) -> Vec<f64>,
-    ) -> Vec<f64> {
+    ) -> (Vec<f64>, Trajectory) {
         let change = self.link_inertias.change(effects);
         for _ in 0..ROUNDS {
             for link in &mut hidden {
@@ -50,10 +67,10 @@ impl MotionExperiment<'_> {
             }
             load = needed(&states);
         }
-        load
+        (load, states)
     }
 
-    /// Puts a link where its motor and its spring leave it, by the slopes of what it needs at its last place.
+    /// Puts a link where its motor and what lies between leave it, by the slopes of what it needs at its last place.
     fn move_link(
         &self,
         link: &mut Hidden,
@@ -62,18 +79,24 @@ impl MotionExperiment<'_> {
         change: &[f64],
     ) {
         let joint = link.joint;
-        let load = self.rigid_torques(load, joint, change);
-        let through = self.effort_residual(joint, &load, effects);
-        let measured: Vec<f64> = through.iter().zip(&load).map(|(left, load)| left + load).collect();
+        let rigid = self.rigid_torques(load, joint, change);
+        let carried = self.link_torques(joint, &rigid, effects, states);
         let resistance = self.resistance(joint);
         let with_motor = |((load, [e, _, a]), [inertia, slope]): ((&f64, &[f64; 3]), &[f64; 2])| {
             load - inertia * a - slope * e
         };
-        let load: Vec<f64> = load.iter().zip(&link.behind).zip(resistance).map(with_motor).collect();
-        let segments = &self.recording.segments;
-        let equation =
-            Link { load: &load, resistance, measured: &measured, segments, step: self.recording.step };
-        let behind = equation.behind(link.stiffness);
+        let load: Vec<f64> = carried.iter().zip(&link.behind).zip(resistance).map(with_motor).collect();
+        let (segments, step) = (&self.recording.segments[..], self.recording.step);
+        let behind = if link.gap > 0.0 {
+            let filter = Butterworth::new(self.recording.cutoff_hz, step.recip()).ok();
+            let play = Play { load: &load, resistance, segments, step, filter: filter.as_ref() };
+            play.behind(link.gap, link.yielding)
+        } else {
+            let left = self.effort_residual(joint, &rigid, effects, states);
+            let measured: Vec<f64> = left.iter().zip(&carried).map(|(left, load)| left + load).collect();
+            let spring = Link { load: &load, resistance, measured: &measured, segments, step };
+            spring.behind(link.yielding.recip())
+        };
         for order in 0..3 {
             let moved = link.behind.iter().zip(&behind).map(|(old, new)| new[order] - old[order]);
             states.joint_mut(order, joint).zip(moved).for_each(|(x, moved)| *x += moved);

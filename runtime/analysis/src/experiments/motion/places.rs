@@ -2,7 +2,7 @@
 use crate::measure::recording::Recording;
 use crate::robot::link_inertias::LinkInertias;
 use crate::robot::{Joint, JointLayout};
-use bipedc_effects::effect::{Acts, Evidence, Kind, Location, Place, kinds, sought};
+use bipedc_effects::effect::{Acts, Evidence, Kind, Location, Place, sought};
 
 /// A joint whose speed (root mean square) is below this part of the fastest one's hardly moves: what it does goes with the load of
 /// others, it is no cause.
@@ -44,10 +44,10 @@ pub(super) fn candidates(
             list.extend(at(Place::Joint).filter(between).map(|kind| (kind, Location::joint(&joint.name))));
         }
     }
-    // Behind a motor that alone is measured a spring shows in its torque.
+    // Behind a motor that alone is measured springs and play show in its torque.
     for (j, joint) in layout.joints.iter().enumerate().filter(|(j, _)| with_effort(*j)) {
         if recording.motor_side.get(j).is_some_and(|alone| *alone) {
-            list.push((&kinds::SERIES_ELASTICITY, Location::joint(&joint.name)));
+            list.extend(at(Place::Joint).filter(between).map(|kind| (kind, Location::joint(&joint.name))));
         }
     }
     for link in link_inertias.links.iter().filter(|l| l.mass > 0.0 && moved_links[l.body]) {

@@ -98,7 +98,17 @@ pub static BACKLASH: Kind = Kind {
     ],
     law: Law::Backlash,
     simulation: Simulation::Law,
-    search: Search::linear(MOTION),
+    search: Search {
+        sought: MOTION,
+        nonlinear: None,
+        // Between both angles it enters linearly, behind a motor near a gap.
+        starts: Starts::At(&[1.0]),
+        columns: Columns::Combined {
+            probes: |gap| vec![slope("gap", gap)],
+            parameters: |_, c| c.iter().map(|c| ("gap", *c)).collect(),
+        },
+        refused: other_gap,
+    },
     relations: Relations {
         // Stops give way a little, which would widen the play between them.
         nuisance: Some(("series_elasticity", &[("stiffness", 3e3)])),
@@ -113,6 +123,13 @@ pub static BACKLASH: Kind = Kind {
     ],
     experiment: "Hold the position under a load that changes its sign; log the motor's angle as well.",
 };
+
+/// A slope over so much play says nothing of a much smaller or larger one; where it enters linearly it is probed at 1.
+fn other_gap(gap: f64, c: &[f64]) -> Option<String> {
+    let found = c.first().copied().filter(|_| gap < 1.0)?;
+    (!(0.4..2.5).contains(&(found / gap)))
+        .then(|| format!("its gap would be {found:.3e} rad, another than was tried"))
+}
 
 /// A wrong torque constant.
 pub static TORQUE_GAIN: Kind = Kind {

@@ -1,0 +1,121 @@
+//! What is left of a joint's measured torque, and of the angle between its motor and link, under effects.
+use super::experiment::MotionExperiment;
+use super::laws::{advanced, torque_law};
+use crate::robot::Trajectory;
+use bipedc_effects::effect::{Acts, BoundLaw, Effect, Law};
+
+impl MotionExperiment<'_> {
+    /// Motor minus joint angle, less what play and elasticity make of the transmitted torque.
+    pub(super) fn transmission_residual(
+        &self,
+        joint: usize,
+        rigid: &[f64],
+        effects: &[Effect],
+        links: &Trajectory,
+    ) -> Vec<f64> {
+        let transmitted = self.link_torques(joint, rigid, effects, links);
+        let mut residual = self.recording.transmission[joint].clone().unwrap_or_default();
+        for effect in effects.iter().filter(|e| self.joint(e) == Some(joint)) {
+            let angle: &dyn Fn(f64) -> f64 = match effect.kind.law {
+                // The play rests on the side to which the torque pushes; a small torque has not moved it yet.
+                Law::Backlash => {
+                    let (half, smoothing) = (0.5 * effect.value("gap"), effect.value("smoothing"));
+                    &move |torque: f64| half * (torque / smoothing).tanh()
+                }
+                Law::SeriesElasticity => &|torque| torque / effect.value("stiffness"),
+                _ => continue,
+            };
+            residual.iter_mut().zip(&transmitted).for_each(|(r, torque)| *r -= angle(*torque));
+        }
+        residual
+    }
+
+    /// Measured minus predicted torque of a joint; `rigid` is what the rigid model needs, `links` the states of all links.
+    pub(super) fn effort_residual(
+        &self,
+        joint: usize,
+        rigid: &[f64],
+        effects: &[Effect],
+        links: &Trajectory,
+    ) -> Vec<f64> {
+        let here: Vec<&Effect> = effects.iter().filter(|e| self.joint(e) == Some(joint)).collect();
+        let mut torque = self.link_torques(joint, rigid, effects, links);
+        for effect in here.iter().filter(|effect| effect.kind.simulation.is_on_motor()) {
+            self.add_torque(joint, effect, rigid, links, &mut torque);
+        }
+        let mut measured = self.recording.effort[joint].clone().unwrap_or_default();
+        let mut work = Vec::new();
+        for effect in &here {
+            match effect.kind.law {
+                Law::Reading(text) => {
+                    if let Ok(mut law) = BoundLaw::new(text, &["torque"], effect) {
+                        torque.iter_mut().for_each(|t| *t = law.at(&[*t], &mut work));
+                    }
+                }
+                Law::TrueTorque(text) => {
+                    if let Ok(mut law) = BoundLaw::new(text, &["reading"], effect) {
+                        measured.iter_mut().for_each(|u| *u = law.at(&[*u], &mut work));
+                    }
+                }
+                Law::Delay => {
+                    let steps = effect.value("delay") / self.recording.step;
+                    torque = advanced(&torque, &self.recording.segments, steps);
+                }
+                // Torques are added above; nothing else is in the signal.
+                law => debug_assert!(!matches!(law.acts(), Acts::Reading | Acts::Time)),
+            }
+        }
+        measured.iter().zip(&torque).map(|(u, t)| u - t).collect()
+    }
+
+    /// What the transmission carries to a link: what the rigid model needs, and effects on the link's side.
+    pub(super) fn link_torques(
+        &self,
+        joint: usize,
+        rigid: &[f64],
+        effects: &[Effect],
+        links: &Trajectory,
+    ) -> Vec<f64> {
+        let mut torque = rigid.to_vec();
+        let on_link = |e: &&Effect| self.joint(e) == Some(joint) && !e.kind.simulation.is_on_motor();
+        for effect in effects.iter().filter(on_link) {
+            self.add_torque(joint, effect, rigid, links, &mut torque);
+        }
+        torque
+    }
+
+    /// Adds what the law of an effect makes of the motion on its side of the transmission, if it is a torque.
+    fn add_torque(
+        &self,
+        joint: usize,
+        effect: &Effect,
+        rigid: &[f64],
+        links: &Trajectory,
+        torque: &mut [f64],
+    ) {
+        let Some(mut law) = torque_law(effect) else { return };
+        let other = self.index(effect.location.other_joint.as_deref()).unwrap_or(joint);
+        let on_motor = effect.kind.simulation.is_on_motor();
+        let mut work = Vec::new();
+        for (i, torque) in torque.iter_mut().enumerate() {
+            let [q, v, a] = if on_motor { self.motor_at(i, joint) } else { links.joint_at(i, joint) };
+            let [other_q, other_v, other_a] = links.joint_at(i, other);
+            *torque += law.at(&[q, v, a, rigid[i], other_q, other_v, other_a], &mut work);
+        }
+    }
+
+    /// Motion of a joint's motor as seen from the joint, where it was measured; else that of the joint.
+    fn motor_at(&self, sample: usize, joint: usize) -> [f64; 3] {
+        match self.recording.motors.get(joint) {
+            Some(Some(motor)) => motor[sample],
+            _ => self.recording.trajectory.joint_at(sample, joint),
+        }
+    }
+
+    /// The same at all samples: angle, velocity, acceleration.
+    pub(super) fn motion_of_motor(&self, joint: usize) -> [Vec<f64>; 3] {
+        let of =
+            |order: usize| (0..self.recording.samples()).map(|i| self.motor_at(i, joint)[order]).collect();
+        [of(0), of(1), of(2)]
+    }
+}
