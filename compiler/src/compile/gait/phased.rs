@@ -64,12 +64,16 @@ pub fn compile_phases(
     }
     let phases = gait.phases.iter().map(|phase| known(&description, phase)).collect::<Result<Vec<_>, _>>()?;
     let mut model = compile(&description, &tree, &requests(&phases))?;
-    let mut forces = Vec::new();
+    let (mut forces, mut own) = (Vec::new(), Vec::new());
     for (index, phase) in phases.iter().enumerate() {
         let (functions, rows) = of_phase(&description, &tree, gait, (index, phase))?;
-        model.functions.extend(functions);
+        own.extend(functions);
         forces.push(rows);
     }
+    // Those of a kind stand together: they are a module of emitted code.
+    let families: Vec<&'static str> = own.iter().map(|function: &Function| function.family).collect();
+    own.sort_by_key(|function| families.iter().position(|family| *family == function.family));
+    model.functions.extend(own);
     let arguments = GaitArguments::phased(gait);
     model.run_time_parameters = arguments.len();
     Ok(CompiledPhases { model, arguments, description, forces })
@@ -86,12 +90,9 @@ fn requests(phases: &[&Phase]) -> Vec<FunctionRequest> {
         subject: subject.map(str::to_owned),
     };
     let mut found: Vec<FunctionRequest> = OF_ROBOT.iter().map(|family| request(family, None)).collect();
-    for phase in phases {
-        found.push(request("constrained_dynamics", Some(&phase.name)));
-        if !phase.impact.is_empty() {
-            found.push(request("impact_map", Some(&phase.name)));
-        }
-    }
+    found.extend(phases.iter().map(|phase| request("constrained_dynamics", Some(&phase.name))));
+    let landing = phases.iter().filter(|phase| !phase.impact.is_empty());
+    found.extend(landing.map(|phase| request("impact_map", Some(&phase.name))));
     found
 }
 

@@ -14,6 +14,8 @@ pub enum GaveWay {
     /// All were met.
     #[default]
     Nothing,
+    /// The foot whose letting go ends the phase slips: nothing is left over to prevent it.
+    LettingGo,
     /// Limits were kept; outputs have other accelerations than was asked for, as little as possible.
     Outputs,
     /// Limits of the ground contradict those of the drives: torques were clamped.
@@ -106,7 +108,7 @@ impl<R: Scalar> Room<'_, R> {
         effort: impl Fn(usize) -> Option<f64>,
     ) -> Result<Chosen<R>, Refusal> {
         let effort = |joint: usize| effort(joint).filter(|_| asked.limited);
-        let mut letting_go = None;
+        let (mut letting_go, mut gave_way) = (None, GaveWay::Nothing);
         let (error, mut size) = self.conditions(asked, &effort, None);
         let (mut outcome, mut active) = self.search(asked, size).ok_or(Refusal::WrongLength)?;
         if asked.grounded && outcome == Outcome::Found {
@@ -117,13 +119,13 @@ impl<R: Scalar> Room<'_, R> {
             size = self.conditions(asked, &effort, letting_go).1;
             (outcome, active) = self.search(asked, size).ok_or(Refusal::WrongLength)?;
             if outcome != Outcome::Found {
-                // Without inputs to spare it slips.
+                gave_way = GaveWay::LettingGo;
                 letting_go = None;
                 size = self.conditions(asked, &effort, None).1;
                 (outcome, active) = self.search(asked, size).ok_or(Refusal::WrongLength)?;
             }
         }
-        let (mut gave_way, mut equations) = (GaveWay::Nothing, size.equations);
+        let mut equations = size.equations;
         match outcome {
             Outcome::Found => {}
             Outcome::Dependent => return Err(Refusal::SingularOutputs),
