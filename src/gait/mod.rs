@@ -1,4 +1,5 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
+mod chain;
 mod controller;
 pub mod cycle;
 pub mod map;
@@ -8,6 +9,7 @@ pub mod plan;
 mod text;
 
 pub use bipedc_analysis::gait::{Assumptions, Reason};
+pub use chain::{Chain, ChainOptions, ChainStep, ChainedPhase, PhaseEnergy};
 pub use controller::ProgramController;
 pub use cycle::{CycleOptions, Cycles};
 pub use map::{GaitMap, MapOptions};

@@ -129,6 +129,18 @@ impl PhasedBench {
         Ok(controller)
     }
 
+    /// q where a search for a posture begins.
+    pub(super) fn posture(&self) -> Vec<f64> {
+        let tree = &self.compiled.model.tree;
+        let mut posture = vec![0.0; tree.nq];
+        for joint in &tree.joints {
+            // On a planar base q and v have the same places.
+            let of_file = self.gait.phases.first().and_then(|phase| phase.posture.get(&joint.name));
+            posture[joint.v_index] = of_file.copied().unwrap_or(0.0);
+        }
+        posture
+    }
+
     /// The gait's parameters with some of them replaced.
     ///
     /// # Errors
@@ -140,7 +152,7 @@ impl PhasedBench {
     }
 
     /// Warnings of parameters beyond their bounds.
-    pub(crate) fn beyond(&self, values: &[f64]) -> Vec<Diagnostic> {
+    pub fn beyond(&self, values: &[f64]) -> Vec<Diagnostic> {
         beyond(&self.gait.parameters, values, ("", &self.file))
     }
 }

@@ -1,6 +1,8 @@
 //! Scenarios that walk by a gait: its file, its controller, where the robot begins.
-use super::in_world;
-use crate::gait::{AnyBench, Assignment, GaitBench, PhasedBench, PhasedProgramController, ProgramController};
+use super::{in_world, walker};
+use crate::gait::{
+    AnyBench, Assignment, Chain, GaitBench, PhasedBench, PhasedProgramController, ProgramController,
+};
 use crate::progress::Silent;
 use bipedc_analysis::simulate::{GaitControl, Scenario, World};
 use bipedc_compiler::Robot;
@@ -63,7 +65,7 @@ impl Walker {
             .map_err(|errors| placed(errors, file, control.position))?;
         match bench {
             AnyBench::OnePhase(bench) => Self::of_one_phase(*bench, scenario, &control, file).map(Some),
-            AnyBench::Phased(bench) => Self::of_phases(*bench, scenario, &control, file).map(Some),
+            AnyBench::Phased(bench) => Self::of_phases(&robot, *bench, scenario, (&control, file)).map(Some),
         }
     }
 
@@ -82,33 +84,23 @@ impl Walker {
         let controller = if control.limited { controller } else { controller.unlimited() };
         if let Some((speed, place)) = control.speed {
             let state = bench.beginning(&values, speed);
-            let [q, v] = state.map_err(|error| error.in_file(file).at(place.0, place.1))?;
-            (scenario.initial.q, scenario.initial.v, scenario.initial.clearance) = (q, v, None);
-            scenario.initial.position = place;
-            if let Some(events) = &mut scenario.events {
-                events.given = [true; 2];
-            }
+            begin_at(scenario, state.map_err(|error| error.in_file(file).at(place.0, place.1))?, place);
         }
         let controller = GaitDriver::OnePhase(Box::new(controller));
         let bench = AnyBench::OnePhase(Box::new(bench));
         Ok(Self { guarded: control.guarded.is_some(), bench, controller, values })
     }
 
-    /// Phases end by the events of the description, and a scenario says where the robot begins.
+    /// Phases end by the events of the description.
     fn of_phases(
+        robot: &Robot,
         bench: PhasedBench,
         scenario: &mut Scenario,
-        control: &GaitControl,
-        file: &Path,
+        (control, file): (&GaitControl, &Path),
     ) -> Result<Self, Diagnostics> {
         if let Some((line, column)) = control.guarded {
             let message = "a gait of several phases has no guard: its phases end by the events of biped.toml";
             let help = "leave `step_length` out";
-            return Err(Diagnostic::error(message).in_file(file).at(line, column).help(help).into());
-        }
-        if let Some((_, (line, column))) = control.speed {
-            let message = "where a step of several phases begins does not follow from a speed";
-            let help = "write the posture and the velocities in [initial] and [joint]";
             return Err(Diagnostic::error(message).in_file(file).at(line, column).help(help).into());
         }
         if scenario.world.gravity.is_none() {
@@ -117,6 +109,13 @@ impl Walker {
         let set = known(|one| bench.values(one).map(|_| ()), control, file)?;
         let values = bench.values(&set)?;
         let controller = bench.controller(control.feedback, &set)?;
+        if let Some((speed, place)) = control.speed {
+            let at = |error: Diagnostic| error.in_file(file).at(place.0, place.1);
+            let phases = walker(robot).map_err(at)?.phases;
+            let chain = Chain::new(&bench, &phases, controller.clone()).map_err(at)?;
+            begin_at(scenario, chain.beginning(&values, speed).map_err(at)?, place);
+            scenario.phase = chain.first().map_err(at)?;
+        }
         let controller = if control.limited { controller } else { controller.unlimited() };
         let controller = GaitDriver::Phased(Box::new(controller));
         Ok(Self { guarded: false, bench: AnyBench::Phased(Box::new(bench)), controller, values })
@@ -148,6 +147,15 @@ impl Walker {
         let guard = self.guarded.then(|| bench.guard(&self.values))?;
         let negative = controller.clone().guard_before().is_some_and(|guard| guard < 0.0);
         Some(move |q: &[f64]| if negative { -guard(q) } else { guard(q) })
+    }
+}
+
+/// A scenario begins in this state; `place` is where that is said.
+fn begin_at(scenario: &mut Scenario, [q, v]: [Vec<f64>; 2], place: (usize, usize)) {
+    (scenario.initial.q, scenario.initial.v, scenario.initial.clearance) = (q, v, None);
+    scenario.initial.position = place;
+    if let Some(events) = &mut scenario.events {
+        events.given = [true; 2];
     }
 }
 

@@ -8,6 +8,7 @@ mod lie;
 mod maps;
 mod oracle;
 mod page;
+mod phased_chain;
 mod phased_files;
 mod phased_lie;
 mod phased_walks;

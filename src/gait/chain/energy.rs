@@ -3,7 +3,7 @@ use super::Chain;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Steps of the quadrature, an even number.
-const STEPS: usize = 256;
+const STEPS: usize = 512;
 
 /// ψ and P of one phase over φ, from φ₊ on.
 #[derive(Debug, Clone)]

@@ -26,6 +26,8 @@ pub struct Chain<'b> {
     heights: usize,
     relabelled: [usize; 2],
     present: RefCell<Present>,
+    /// Why there is no motion.
+    refusal: RefCell<Option<Diagnostic>>,
 }
 
 /// A phase with its functions.
@@ -38,20 +40,18 @@ struct ChainPhase {
 }
 
 /// What the beginning of a phase settled.
+#[derive(Clone)]
 struct Present {
     controller: PhasedProgramController,
     /// Coordinates that the ground holds, m.
     held: Vec<f64>,
     /// Where the search for the surface was last.
     near: Vec<f64>,
-    /// Why there is no motion.
-    refusal: Option<Diagnostic>,
     limited: bool,
 }
 
 /// The robot at a state (φ, φ̇).
 pub(super) struct Motion {
-    pub point: SurfacePoint,
     /// Forces of the ground, N and N m.
     pub forces: Vec<f64>,
     /// φ̈
@@ -95,9 +95,9 @@ impl<'b> Chain<'b> {
                 controller,
                 held: Vec::new(),
                 near: vec![0.0; Model::<f64>::nq(&model)],
-                refusal: None,
                 limited: false,
             }),
+            refusal: RefCell::new(None),
             bench,
             model,
             phases,
@@ -123,7 +123,7 @@ impl<'b> Chain<'b> {
     ///
     /// # Errors
     /// The controller refuses it.
-    pub(super) fn begin(&self, phase: usize, q: &[f64], v: &[f64]) -> Result<[f64; 2], Diagnostic> {
+    pub fn begin(&self, phase: usize, q: &[f64], v: &[f64]) -> Result<[f64; 2], Diagnostic> {
         let of = self.phase(phase)?;
         let present = &mut *self.present.borrow_mut();
         let refused = |refusal: Refusal| Diagnostic::error(format!("phase `{}`: {refusal}", of.spec.name));
@@ -168,7 +168,7 @@ impl<'b> Chain<'b> {
         let mut accelerations = self.call(of.dynamics, &state);
         let forces = accelerations.split_off(v.len().min(accelerations.len()));
         let acceleration = of.surface.phase_acceleration(&self.model, (&point.q, &v), &accelerations);
-        Ok(Motion { point, forces, acceleration, limited })
+        Ok(Motion { forces, acceleration, limited })
     }
 
     /// Keeps the first refusal.
@@ -176,7 +176,7 @@ impl<'b> Chain<'b> {
         match found {
             Ok(found) => Some(found),
             Err(why) => {
-                self.present.borrow_mut().refusal.get_or_insert(why);
+                self.refusal.borrow_mut().get_or_insert(why);
                 None
             }
         }
@@ -184,7 +184,7 @@ impl<'b> Chain<'b> {
 
     /// What was refused since this was last asked.
     pub(super) fn refusal(&self) -> Option<Diagnostic> {
-        self.present.borrow_mut().refusal.take()
+        self.refusal.take()
     }
 
     /// Heights of the contact points, m.
@@ -278,13 +278,7 @@ impl Phased for Chain<'_> {
         })
     }
 
-    fn change(
-        &self,
-        phase: usize,
-        time: f64,
-        x: &mut [f64],
-        _: &mut Vec<f64>,
-    ) -> Result<usize, Violation> {
+    fn change(&self, phase: usize, time: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<usize, Violation> {
         match self.changed(phase, [x[0], x[1]]) {
             Ok((next, state)) => {
                 x.copy_from_slice(&state);
@@ -292,9 +286,17 @@ impl Phased for Chain<'_> {
             }
             Err(why) => {
                 let quantity = why.message.clone();
-                self.present.borrow_mut().refusal.get_or_insert(why);
+                self.refusal.borrow_mut().get_or_insert(why);
                 let phase = self.phases[phase].as_ref().map_or_else(String::new, |of| of.spec.name.clone());
-                Err(Violation { phase, time, quantity, value: x[1], limit: 0.0, unit: "1/s", meaning: "the next phase cannot begin" })
+                Err(Violation {
+                    phase,
+                    time,
+                    quantity,
+                    value: x[1],
+                    limit: 0.0,
+                    unit: "1/s",
+                    meaning: "the next phase cannot begin",
+                })
             }
         }
     }

@@ -1,9 +1,11 @@
 //! One step of several phases, and what its energies say of the next (6.35–6.37).
-use super::{Chain, PhaseEnergy};
+use super::surface::SurfacePoint;
+use super::{Chain, ChainPhase, PhaseEnergy};
 use crate::gait::{Assignment, PhasedBench};
-use bipedc_analysis::simulate::phases::{Ending, End, PhaseSpec, Precision, Start, walk};
+use bipedc_analysis::simulate::phases::{End, Ending, PhaseSpec, Precision, Start, walk};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::magnitude;
+use bipedc_runtime::control::PhaseLayout;
 use bipedc_runtime::{Argument, State};
 use serde::Serialize;
 
@@ -115,7 +117,11 @@ impl Chain<'_> {
         Ok(((speed * speed / psi + 2.0 * potential).sqrt(), phi))
     }
 
-    fn first(&self) -> Result<usize, Diagnostic> {
+    /// Index of the step's first phase in the description.
+    ///
+    /// # Errors
+    /// A function is missing: a fault of the compiler.
+    pub fn first(&self) -> Result<usize, Diagnostic> {
         self.bench.compiled.phase(&self.bench.gait, 0).map(|layout| layout.phase)
     }
 
@@ -138,7 +144,7 @@ impl Chain<'_> {
         };
         let mut now = (self.first()?, self.begin(self.first()?, q, &v)?);
         for _ in 0..self.bench.gait.phases.len() {
-            match self.one_phase(now.0, now.1)? {
+            match self.one_phase(now)? {
                 Ok((phase, next)) => {
                     found.phases.push(phase);
                     now = next;
@@ -153,7 +159,11 @@ impl Chain<'_> {
     }
 
     /// δ, P₋ and the speed of the next step.
-    fn summed(&self, found: &mut ChainStep, (phase, [start, rate]): (usize, [f64; 2])) -> Result<ChainStep, Diagnostic> {
+    fn summed(
+        &self,
+        found: &mut ChainStep,
+        (phase, [start, rate]): (usize, [f64; 2]),
+    ) -> Result<ChainStep, Diagnostic> {
         let (mut delta, mut p_minus) = (1.0, 0.0);
         for phase in &found.phases {
             p_minus += phase.p_minus / delta;
@@ -174,20 +184,151 @@ impl Chain<'_> {
     }
 
     /// A phase to its end, and the beginning of the next; or why it has none.
-    #[allow(clippy::type_complexity, reason = "a phase, then the next with its state")]
     fn one_phase(
         &self,
-        phase: usize,
-        x: [f64; 2],
-    ) -> Result<Result<(ChainedPhase, (usize, [f64; 2])), String>, Diagnostic> {
-        let name = self.phase(phase)?.spec.name.clone();
-        let start = Start { time: 0.0, phase, x: x.to_vec() };
+        (phase, x): Beginning,
+    ) -> Result<Result<(ChainedPhase, Beginning), String>, Diagnostic> {
         let precision = Precision { relative: 1e-11, absolute: 1e-11, ..Precision::default() };
+        let start = Start { time: 0.0, phase, x: x.to_vec() };
         self.present.borrow_mut().limited = false;
-        // The energies belong to this phase: they are found before the next one begins.
-        let mut ended = None;
-        let walked = walk(&Once { chain: self, ended: &mut ended.into() }, start, LONGEST, 1, &precision, &mut |_, _, _| {});
-        let _ = (walked, name, &mut ended);
-        unimplemented!()
+        let own = self.present.borrow().clone();
+        let walked = walk(self, start, LONGEST, 1, &precision, &mut |_, _, _| {});
+        if let Some(refusal) = self.refusal() {
+            return Err(refusal);
+        }
+        let walked = walked?;
+        let Some(change) = walked.changes.first() else {
+            return Ok(Err(match walked.end {
+                End::Violated(found) => format!("in phase `{}` {}", found.phase, found.meaning),
+                _ => format!("phase `{}` does not end within {LONGEST} s", self.phase(phase)?.spec.name),
+            }));
+        };
+        // The energies are those of the phase that has ended.
+        let limited = self.present.borrow().limited;
+        let next = self.present.replace(own);
+        let energy = PhaseEnergy::new(self, phase, [x[0], change.before[0]]);
+        self.present.replace(next);
+        let energy = energy?;
+        let after = [change.after[0], change.after[1]];
+        let eta = after[1] / change.before[1];
+        let found = ChainedPhase {
+            name: self.phase(phase)?.spec.name.clone(),
+            phi_start: x[0],
+            phi_end: change.before[0],
+            speed_start: x[1],
+            speed_end: change.before[1],
+            duration: change.time,
+            nu: eta * eta * energy.psi(),
+            p_minus: energy.p_minus(),
+            limited,
+        };
+        Ok(Ok((found, (change.to, after))))
     }
+
+    /// φ̈ = a + b φ̇² without limits, at φ in the present phase.
+    pub(super) fn law(&self, phase: usize, phi: f64) -> Result<[f64; 2], Diagnostic> {
+        let limits = |kept: [bool; 2]| self.present.borrow_mut().controller.keep_limits(kept);
+        let before = limits([false; 2]);
+        let pair = [0.0, 1.0].map(|rate| self.motion(phase, [phi, rate]));
+        limits(before);
+        let [rest, moving] = pair;
+        let rest = rest?.acceleration;
+        Ok([rest, moving?.acceleration - rest])
+    }
+
+    /// q, and q̇ per φ̇, where a step begins after one that ended as its own formulas say: all phases are followed from end to end without h_p.
+    fn nominal(&self, values: &[f64]) -> Result<[Vec<f64>; 2], Diagnostic> {
+        let mut q = self.bench.posture();
+        let mut direction = Vec::new();
+        for index in 0..self.bench.gait.phases.len() {
+            let layout = self.bench.compiled.phase(&self.bench.gait, index)?;
+            let of = self.phase(layout.phase)?;
+            let point = self.nominal_end(of, (&layout, index == 0), values, &q)?;
+            (q, direction) = (point.q, point.slope);
+            if let Some(impact) = of.impact {
+                let state = State::new().with(Argument::Q, &q).with(Argument::V, &direction);
+                direction = self.call(impact, &state);
+                direction.truncate(q.len());
+            }
+            if of.spec.relabel {
+                [q, direction] = self.relabelled(&q, &direction);
+            }
+        }
+        // Per φ̇ of the phase that begins.
+        let first = self.bench.compiled.phase(&self.bench.gait, 0)?;
+        let state = State::new().with(Argument::Q, &q).with(Argument::V, &direction);
+        let rate = self.call(first.controlled, &state)[1 + first.outputs];
+        direction.iter_mut().for_each(|slope| *slope /= rate);
+        Ok([q, direction])
+    }
+
+    /// The end of a phase that begins at q, without h_p; `first`: q is a guess, and the phase is not followed.
+    fn nominal_end(
+        &self,
+        of: &ChainPhase,
+        (layout, first): (&PhaseLayout, bool),
+        values: &[f64],
+        q: &[f64],
+    ) -> Result<SurfacePoint, Diagnostic> {
+        let mut arguments = vec![0.0; self.bench.compiled.arguments.len()];
+        arguments[3..3 + values.len()].copy_from_slice(values);
+        let end = self.call(layout.end, &State::new().with(Argument::Parameters, &arguments))[0];
+        let mut held = of.surface.held(&self.model, q);
+        if first {
+            of.surface.put_on_the_ground(&mut held);
+        }
+        let still = vec![0.0; q.len()];
+        let state = State::new().with(Argument::Q, q).with(Argument::V, &still);
+        let from = if first { end } else { self.call(layout.controlled, &state)[0] };
+        // A phase has some length, whatever it is: there is no h_p.
+        (arguments[1], arguments[2]) = (if first { end - 1.0 } else { from }, end);
+        let mut at = |part: f64, near: &[f64]| {
+            arguments[0] = from + (end - from) * part;
+            of.surface.at(&self.model, (&arguments, &held), near)
+        };
+        let point = at(0.0, q)?;
+        let Ending::Touch(points) = &of.spec.ending else {
+            let next = |point: SurfacePoint, k: usize| at(k as f64 / LOOKS as f64, &point.q);
+            return (1..=LOOKS).try_fold(point, next);
+        };
+        let height = |q: &[f64]| {
+            let heights = self.heights(q);
+            points.iter().map(|&point| heights[point]).fold(f64::INFINITY, f64::min)
+        };
+        touched(at, point, height)?.ok_or_else(|| {
+            Diagnostic::error(format!("phase `{}` does not come to the ground near its `end`", of.spec.name))
+                .help("`end` is φ where the phase is meant to end: what lands is on the ground there")
+        })
+    }
+}
+
+/// A phase of the description, and φ and φ̇ where it begins.
+type Beginning = (usize, [f64; 2]);
+
+/// Where a height falls through zero on the way from the beginning to a fifth beyond the end; `at` is the surface at a part of that way.
+fn touched(
+    mut at: impl FnMut(f64, &[f64]) -> Result<SurfacePoint, Diagnostic>,
+    mut point: SurfacePoint,
+    height: impl Fn(&[f64]) -> f64,
+) -> Result<Option<SurfacePoint>, Diagnostic> {
+    let part = |k: usize| k as f64 / LOOKS as f64;
+    let mut above = height(&point.q) > 0.0;
+    for k in 1..=LOOKS + LOOKS / 5 {
+        let mut next = at(part(k), &point.q)?;
+        if above && height(&next.q) <= 0.0 {
+            let (mut low, mut high) = (part(k - 1), part(k));
+            for _ in 0..60 {
+                let middle = at(0.5 * (low + high), &point.q)?;
+                if height(&middle.q) > 0.0 {
+                    (low, point) = (0.5 * (low + high), middle);
+                } else {
+                    (high, next) = (0.5 * (low + high), middle);
+                }
+            }
+            return Ok(Some(next));
+        }
+        above = height(&next.q) > 0.0;
+        point = next;
+    }
+    Ok(None)
 }

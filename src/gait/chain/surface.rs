@@ -88,6 +88,13 @@ impl Surface {
         self.held.iter().map(of).collect()
     }
 
+    /// The same heights, but on the ground.
+    pub fn put_on_the_ground(&self, held: &mut [f64]) {
+        for ((_, axis), held) in self.held.iter().zip(held) {
+            *held = if *axis == Axis::Z { 0.0 } else { *held };
+        }
+    }
+
     /// T and T′ for these arguments of the gait, with feet where they are held, looked for from `near`.
     pub fn at(
         &self,
@@ -164,8 +171,11 @@ impl Surface {
         let solved = matrix.full_piv_lu().solve(&DVector::from_column_slice(right));
         let found = solved.filter(|x| x.iter().all(|x| x.is_finite()));
         let singular = || {
-            Diagnostic::error(format!("contacts, outputs and φ of phase `{}` do not fix the joints", self.name))
-                .help("each [[phase.output]] controls something that contacts, the others and φ leave open")
+            Diagnostic::error(format!(
+                "contacts, outputs and φ of phase `{}` do not fix the joints",
+                self.name
+            ))
+            .help("each [[phase.output]] controls something that contacts, the others and φ leave open")
         };
         found.map(|x| x.as_slice().to_vec()).ok_or_else(singular)
     }

@@ -35,13 +35,14 @@ pub struct CompiledPhases {
 }
 
 /// Functions of the model that a step needs.
-const OF_ROBOT: [&str; 6] = [
+const OF_ROBOT: [&str; 7] = [
     "inverse_dynamics",
     "relabelled_configuration",
     "relabelled_velocity",
     "contact_distances",
     "contact_positions",
     "contact_normal_directions",
+    "contact_tangential_directions",
 ];
 
 /// Derives everything that a gait of several phases needs.

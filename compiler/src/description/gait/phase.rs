@@ -80,7 +80,7 @@ pub(super) fn read_phase(
 }
 
 /// Positions of joints, where a search begins.
-fn read_posture(
+pub(super) fn read_posture(
     section: &Section<'_, '_>,
     description: &RobotDescription,
     messages: &mut Messages<'_>,

@@ -1,6 +1,6 @@
 //! Gaits whose step is a sequence of phases (thesis 4.4.2, 6.2.2): feet that stand flat, roll over the toe, land on the heel.
 use super::names::{Allowed, Names};
-use super::phase::{VARIABLE, formula, read_output};
+use super::phase::{VARIABLE, formula, read_output, read_posture};
 use super::read::read_unit;
 use super::{GaitLimits, GaitOutput, GaitParameter};
 use crate::description::model::{ContactPart, Phase, RobotDescription};
@@ -48,6 +48,8 @@ pub struct SupportPhase {
     pub feedforward: Option<Feedforward>,
     /// K_p (1/s²) and K_d (1/s), where the phase has its own.
     pub feedback: Option<[f64; 2]>,
+    /// Joint positions where the search for a posture on the constraints begins, rad or m; those that are missing are 0.
+    pub posture: BTreeMap<String, f64>,
 }
 
 /// Torques over φ: cubic splines (third derivatives go on at the second and at the last but one place), which stay where they are
@@ -60,8 +62,8 @@ pub struct Feedforward {
     pub torques: BTreeMap<String, Vec<f64>>,
 }
 
-const KEYS: [&str; 8] =
-    ["name", "variable", "unit", "impact_matching", "end", "output", "feedforward", "feedback"];
+const KEYS: [&str; 9] =
+    ["name", "variable", "unit", "impact_matching", "end", "output", "feedforward", "feedback", "posture"];
 const END: Allowed = Allowed {
     configuration: false,
     parameters: true,
@@ -165,6 +167,7 @@ fn read_phase(
         end: end?,
         feedforward,
         feedback,
+        posture: read_posture(section, description, messages),
     })
 }
 

@@ -128,6 +128,13 @@ impl<R: Scalar, G: PhasedGait<R>> PhasedController<R, G> {
         Self { grounded: false, ..self }
     }
 
+    /// From now on with or without limits of the drives and of the ground; what was before.
+    pub fn keep_limits(&mut self, [drives, ground]: [bool; 2]) -> [bool; 2] {
+        let before = [self.limited, self.grounded];
+        [self.limited, self.grounded] = [drives, ground];
+        before
+    }
+
     /// The gait.
     pub fn gait(&self) -> &G {
         &self.gait
