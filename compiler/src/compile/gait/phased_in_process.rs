@@ -93,8 +93,7 @@ fn feet(
             moment: place("moment/y"),
             sole: sole.map(|(x, _)| x),
             holds: kept.as_ref().is_none_or(|kept| !kept.is_empty()),
-            level: sole
-                .map(|(_, end)| !kept.as_ref().is_some_and(|kept| kept.iter().any(|name| *name == end))),
+            level: sole.map(|(_, end)| !kept.as_ref().is_some_and(|kept| kept.contains(&end))),
         });
         count += 1;
     }
