@@ -1,13 +1,13 @@
 //! The edges of the pipeline: reading a robot, compiling it, writing its crate.
 use crate::compile::{
-    CompiledGait, CompiledModel, FunctionRequest, Solvable, compile, compile_gait, compile_what_there_is,
-    inertia_help, no_inertia, requested_functions,
+    CompiledGait, CompiledModel, CompiledPhases, FunctionRequest, Solvable, compile, compile_gait,
+    compile_phases, compile_what_there_is, inertia_help, no_inertia, requested_functions,
 };
 use crate::derive::effects::JointLaws;
-use crate::description::gait::{Gait, gait_path, read_gait};
+use crate::description::gait::{AnyGait, Gait, PhasedGait, gait_path, read_any_gait};
 use crate::description::model::{Base, RobotDescription};
 use crate::description::{SourceFiles, mesh_file};
-use crate::emit::{GaitCode, Origin, Package, Runtime, package};
+use crate::emit::{GaitCode, Origin, Package, Runtime, gait_code, package, phases_code};
 use crate::self_check::self_check;
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, line_and_column};
@@ -28,14 +28,43 @@ pub struct Robot {
 /// A gait of a robot with its functions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotGait {
-    /// What the file says.
-    pub gait: Gait,
+    /// What the file says, with its functions.
+    pub derived: DerivedGait,
     /// What is odd about it.
     pub warnings: Vec<Diagnostic>,
-    /// Its functions.
-    pub compiled: CompiledGait,
     /// Where it was read from.
     pub file: PathBuf,
+}
+
+/// A gait with its functions.
+#[derive(Debug, Clone, PartialEq)]
+pub enum DerivedGait {
+    /// A step is one phase on one point.
+    OnePhase(Box<(Gait, CompiledGait)>),
+    /// A step is a sequence of phases.
+    Phased(Box<(PhasedGait, CompiledPhases)>),
+}
+
+impl RobotGait {
+    /// The gait's functions with those of the robot in its world.
+    pub fn model(&self) -> &CompiledModel {
+        match &self.derived {
+            DerivedGait::OnePhase(of) => &of.1.model,
+            DerivedGait::Phased(of) => &of.1.model,
+        }
+    }
+
+    /// As Rust, programs with more instructions than `split_above` in several functions.
+    ///
+    /// # Errors
+    /// A function is missing: a fault of the compiler.
+    pub fn code(&self, split_above: Option<usize>) -> Result<GaitCode, Diagnostic> {
+        let code = match &self.derived {
+            DerivedGait::OnePhase(of) => gait_code(&of.1, &of.0, split_above),
+            DerivedGait::Phased(of) => phases_code(&of.1, &of.0, split_above),
+        };
+        code.map_err(|error| error.or_in_file(&self.file))
+    }
 }
 
 impl Robot {
@@ -218,9 +247,18 @@ impl Robot {
     /// No such gait; everything in the file that has no meaning, with line and column; functions that cannot be derived.
     pub fn gait(&self, name: &str) -> Result<RobotGait, Diagnostics> {
         let file = gait_path(&self.sources, name)?;
-        let (gait, warnings) = read_gait(&file, &self.sources, &self.description)?;
-        let compiled = compile_gait(&self.description, &gait).map_err(|error| error.or_in_file(&file))?;
-        Ok(RobotGait { gait, warnings, compiled, file })
+        let (gait, warnings) = read_any_gait(&file, &self.sources, &self.description)?;
+        let described = &self.description;
+        let derived = match gait {
+            AnyGait::OnePhase(gait) => {
+                compile_gait(described, &gait).map(|made| DerivedGait::OnePhase(Box::new((gait, made))))
+            }
+            AnyGait::Phased(gait) => {
+                compile_phases(described, &gait).map(|made| DerivedGait::Phased(Box::new((gait, made))))
+            }
+        };
+        let derived = derived.map_err(|error| error.or_in_file(&file))?;
+        Ok(RobotGait { derived, warnings, file })
     }
 }
 

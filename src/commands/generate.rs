@@ -8,7 +8,7 @@ use bipedc::Workbench;
 use bipedc::crate_paths::{folder_name, refuse_foreign, runtime_dependency, source_name};
 use bipedc::table::table;
 use bipedc_compiler::compile::{CompiledModel, Function};
-use bipedc_compiler::emit::{GaitCode, Package, gait_code};
+use bipedc_compiler::emit::{GaitCode, Package};
 use bipedc_compiler::robot::RobotGait;
 use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
@@ -77,7 +77,7 @@ impl Generate {
         }
         self.write((&bench, gait.as_ref()), &package, &out)?;
         let bytes: usize = package.files.values().map(String::len).sum();
-        let all = std::iter::once(&compiled).chain(gait.as_ref().map(|gait| &gait.compiled.model));
+        let all = std::iter::once(&compiled).chain(gait.as_ref().map(RobotGait::model));
         let count: usize = all.clone().map(|model| model.functions.len()).sum();
         output::print(&format!(
             "{}\n{}: {count} functions, {} files, {bytes} bytes, {:.2} s\n",
@@ -158,7 +158,7 @@ impl Generate {
 /// A gait as Rust; what is odd about it is said.
 fn emitted(found: &RobotGait) -> Result<GaitCode, Diagnostic> {
     output::diagnostics(&found.warnings);
-    gait_code(&found.compiled, &found.gait, None).map_err(|error| error.or_in_file(&found.file))
+    found.code(None)
 }
 
 fn functions(compiled: &CompiledModel) -> String {

@@ -1,16 +1,20 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
+mod chain;
 mod controller;
 pub mod cycle;
 pub mod map;
 mod over;
+mod phased;
 pub mod plan;
 mod text;
 
 pub use bipedc_analysis::gait::{Assumptions, Reason};
+pub use chain::{Chain, ChainOptions, ChainStep, ChainedPhase, PhaseEnergy};
 pub use controller::ProgramController;
 pub use cycle::{CycleOptions, Cycles};
 pub use map::{GaitMap, MapOptions};
 pub use over::{Over, Range};
+pub use phased::{AnyBench, PhasedBench, PhasedProgramController};
 pub use plan::{PlanOptions, Plans};
 
 use crate::progress::Progress;
@@ -23,6 +27,7 @@ use bipedc_compiler::description::gait::{
 use bipedc_compiler::description::suggest;
 use bipedc_compiler::robot::fnv1a;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::effect::formula::Formula;
 use bipedc_effects::files::Ledger;
 use bipedc_effects::magnitude;
 use serde::{Serialize, Serializer};
@@ -152,9 +157,9 @@ impl GaitBench {
 
     /// Whether φ₊ stands in what is wanted, directly or in a quantity.
     fn depends_on_start(&self) -> bool {
-        let wanted = self.gait.phase.outputs.iter().map(|output| &output.wanted);
-        let mut formulas = wanted.chain(self.gait.quantities.values());
-        formulas.any(|formula| formula.names().iter().any(|name| name == PHASE_START))
+        let wanted = self.gait.phase.outputs.iter().map(|output| output.wanted.names());
+        let mut names = wanted.chain(self.gait.quantities.values().map(Formula::names)).flatten();
+        names.any(|name| name == PHASE_START)
     }
 
     /// One step.
@@ -192,22 +197,7 @@ impl GaitBench {
 
     /// Values with some of them replaced.
     fn with(&self, values: &[f64], assignments: &[Assignment]) -> Result<Vec<f64>, Diagnostics> {
-        let mut values = values.to_vec();
-        let mut wrong = Vec::new();
-        for (name, value) in assignments {
-            let Some(index) = self.index(name) else {
-                wrong.push(self.unknown(name));
-                continue;
-            };
-            if !value.is_finite() || magnitude::refusal(*value).is_some() {
-                let message = format!("`{name}` = {value} is not possible");
-                let help = format!("write a number in {}", self.gait.parameters[index].unit);
-                wrong.push(Diagnostic::error(message).help(help));
-                continue;
-            }
-            values[index] = *value;
-        }
-        if wrong.is_empty() { Ok(values) } else { Err(Diagnostics(wrong)) }
+        replaced((&self.gait.name, &self.gait.parameters), values, assignments)
     }
 
     /// Which parameter has this name.
@@ -216,9 +206,7 @@ impl GaitBench {
     }
 
     fn unknown(&self, name: &str) -> Diagnostic {
-        let names: Vec<&str> = self.gait.parameters.iter().map(|p| p.name.as_str()).collect();
-        let message = format!("the gait `{}` has no parameter `{name}`", self.gait.name);
-        Diagnostic::error(message).help(suggest(name, names, "parameters"))
+        unknown((&self.gait.name, &self.gait.parameters), name)
     }
 
     /// A hash of robot, gait and what is asked of them: equal hashes mean equal answers.
@@ -230,20 +218,55 @@ impl GaitBench {
 
     /// Warnings of parameters beyond their bounds.
     pub(crate) fn beyond(&self, values: &[f64], of: &str) -> Vec<Diagnostic> {
-        let outside = self.gait.parameters.iter().zip(values).filter(|(parameter, value)| {
-            let [low, high] = parameter.bounds;
-            !(low..=high).contains(value)
-        });
-        let warning = |(parameter, value): (&GaitParameter, &f64)| {
-            let GaitParameter { name, unit, bounds: [low, high], .. } = parameter;
-            Diagnostic::warning(format!(
-                "`{name}`{of} = {value} {unit} lies outside its bounds {low} to {high} {unit}"
-            ))
-            .in_file(&self.file)
-            .help("computed all the same")
-        };
-        outside.map(warning).collect()
+        beyond(&self.gait.parameters, values, (of, &self.file))
     }
+}
+
+/// Values of a gait's parameters with some of them replaced.
+fn replaced(
+    (gait, parameters): (&str, &[GaitParameter]),
+    values: &[f64],
+    assignments: &[Assignment],
+) -> Result<Vec<f64>, Diagnostics> {
+    let mut values = values.to_vec();
+    let mut wrong = Vec::new();
+    for (name, value) in assignments {
+        let Some(index) = parameters.iter().position(|parameter| parameter.name == *name) else {
+            wrong.push(unknown((gait, parameters), name));
+            continue;
+        };
+        if !value.is_finite() || magnitude::refusal(*value).is_some() {
+            let message = format!("`{name}` = {value} is not possible");
+            let help = format!("write a number in {}", parameters[index].unit);
+            wrong.push(Diagnostic::error(message).help(help));
+            continue;
+        }
+        values[index] = *value;
+    }
+    if wrong.is_empty() { Ok(values) } else { Err(Diagnostics(wrong)) }
+}
+
+fn unknown((gait, parameters): (&str, &[GaitParameter]), name: &str) -> Diagnostic {
+    let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+    let message = format!("the gait `{gait}` has no parameter `{name}`");
+    Diagnostic::error(message).help(suggest(name, names, "parameters"))
+}
+
+/// Warnings of parameters beyond their bounds.
+fn beyond(parameters: &[GaitParameter], values: &[f64], (of, file): (&str, &Path)) -> Vec<Diagnostic> {
+    let outside = parameters.iter().zip(values).filter(|(parameter, value)| {
+        let [low, high] = parameter.bounds;
+        !(low..=high).contains(value)
+    });
+    let warning = |(parameter, value): (&GaitParameter, &f64)| {
+        let GaitParameter { name, unit, bounds: [low, high], .. } = parameter;
+        Diagnostic::warning(format!(
+            "`{name}`{of} = {value} {unit} lies outside its bounds {low} to {high} {unit}"
+        ))
+        .in_file(file)
+        .help("computed all the same")
+    };
+    outside.map(warning).collect()
 }
 
 impl Serialize for Stepped {

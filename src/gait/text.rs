@@ -5,13 +5,13 @@ use bipedc_analysis::gait::Margins;
 use std::fmt;
 
 /// Six decimals, or that there is no such number.
-fn figure(x: Option<f64>) -> String {
+pub(super) fn figure(x: Option<f64>) -> String {
     // What rounds to zero has no sign.
     let digits = |x: f64| format!("{:.6}", if x.abs() < 5e-7 { 0.0 } else { x });
     x.map_or_else(|| "—".to_owned(), digits)
 }
 
-fn row(name: &str, value: Option<f64>, unit: &str) -> Vec<String> {
+pub(super) fn row(name: &str, value: Option<f64>, unit: &str) -> Vec<String> {
     vec![name.to_owned(), figure(value), unit.to_owned()]
 }
 
@@ -67,7 +67,7 @@ impl Stepped {
 }
 
 /// Names and units to the left, numbers to the right.
-fn columns(head: &[&str], rows: Vec<Vec<String>>) -> String {
+pub(super) fn columns(head: &[&str], rows: Vec<Vec<String>>) -> String {
     let width =
         rows.iter().filter_map(|row| row.get(1)).map(|value| value.chars().count()).max().unwrap_or(0);
     let aligned = rows.into_iter().map(|mut row| {

@@ -1,23 +1,53 @@
 //! Scenarios that walk by a gait: its file, its controller, where the robot begins.
-use super::in_world;
-use crate::gait::{Assignment, GaitBench, ProgramController};
+use super::{in_world, walker};
+use crate::gait::{
+    AnyBench, Assignment, Chain, GaitBench, PhasedBench, PhasedProgramController, ProgramController,
+};
 use crate::progress::Silent;
 use bipedc_analysis::simulate::{GaitControl, Scenario, World};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use std::path::Path;
 
 /// The gait of a scenario.
 #[derive(Debug, Clone)]
 pub(super) struct Walker {
-    bench: GaitBench,
+    bench: AnyBench,
     /// No step has begun.
-    pub controller: ProgramController,
+    pub controller: GaitDriver,
     /// Its parameters.
     values: Vec<f64>,
     /// Steps end where the gait's guard vanishes.
     guarded: bool,
+}
+
+/// The controller of a gait of one phase or of several.
+#[derive(Debug, Clone)]
+pub(super) enum GaitDriver {
+    OnePhase(Box<ProgramController>),
+    Phased(Box<PhasedProgramController>),
+}
+
+impl Controller<f64> for GaitDriver {
+    fn command(
+        &mut self,
+        observed: &Observation<'_, f64>,
+        commands: &mut [JointCommand<f64>],
+    ) -> Result<(), Refusal> {
+        match self {
+            Self::OnePhase(controller) => controller.command(observed, commands),
+            Self::Phased(controller) => controller.command(observed, commands),
+        }
+    }
+
+    fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
+        match self {
+            Self::OnePhase(controller) => controller.begin_phase(observed),
+            Self::Phased(controller) => controller.begin_phase(observed),
+        }
+    }
 }
 
 impl Walker {
@@ -31,42 +61,101 @@ impl Walker {
         // The gait knows how strong gravity is, but not that the ground slopes.
         let level = World { slope: 0.0, ..scenario.world };
         let robot = in_world(robot.clone(), &level);
-        let bench = GaitBench::open(&robot, &control.name, &Silent)
+        let bench = AnyBench::open(&robot, &control.name, &Silent)
             .map_err(|errors| placed(errors, file, control.position))?;
+        match bench {
+            AnyBench::OnePhase(bench) => Self::of_one_phase(*bench, scenario, &control, file).map(Some),
+            AnyBench::Phased(bench) => Self::of_phases(&robot, *bench, scenario, (&control, file)).map(Some),
+        }
+    }
+
+    fn of_one_phase(
+        bench: GaitBench,
+        scenario: &mut Scenario,
+        control: &GaitControl,
+        file: &Path,
+    ) -> Result<Self, Diagnostics> {
         if scenario.world.gravity.is_none() {
             scenario.world.gravity = bench.gait.gravity;
         }
-        let set = known(&bench, &control, file)?;
+        let set = known(|one| bench.values(one).map(|_| ()), control, file)?;
         let values = bench.values(&set)?;
-        let controller = bench.controller(control.feedback, &set)?;
+        let controller = bench.controller(control.feedback.unwrap_or_default(), &set)?;
         let controller = if control.limited { controller } else { controller.unlimited() };
         if let Some((speed, place)) = control.speed {
             let state = bench.beginning(&values, speed);
-            let [q, v] = state.map_err(|error| error.in_file(file).at(place.0, place.1))?;
-            (scenario.initial.q, scenario.initial.v, scenario.initial.clearance) = (q, v, None);
-            scenario.initial.position = place;
-            if let Some(events) = &mut scenario.events {
-                events.given = [true; 2];
-            }
+            begin_at(scenario, state.map_err(|error| error.in_file(file).at(place.0, place.1))?, place);
         }
-        Ok(Some(Self { guarded: control.guarded, bench, controller, values }))
+        let controller = GaitDriver::OnePhase(Box::new(controller));
+        let bench = AnyBench::OnePhase(Box::new(bench));
+        Ok(Self { guarded: control.guarded.is_some(), bench, controller, values })
+    }
+
+    /// Phases end by the events of the description.
+    fn of_phases(
+        robot: &Robot,
+        bench: PhasedBench,
+        scenario: &mut Scenario,
+        (control, file): (&GaitControl, &Path),
+    ) -> Result<Self, Diagnostics> {
+        if let Some((line, column)) = control.guarded {
+            let message = "a gait of several phases has no guard: its phases end by the events of biped.toml";
+            let help = "leave `step_length` out";
+            return Err(Diagnostic::error(message).in_file(file).at(line, column).help(help).into());
+        }
+        if scenario.world.gravity.is_none() {
+            scenario.world.gravity = bench.gait.gravity;
+        }
+        let set = known(|one| bench.values(one).map(|_| ()), control, file)?;
+        let values = bench.values(&set)?;
+        let controller = bench.controller(control.feedback, &set)?;
+        if let Some((speed, place)) = control.speed {
+            let at = |error: Diagnostic| error.in_file(file).at(place.0, place.1);
+            let phases = walker(robot).map_err(at)?.phases;
+            let chain = Chain::new(&bench, &phases, controller.clone()).map_err(at)?;
+            begin_at(scenario, chain.beginning(&values, speed).map_err(at)?, place);
+            scenario.phase = chain.first().map_err(at)?;
+        }
+        let controller = if control.limited { controller } else { controller.unlimited() };
+        let controller = GaitDriver::Phased(Box::new(controller));
+        Ok(Self { guarded: false, bench: AnyBench::Phased(Box::new(bench)), controller, values })
     }
 
     /// Notes the gait's file.
     pub fn note(&self, ledger: &mut Ledger) {
-        self.bench.note(ledger);
+        match &self.bench {
+            AnyBench::OnePhase(bench) => bench.note(ledger),
+            AnyBench::Phased(bench) => bench.note(ledger),
+        }
     }
 
     /// What is odd about the gait's file and about the parameters.
     pub fn warnings(&self) -> Vec<Diagnostic> {
-        self.bench.warnings.iter().cloned().chain(self.bench.beyond(&self.values, "")).collect()
+        let (warnings, beyond) = match &self.bench {
+            AnyBench::OnePhase(bench) => (&bench.warnings, bench.beyond(&self.values, "")),
+            AnyBench::Phased(bench) => (&bench.warnings, bench.beyond(&self.values)),
+        };
+        warnings.iter().cloned().chain(beyond).collect()
     }
 
     /// Positive until a step ends, if the gait's guard ends it.
     pub fn ending(&self) -> Option<impl Fn(&[f64]) -> f64> {
-        let guard = self.guarded.then(|| self.bench.guard(&self.values))?;
-        let negative = self.controller.clone().guard_before().is_some_and(|guard| guard < 0.0);
+        let (AnyBench::OnePhase(bench), GaitDriver::OnePhase(controller)) = (&self.bench, &self.controller)
+        else {
+            return None;
+        };
+        let guard = self.guarded.then(|| bench.guard(&self.values))?;
+        let negative = controller.clone().guard_before().is_some_and(|guard| guard < 0.0);
         Some(move |q: &[f64]| if negative { -guard(q) } else { guard(q) })
+    }
+}
+
+/// A scenario begins in this state; `place` is where that is said.
+fn begin_at(scenario: &mut Scenario, [q, v]: [Vec<f64>; 2], place: (usize, usize)) {
+    (scenario.initial.q, scenario.initial.v, scenario.initial.clearance) = (q, v, None);
+    scenario.initial.position = place;
+    if let Some(events) = &mut scenario.events {
+        events.given = [true; 2];
     }
 }
 
@@ -80,12 +169,16 @@ fn placed(Diagnostics(errors): Diagnostics, file: &Path, (line, column): (usize,
 }
 
 /// The parameters that the scenario sets, each known to the gait.
-fn known(bench: &GaitBench, control: &GaitControl, file: &Path) -> Result<Vec<Assignment>, Diagnostics> {
+fn known(
+    allowed: impl Fn(&[Assignment]) -> Result<(), Diagnostics>,
+    control: &GaitControl,
+    file: &Path,
+) -> Result<Vec<Assignment>, Diagnostics> {
     let (mut found, mut wrong) = (Vec::new(), Vec::new());
     for parameter in &control.parameters {
         let one = [(parameter.name.clone(), parameter.value)];
-        match bench.values(&one) {
-            Ok(_) => found.extend(one),
+        match allowed(&one) {
+            Ok(()) => found.extend(one),
             Err(errors) => wrong.extend(placed(errors, file, parameter.position).0),
         }
     }

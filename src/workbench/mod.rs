@@ -12,7 +12,7 @@ use crate::diagnosis::{self, Diagnosed, Inertial};
 use crate::excitation::{
     self, DesignedMotion, PostureOptions, PostureSet, SeparateOptions, SeparatingMotion,
 };
-use crate::gait::GaitBench;
+use crate::gait::{AnyBench, ChainOptions, ChainStep, GaitBench, PhasedBench};
 use crate::identification::{self, Identified};
 use crate::inventory::{self, Inventory};
 use crate::measurements::Log;
@@ -360,6 +360,23 @@ impl Workbench {
     /// As [`GaitBench::open`].
     pub fn gait(&self, name: &str) -> Result<GaitBench, Diagnostics> {
         GaitBench::open(&self.robot, name, &*self.progress)
+    }
+
+    /// The same of a gait with any number of phases.
+    ///
+    /// # Errors
+    /// As [`AnyBench::open`].
+    pub fn any_gait(&self, name: &str) -> Result<AnyBench, Diagnostics> {
+        AnyBench::open(&self.robot, name, &*self.progress)
+    }
+
+    /// A step of a gait of several phases on its zero dynamics.
+    ///
+    /// # Errors
+    /// As [`PhasedBench::step`]; phases that cannot be derived.
+    pub fn chained_step(&self, gait: &PhasedBench, options: &ChainOptions) -> Result<ChainStep, Diagnostics> {
+        let walker = self.progress.stage("deriving", || simulation::walker(&self.robot))?;
+        gait.step(&walker.phases, options)
     }
 
     /// Designs a motion from which parameters are told well, and writes it.

@@ -73,7 +73,7 @@ fn the_command_line_emits_the_items_in_files() {
 #[test]
 fn a_gait_is_the_same_module_everywhere() {
     let found = robot().gait("thesis").unwrap_or_else(|e| panic!("{e}"));
-    let code = emit::gait_code(&found.compiled, &found.gait, None).unwrap();
+    let code = found.code(None).unwrap();
     let compiled = robot().compile().unwrap();
     let package = robot().package_of(&compiled, Some(&code), "robots/three_link", "version = \"0.1\"");
     let in_file = unpacked(parsed(&package.files["src/gait_thesis.rs"]).items);

@@ -8,5 +8,6 @@ mod allocation;
 mod effects;
 mod gait;
 mod models;
+mod phased_gait;
 mod scalars;
 mod states;

@@ -42,3 +42,8 @@ pub struct FiveLinkWalker;
 #[derive(Biped)]
 #[biped(description = "robots/three_link", functions = ["bias"], gait = "thesis", split_above = 40)]
 pub struct ThreeLinkWalker;
+
+/// With a gait of four phases.
+#[derive(Biped)]
+#[biped(description = "robots/seven_link_v1", functions = ["bias"], gait = "collocated")]
+pub struct SevenLinkWalker;

@@ -8,6 +8,10 @@ mod lie;
 mod maps;
 mod oracle;
 mod page;
+mod phased_chain;
+mod phased_files;
+mod phased_lie;
+mod phased_walks;
 mod plans;
 mod scenarios;
 mod simulated;
@@ -15,7 +19,7 @@ mod status;
 mod walked;
 
 use bipedc::Robot;
-use bipedc::gait::GaitBench;
+use bipedc::gait::{GaitBench, PhasedBench};
 use bipedc::progress::Silent;
 use std::path::Path;
 
@@ -27,6 +31,14 @@ fn robot(folder: &str) -> Robot {
 /// A robot's gait of this name.
 fn gait(folder: &str, name: &str) -> GaitBench {
     GaitBench::open(&robot(folder), name, &Silent).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The robot with feet whose gait has four phases.
+const WALKER: &str = "robots/seven_link_v1";
+
+/// A gait of several phases.
+fn phased(folder: &str, name: &str) -> PhasedBench {
+    PhasedBench::open(&robot(folder), name, &Silent).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The three-link gait with outputs that are no sums of joint angles.

@@ -1,8 +1,12 @@
 //! A robot with a gait: the functions of its zero dynamics and of its controller beside those of the model that a step needs.
 mod controller;
 mod in_process;
+mod phased;
+mod phased_in_process;
 
 pub use in_process::GaitPrograms;
+pub use phased::{CompiledPhases, compile_phases};
+pub use phased_in_process::PhasePrograms;
 
 use super::{CompiledModel, Function, FunctionRequest, Quantity, compile, without_poles};
 use crate::derive::virtual_constraints::{
@@ -17,7 +21,7 @@ use crate::expression::{Expr, Graph, Sym};
 use crate::program::{Operations, Order, lower};
 use crate::tree::{BaseKind, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::Acts;
+use bipedc_effects::effect::{Acts, Effect};
 use bipedc_runtime::Argument;
 
 /// A robot and its gait as programs. Functions of the gait are `virtual_constraints`, `virtual_constraints_jacobian`,
@@ -49,7 +53,7 @@ const OF_ROBOT: [&str; 5] = [
 /// # Errors
 /// A base that is not planar, outputs that do not fix the joints, formulas without a value.
 pub fn compile_gait(description: &RobotDescription, gait: &Gait) -> Result<CompiledGait, Diagnostic> {
-    let description = in_its_world(description, gait);
+    let description = in_its_world(description, (gait.gravity, &gait.effects));
     let tree = Tree::new(&description, &description.base)?;
     if tree.base != BaseKind::Planar {
         return Err(Diagnostic::error("the zero dynamics of a gait are those of a robot in the x-z plane")
@@ -75,12 +79,15 @@ pub fn compile_gait(description: &RobotDescription, gait: &Gait) -> Result<Compi
 
 /// The robot as the gait means it: under its gravity, with the effects that make another body of it. What only sensors or the
 /// log know, and what is between motor and link, is no part of it.
-fn in_its_world(description: &RobotDescription, gait: &Gait) -> RobotDescription {
+fn in_its_world(
+    description: &RobotDescription,
+    (gravity, effects): (Option<f64>, &[Effect]),
+) -> RobotDescription {
     let mut description = description.clone();
-    if let Some(size) = gait.gravity {
+    if let Some(size) = gravity {
         description.gravity = [0.0, 0.0, -size];
     }
-    description.effects.extend_from_slice(&gait.effects);
+    description.effects.extend_from_slice(effects);
     description.effects.retain(|effect| match effect.kind.law.acts() {
         Acts::Body => true,
         Acts::Torque => effect.kind.simulation.is_smooth(),

@@ -12,7 +12,7 @@ mod solvable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry, entry_and_subject};
 pub use families::regressors::parameter_names;
-pub use gait::{CompiledGait, GaitPrograms, compile_gait};
+pub use gait::{CompiledGait, CompiledPhases, GaitPrograms, PhasePrograms, compile_gait, compile_phases};
 pub use in_process::ProgramModel;
 pub use names::{crate_name, distinct, identifier};
 pub use quantity::Quantity;

@@ -26,8 +26,19 @@ pub fn lie_derivatives<'g>(
     constraints: &VirtualConstraints<'g>,
     acceleration: &[Sym<'g>],
 ) -> LieDerivatives<'g> {
+    // Behind x and z of the foot.
+    let residual = &constraints.residual[2..2 + constraints.wanted.len()];
+    along_dynamics(model, (constraints.controlled[0], residual), acceleration)
+}
+
+/// The same of outputs in which φ is an argument; `variable` is φ(q).
+pub fn along_dynamics<'g>(
+    model: &RobotModel<'g, '_>,
+    (variable, outputs): (Sym<'g>, &[Sym<'g>]),
+    acceleration: &[Sym<'g>],
+) -> LieDerivatives<'g> {
     let _work = model.work_on_all("Lie derivatives of the outputs");
-    let outputs = outputs(constraints);
+    let outputs = replaced(outputs, |input| (input == GaitArguments::PHASE).then_some(variable));
     let rates = slopes_along(&outputs, |input| {
         (input.argument == Argument::Q).then(|| model.input(Argument::V, input.index as usize))
     });
@@ -46,16 +57,8 @@ pub fn lie_derivatives<'g>(
     LieDerivatives { outputs, rates, drift, decoupling }
 }
 
-/// h(q): the outputs where the phase is φ(q).
-fn outputs<'g>(constraints: &VirtualConstraints<'g>) -> Vec<Sym<'g>> {
-    let (variable, count) = (constraints.controlled[0], constraints.wanted.len());
-    // Behind x and z of the foot.
-    let outputs = &constraints.residual[2..2 + count];
-    replaced(outputs, |input| (input == GaitArguments::PHASE).then_some(variable))
-}
-
 /// What one N m in this row of τ adds to v̇.
-fn response<'g>(model: &RobotModel<'g, '_>, acceleration: &[Sym<'g>], row: usize) -> Vec<Sym<'g>> {
+pub fn response<'g>(model: &RobotModel<'g, '_>, acceleration: &[Sym<'g>], row: usize) -> Vec<Sym<'g>> {
     let (one, zero) = (model.constant(1.0), model.constant(0.0));
     slopes_along(acceleration, |input| match input.argument {
         Argument::Tau if input.index as usize == row => Some(one),

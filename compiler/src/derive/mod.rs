@@ -14,6 +14,7 @@ pub mod constrained;
 pub mod constraint;
 pub mod contact;
 pub mod coriolis;
+pub mod curve;
 pub mod derivatives;
 pub mod drive;
 pub mod effects;

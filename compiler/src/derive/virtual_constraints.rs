@@ -1,8 +1,11 @@
 //! Virtual constraints of a gait (6.2) with the pinned foot: what q has to satisfy at a phase φ, and where it can be solved
 //! on the graph the map q = T(φ, p) (6.5).
+use super::curve::{bezier, splines};
 use super::frames::{frame_pose, world_poses};
 use super::model::RobotModel;
-use crate::description::gait::{Gait, GaitOutput, GaitPhase, PHASE, PHASE_END, PHASE_START};
+use crate::description::gait::{
+    Curve, Feedforward, Gait, GaitOutput, GaitParameter, GaitPhase, PHASE, PHASE_END, PHASE_START, PhasedGait,
+};
 use crate::expression::{Input, Sloped, Sym, ValuedFormula, replaced, slopes_along};
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -28,6 +31,11 @@ impl GaitArguments {
     /// Of a gait.
     pub fn new(gait: &Gait) -> Self {
         Self { parameters: gait.parameters.len(), outputs: gait.phase.outputs.len() }
+    }
+    /// Of a gait of several phases: room for the outputs of that which has most.
+    pub fn phased(gait: &PhasedGait) -> Self {
+        let outputs = gait.phases.iter().map(|phase| phase.outputs.len()).max().unwrap_or(0);
+        Self { parameters: gait.parameters.len(), outputs }
     }
     /// How many there are.
     pub fn len(self) -> usize {
@@ -97,6 +105,58 @@ impl<'g> Reader<'g, '_> {
     }
 }
 
+/// What formulas of a gait may name, on `model`; `points` are its contact points.
+fn reader<'g, 'a>(
+    model: &RobotModel<'g, '_>,
+    points: &[[Sym<'g>; 2]],
+    (parameters, quantities): (&[GaitParameter], &'a BTreeMap<String, Formula>),
+    arguments: GaitArguments,
+) -> Reader<'g, 'a> {
+    let argument = |index: usize| model.input(Argument::Parameters, index);
+    let mut names = configuration_names(model, points);
+    names.extend([PHASE, PHASE_START, PHASE_END].into_iter().map(str::to_owned).zip((0..3).map(argument)));
+    for (index, parameter) in parameters.iter().enumerate() {
+        names.insert(parameter.name.clone(), argument(arguments.parameter(index)));
+    }
+    Reader { names: RefCell::new(names), quantities, some: model.constant(0.0) }
+}
+
+impl<'g> Reader<'g, '_> {
+    /// h₀ of outputs.
+    fn controlled(&self, outputs: &[GaitOutput]) -> Result<Vec<Sym<'g>>, Diagnostic> {
+        let value = |output: &GaitOutput| self.of(&about(output), &output.controlled);
+        outputs.iter().map(value).collect()
+    }
+
+    /// h_d of outputs.
+    fn wanted(&self, outputs: &[GaitOutput], phase: Sym<'g>) -> Result<Vec<Sym<'g>>, Diagnostic> {
+        let value = |output: &GaitOutput| match &output.wanted {
+            Curve::Formula(formula) => self.of(&about(output), formula),
+            Curve::Bezier { coefficients, over } => Ok(bezier(phase, coefficients, *over)),
+        };
+        outputs.iter().map(value).collect()
+    }
+}
+
+fn about(output: &GaitOutput) -> String {
+    format!("the output `{}`", output.name)
+}
+
+/// h₀ − h_d − h_p by output, as a function of q, φ and the arguments.
+fn residuals<'g>(
+    model: &RobotModel<'g, '_>,
+    arguments: GaitArguments,
+    (controlled, wanted): (&[Sym<'g>], &[Sym<'g>]),
+) -> Vec<Sym<'g>> {
+    let argument = |index: usize| model.input(Argument::Parameters, index);
+    let ends = [0, 1, 2].map(argument);
+    let residual = |(index, (&h0, &hd)): (usize, (&Sym<'g>, &Sym<'g>))| {
+        let [value, slope] = [0, 1].map(|order| argument(arguments.matching(index, order)));
+        h0 - hd - matching(ends, value, slope)
+    };
+    controlled.iter().zip(wanted).enumerate().map(residual).collect()
+}
+
 /// The constraints of a gait on `model`, whose base is planar; `stance` is the index of the contact point that stands.
 ///
 /// # Errors
@@ -107,32 +167,71 @@ pub fn virtual_constraints<'g>(
     stance: usize,
 ) -> Result<VirtualConstraints<'g>, Diagnostic> {
     let arguments = GaitArguments::new(gait);
-    let argument = |index: usize| model.input(Argument::Parameters, index);
+    let phase = model.input(Argument::Parameters, 0);
     let points = points(model);
-    let mut names = configuration_names(model, &points);
-    names.extend([PHASE, PHASE_START, PHASE_END].into_iter().map(str::to_owned).zip((0..3).map(argument)));
-    for (index, parameter) in gait.parameters.iter().enumerate() {
-        names.insert(parameter.name.clone(), argument(arguments.parameter(index)));
-    }
-    let reader =
-        Reader { names: RefCell::new(names), quantities: &gait.quantities, some: model.constant(0.0) };
+    let reader = reader(model, &points, (&gait.parameters, &gait.quantities), arguments);
     let GaitPhase { variable, outputs, guard, .. } = &gait.phase;
     let variable = reader.of("the phase variable", variable)?;
-    let of_outputs = |of: fn(&GaitOutput) -> &Formula| {
-        let value = |output: &GaitOutput| reader.of(&format!("the output `{}`", output.name), of(output));
-        outputs.iter().map(value).collect::<Result<Vec<_>, _>>()
-    };
-    let controlled = of_outputs(|output| &output.controlled)?;
-    let wanted = of_outputs(|output| &output.wanted)?;
+    let controlled = reader.controlled(outputs)?;
+    let wanted = reader.wanted(outputs, phase)?;
     let mut residual = points[stance].to_vec();
-    for (index, (&h0, &hd)) in controlled.iter().zip(&wanted).enumerate() {
-        let [value, slope] = [0, 1].map(|order| argument(arguments.matching(index, order)));
-        residual.push(h0 - hd - matching([argument(0), argument(1), argument(2)], value, slope));
-    }
-    residual.push(variable - argument(0));
+    residual.extend(residuals(model, arguments, (&controlled, &wanted)));
+    residual.push(variable - phase);
     let guard = reader.of("the guard", &guard.formula)?;
     let controlled = std::iter::once(variable).chain(controlled).collect();
     Ok(VirtualConstraints { residual, controlled, wanted, guard, foot: points[stance] })
+}
+
+/// What the formulas of one phase of a gait say, as expressions of q and of the gait's arguments.
+#[derive(Debug, Clone)]
+pub struct PhaseConstraints<'g> {
+    /// φ(q), then h₀(q) by output.
+    pub controlled: Vec<Sym<'g>>,
+    /// h_d by output, without h_p.
+    pub wanted: Vec<Sym<'g>>,
+    /// h by output: with h_p, φ being an argument.
+    pub outputs: Vec<Sym<'g>>,
+    /// φ where h_p has vanished, of the gait parameters.
+    pub end: Sym<'g>,
+    /// Torques by joint that the outputs' own are a least change of, at φ; N m.
+    pub feedforward: Vec<Sym<'g>>,
+}
+
+/// Of a phase of a gait on `model`, whose base is planar.
+///
+/// # Errors
+/// Formulas without a value, such as a division by zero.
+pub fn phase_constraints<'g>(
+    model: &RobotModel<'g, '_>,
+    gait: &PhasedGait,
+    index: usize,
+) -> Result<PhaseConstraints<'g>, Diagnostic> {
+    let arguments = GaitArguments::phased(gait);
+    let phase = model.input(Argument::Parameters, 0);
+    let points = points(model);
+    let reader = reader(model, &points, (&gait.parameters, &gait.quantities), arguments);
+    let of = &gait.phases[index];
+    let variable = reader.of("the phase variable", &of.variable)?;
+    let controlled = reader.controlled(&of.outputs)?;
+    let wanted = reader.wanted(&of.outputs, phase)?;
+    let outputs = residuals(model, arguments, (&controlled, &wanted));
+    let end = reader.of("the end of the phase", &of.end)?;
+    let controlled = std::iter::once(variable).chain(controlled).collect();
+    let feedforward = feedforward(model, of.feedforward.as_ref(), phase);
+    Ok(PhaseConstraints { controlled, wanted, outputs, end, feedforward })
+}
+
+fn feedforward<'g>(model: &RobotModel<'g, '_>, of: Option<&Feedforward>, phase: Sym<'g>) -> Vec<Sym<'g>> {
+    let mut torques = vec![model.constant(0.0); model.tree.joints.len()];
+    let Some(of) = of else { return torques };
+    let values: Vec<&[f64]> = of.torques.values().map(Vec::as_slice).collect();
+    let splines = splines(phase, &of.at, &values).unwrap_or_default();
+    for (name, spline) in of.torques.keys().zip(splines) {
+        if let Some(joint) = model.tree.joints.iter().position(|joint| joint.name == *name) {
+            torques[joint] = spline;
+        }
+    }
+    torques
 }
 
 /// h_p: the cubic that has this value and slope at φ₊ and vanishes with its slope at φ₋ (below 6.2).
@@ -246,7 +345,7 @@ fn not_fixed() -> Diagnostic {
 const SINGULAR: f64 = 1e-10;
 
 /// The inverse of a matrix by rows (Gauss–Jordan with row exchanges), if it has one.
-fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+pub(super) fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
     let n = a.len();
     for (k, row) in a.iter_mut().enumerate() {
         row.extend((0..n).map(|column| f64::from(u8::from(column == k))));

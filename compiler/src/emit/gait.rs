@@ -1,4 +1,8 @@
 //! A gait beside its robot: a module with its functions and with what a controller has to know of them, and an example that walks.
+mod phased;
+
+pub use phased::phases_code;
+
 use super::layout;
 use super::model::{Options, items};
 use super::package::type_name;
@@ -46,7 +50,7 @@ pub fn gait_code(
         found.map_or_else(String::new, |function| function.name.clone())
     };
     let mut text = Text::default();
-    robot(compiled, gait, &type_name, &mut text);
+    robot((&compiled.model.name, &gait.name), (&type_name, "Gait"), &mut text);
     text.lines(&items(&compiled.model, &options));
     text.line("");
     constants(compiled, gait, &layout, &mut text);
@@ -131,12 +135,11 @@ impl GaitCode {
 }
 
 /// The type that stands for the robot with its gait.
-fn robot(compiled: &CompiledGait, gait: &Gait, type_name: &str, text: &mut Text) {
+fn robot((robot, gait): (&str, &str), (type_name, role): (&str, &str), text: &mut Text) {
     text.doc(
         "///",
         &format!(
-            "Robot `{}` with its gait `{}`; implements `bipedc_runtime::Model` and `bipedc_runtime::control::Gait`.",
-            compiled.model.name, gait.name
+            "Robot `{robot}` with its gait `{gait}`; implements `bipedc_runtime::Model` and `bipedc_runtime::control::{role}`."
         ),
     );
     text.line("#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]");
@@ -145,9 +148,19 @@ fn robot(compiled: &CompiledGait, gait: &Gait, type_name: &str, text: &mut Text)
 }
 
 fn documentation(compiled: &CompiledGait, gait: &Gait) -> Vec<String> {
-    let [x, y, z] = compiled.description.gravity;
+    let head = format!(
+        "Gait `{}` of `{}`: virtual constraints, zero dynamics, Lie derivatives.",
+        gait.name, compiled.model.name
+    );
+    let mut all = introduction(head, compiled.description.gravity, &gait.parameters);
+    all.extend(compiled.model.functions.chunk_by(|f, g| f.family == g.family).map(layout::in_the_list));
+    all
+}
+
+/// Paragraphs about a gait, down to the heading of its functions.
+fn introduction(head: String, [x, y, z]: [f64; 3], parameters: &[GaitParameter]) -> Vec<String> {
     let mut all = vec![
-        format!("Gait `{}` of `{}`: virtual constraints, zero dynamics, Lie derivatives.", gait.name, compiled.model.name),
+        head,
         "Functions of the robot stand here again, because a gait has its own world (gravity, bodies). Legs are named by their roles: \
          the one that stands is the one that the phase of the description names, whichever it is."
             .to_owned(),
@@ -159,12 +172,11 @@ fn documentation(compiled: &CompiledGait, gait: &Gait) -> Vec<String> {
     let parameter = |GaitParameter { name, unit, meaning, default, bounds: [low, high] }: &GaitParameter| {
         format!("- `{name}` ({unit}), {default:?} of {low:?} to {high:?}: {meaning}.")
     };
-    all.extend(gait.parameters.iter().map(parameter));
-    if gait.parameters.is_empty() {
+    all.extend(parameters.iter().map(parameter));
+    if parameters.is_empty() {
         all.push("- none.".to_owned());
     }
     all.push("# Functions".to_owned());
-    all.extend(compiled.model.functions.chunk_by(|f, g| f.family == g.family).map(layout::in_the_list));
     all
 }
 
@@ -172,11 +184,11 @@ const RUNTIME: &str = "::bipedc_runtime::control";
 
 /// What a controller has to know.
 fn constants(compiled: &CompiledGait, gait: &Gait, layout: &GaitLayout, text: &mut Text) {
-    let GaitLayout { parameters, outputs, controlled, wanted, lie_derivatives, between, .. } = layout;
+    let GaitLayout { parameters: count, outputs, controlled, wanted, lie_derivatives, between, .. } = layout;
     text.doc("///", "Sizes of the gait, and places of its functions.");
     text.open(&format!("pub const LAYOUT: {RUNTIME}::GaitLayout = {RUNTIME}::GaitLayout {{"));
     for (name, value) in [
-        ("parameters", parameters),
+        ("parameters", count),
         ("outputs", outputs),
         ("controlled", controlled),
         ("wanted", wanted),
@@ -193,22 +205,32 @@ fn constants(compiled: &CompiledGait, gait: &Gait, layout: &GaitLayout, text: &m
         "Length of `parameters`: φ, φ₊, φ₋, gait parameters, value and slope of each output's h_p.",
     );
     text.line("pub const ARGUMENTS: usize = LAYOUT.arguments();");
+    self::parameters(&gait.parameters, text);
+    let posture: Vec<String> = compiled.posture(gait).iter().map(|x| format!("{x:?}")).collect();
+    text.doc("///", "Where an iteration for the constraint surface begins.");
+    text.list("pub const POSTURE: [f64; NQ] = [", &posture, "];");
+    effort_limits(&compiled.effort_limits(), text);
+}
+
+/// The gait parameters.
+fn parameters(parameters: &[GaitParameter], text: &mut Text) {
     text.doc("///", "The gait parameters, in their order.");
     text.open(&format!(
         "pub const PARAMETERS: [{RUNTIME}::GaitParameter<'static>; {}] = [",
-        gait.parameters.len()
+        parameters.len()
     ));
-    for GaitParameter { name, unit, default, bounds, .. } in &gait.parameters {
+    for GaitParameter { name, unit, default, bounds, .. } in parameters {
         let (name, unit) = (quoted(name), quoted(unit));
         text.line(&format!(
             "{RUNTIME}::GaitParameter {{ name: {name}, unit: {unit}, default: {default:?}, bounds: {bounds:?} }},"
         ));
     }
     text.close("];");
-    let posture: Vec<String> = compiled.posture(gait).iter().map(|x| format!("{x:?}")).collect();
-    text.doc("///", "Where an iteration for the constraint surface begins.");
-    text.list("pub const POSTURE: [f64; NQ] = [", &posture, "];");
-    let limits: Vec<String> = compiled.effort_limits().iter().map(|limit| format!("{limit:?}")).collect();
+}
+
+/// Limits of torques.
+fn effort_limits(limits: &[Option<f64>], text: &mut Text) {
+    let limits: Vec<String> = limits.iter().map(|limit| format!("{limit:?}")).collect();
     text.doc("///", "Largest torques of the joints (N m), where the description says one.");
     text.list(&format!("pub const EFFORT_LIMITS: [Option<f64>; {}] = [", limits.len()), &limits, "];");
 }

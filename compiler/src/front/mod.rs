@@ -8,7 +8,7 @@ use crate::compile::{CompiledModel, catalogue, entry_and_subject};
 use crate::description::SourceFiles;
 use crate::description::model::Base;
 use crate::description::source::suggest;
-use crate::emit::{GaitCode, Options, gait_code, items};
+use crate::emit::{GaitCode, Options, items};
 use crate::robot::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use proc_macro2::{Ident, TokenStream};
@@ -46,8 +46,7 @@ impl Request {
     pub(crate) fn gait(&self, robot: &Robot) -> Result<Option<(GaitCode, PathBuf)>, Diagnostics> {
         let Some(name) = &self.gait else { return Ok(None) };
         let found = robot.gait(name)?;
-        let code = gait_code(&found.compiled, &found.gait, self.split_above);
-        let code = code.map_err(|error| Diagnostics(vec![error.or_in_file(&found.file)]))?;
+        let code = found.code(self.split_above).map_err(|error| Diagnostics(vec![error]))?;
         Ok(Some((code, found.file)))
     }
 

@@ -3,7 +3,9 @@ use super::values::assignment;
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc::gait::{Assignment, StepOptions};
+use bipedc::Workbench;
+use bipedc::gait::{AnyBench, Assignment, ChainOptions, PhasedBench, StepOptions};
+use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
 use std::process::ExitCode;
 
@@ -25,6 +27,10 @@ step follows others of its own kind, or one with the parameters of --before.
 Parameters beyond their bounds are computed with a warning. A step that is not possible has a reason, and every number \
 that exists all the same; exit code 0. Margins say how far the next step is from slipping, pulling, scuffing and the torque limits of \
 the URDF; negative ones are violated, but do not make a step infeasible.
+A gait of several phases is followed through all of them, under its own controller; the speed is that at the dead centre of the first. \
+Its JSON: {\"speed\", \"next_speed\" (per s), \"phi_m\", \"delta\", \"p_minus\", \"energy\", \"next_energy\" ((unit of φ/s)²), \"duration\" (s), \"feasible\", \
+\"reason\", \"phases\": [{\"name\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\", \"duration\", \"nu\", \"p_minus\", \"limited\"}]}.
+
 JSON: {\"next_speed\" (per s), \"delta\", \"p_minus\", \"p_max\" ((kg m²/s)²), \"phi_m\", \"limit_speed\" (per s), \"feasible\", \
 \"reason\", \"margins\": {\"friction\", \"pull\" (N), \"zmp\" (m), \"clearance\" (m), \"torque\" (N m), \"impact_friction\", \
 \"impact_pull\" (N s), \"lift_off\" (m/s)}, \"phi_start\", \"phi_end\", \"eta\", \"this_step\": {\"p_minus\", \"p_max\", \"phi_m\"}, \"energy\", \"next_energy\", \"p_error\"}; null: \
@@ -59,7 +65,10 @@ pub struct Step {
 impl Step {
     pub fn run(self) -> Outcome {
         let bench = self.robot.open()?;
-        let gait = bench.gait(&self.gait)?;
+        let gait = match bench.any_gait(&self.gait)? {
+            AnyBench::OnePhase(gait) => gait,
+            AnyBench::Phased(gait) => return self.run_phases(&bench, &gait),
+        };
         output::diagnostics(&gait.warnings);
         let options = StepOptions { speed: self.speed, set: self.set, from: self.from, before: self.before };
         let stepped = gait.step(&options)?;
@@ -68,6 +77,25 @@ impl Step {
             output::print_json(&stepped)?;
         } else {
             output::print(&stepped.to_string())?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// A step of several phases.
+    fn run_phases(self, bench: &Workbench, gait: &PhasedBench) -> Outcome {
+        output::diagnostics(&gait.warnings);
+        if let Some((name, _)) = self.from.first().or(self.before.first()) {
+            let message = format!("`{name}`: a step of several phases follows one of its own kind");
+            let help = "leave --from and --before out; --set says the parameters of both steps";
+            return Err(Diagnostic::error(message).help(help).into());
+        }
+        let options = ChainOptions { speed: self.speed, set: self.set };
+        let found = bench.chained_step(gait, &options)?;
+        output::diagnostics(&gait.beyond(&gait.values(&options.set)?));
+        if self.json {
+            output::print_json(&found)?;
+        } else {
+            output::print(&found.to_string())?;
         }
         Ok(ExitCode::SUCCESS)
     }

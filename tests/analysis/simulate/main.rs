@@ -11,6 +11,7 @@ mod sharing;
 mod soft;
 mod soles;
 mod solver;
+mod torques;
 mod walkers;
 
 /// Random numbers in -1 to 1, the same every time (SplitMix64).

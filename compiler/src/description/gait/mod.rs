@@ -1,11 +1,15 @@
 //! Gaits: virtual constraints of a phase as formulas of a phase variable and of gait parameters (thesis 6.2.1), read from
 //! `gaits/<name>.toml` beside a robot's description. `docs/gaits.md` lists all keys.
+mod curve;
 mod dimension;
 mod names;
 mod phase;
+mod phased;
 mod read;
 
-pub use read::{gait_path, parse_gait, read_gait};
+pub use curve::Curve;
+pub use phased::{Feedforward, PhasedGait, SupportPhase};
+pub use read::{AnyGait, gait_path, parse_any_gait, parse_gait, read_any_gait, read_gait};
 
 use bipedc_effects::effect::Effect;
 use bipedc_effects::effect::formula::Formula;
@@ -81,7 +85,7 @@ pub struct GaitOutput {
     /// h₀(q): what is controlled.
     pub controlled: Formula,
     /// h_d(φ, p): what it is to be.
-    pub wanted: Formula,
+    pub wanted: Curve,
 }
 
 /// The step ends where a formula of q and p vanishes.

@@ -1,4 +1,5 @@
 //! `[[phase]]` of a gait: phase variable, outputs, guard.
+use super::curve::{Curve, read_bezier};
 use super::dimension::{parse_unit, words};
 use super::names::{Allowed, Names};
 use super::read::{range, read_unit};
@@ -9,7 +10,7 @@ use crate::description::source::{Messages, short, suggest};
 use bipedc_effects::effect::formula::Formula;
 use std::collections::BTreeMap;
 
-const VARIABLE: Allowed = Allowed {
+pub(super) const VARIABLE: Allowed = Allowed {
     configuration: true,
     parameters: false,
     phase: false,
@@ -48,8 +49,9 @@ pub(super) fn read_phase(
         return None;
     };
     if let Some(second) = sections.get(1) {
-        let help = "a step of one phase: point feet, one foot on the ground at a time";
-        messages.error(second.at, "gaits of several phases have no zero dynamics here yet", help);
+        let help = "here a step is one phase: point feet, one foot on the ground at a time; `bipedc simulate`, `bipedc \
+                    generate` and `bipedc gait step` take several";
+        messages.error(second.at, "this is a gait of several phases", help);
     }
     section
         .check_keys(&["name", "variable", "unit", "impact_matching", "output", "guard", "posture"], messages);
@@ -78,7 +80,7 @@ pub(super) fn read_phase(
 }
 
 /// Positions of joints, where a search begins.
-fn read_posture(
+pub(super) fn read_posture(
     section: &Section<'_, '_>,
     description: &RobotDescription,
     messages: &mut Messages<'_>,
@@ -172,7 +174,7 @@ fn check_number(
 }
 
 /// A formula of a section with its unit; `unit`: what it must have.
-fn formula<'t>(
+pub(super) fn formula<'t>(
     section: &Section<'t, '_>,
     key: &'static str,
     allowed: Allowed,
@@ -196,7 +198,24 @@ fn formula<'t>(
     Some(formula)
 }
 
-fn read_output(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) -> Option<GaitOutput> {
+/// A formula, or a table with the coefficients of a polynomial.
+fn read_wanted(
+    section: &Section<'_, '_>,
+    unit: Option<&str>,
+    names: &Names,
+    messages: &mut Messages<'_>,
+) -> Option<Curve> {
+    match section.get("wanted").filter(|entry| entry.is_table()) {
+        Some(entry) => read_bezier(&entry.section("wanted".to_owned(), messages)?, messages),
+        None => formula(section, "wanted", WANTED, unit, names, messages).map(Curve::Formula),
+    }
+}
+
+pub(super) fn read_output(
+    section: &Section<'_, '_>,
+    names: &Names,
+    messages: &mut Messages<'_>,
+) -> Option<GaitOutput> {
     section.check_keys(&["name", "unit", "controlled", "wanted"], messages);
     let name = section.string("name", messages).map(|(name, _)| name);
     if name.is_none() && !section.has("name") {
@@ -204,7 +223,7 @@ fn read_output(section: &Section<'_, '_>, names: &Names, messages: &mut Messages
     }
     let unit = read_unit(section, messages);
     let controlled = formula(section, "controlled", CONTROLLED, unit.as_deref(), names, messages);
-    let wanted = formula(section, "wanted", WANTED, unit.as_deref(), names, messages);
+    let wanted = read_wanted(section, unit.as_deref(), names, messages);
     Some(GaitOutput { name: name?, unit: unit?, controlled: controlled?, wanted: wanted? })
 }
 

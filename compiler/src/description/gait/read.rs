@@ -2,6 +2,7 @@
 use super::dimension::parse_unit;
 use super::names::{Names, Of};
 use super::phase::{read_phase, read_phase_unit};
+use super::phased::{PhasedGait, read_phases};
 use super::{Gait, GaitLimits, GaitParameter};
 use crate::description::model::RobotDescription;
 use crate::description::settings::table::{Entry, Section};
@@ -13,6 +14,7 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::formula::Formula;
 use bipedc_effects::effect::{Acts, Effect};
 use bipedc_effects::spelling;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
@@ -56,7 +58,51 @@ pub fn read_gait(
     parse_gait(path, &load_text(path)?, sources, description)
 }
 
+/// A gait of one phase or of several.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AnyGait {
+    /// A step is one phase on one point.
+    OnePhase(Gait),
+    /// A step is a sequence of phases.
+    Phased(PhasedGait),
+}
+
+/// As [`read_gait`], of a gait with any number of phases.
+///
+/// # Errors
+/// Everything that has no meaning, all at once, with line and column.
+pub fn read_any_gait(
+    path: &Path,
+    sources: &SourceFiles,
+    description: &RobotDescription,
+) -> Result<(AnyGait, Vec<Diagnostic>), Diagnostics> {
+    parse_any_gait(path, &load_text(path)?, sources, description)
+}
+
 /// The same from a text; `path` gives the gait's name and serves messages.
+///
+/// # Errors
+/// As [`read_any_gait`].
+pub fn parse_any_gait(
+    path: &Path,
+    text: &str,
+    sources: &SourceFiles,
+    description: &RobotDescription,
+) -> Result<(AnyGait, Vec<Diagnostic>), Diagnostics> {
+    parse(path, text, |name, top, messages| {
+        if top.sections("phase", &mut Messages::new(text, path)).len() < 2 {
+            return read(name, top, sources, description, messages).map(AnyGait::OnePhase);
+        }
+        let (head, phases) = read_with(top, sources, description, messages, |names, messages| {
+            read_phases(top, names, description, messages)
+        })?;
+        let Head { gravity, parameters, quantities, effects, limits } = head;
+        let gait = PhasedGait { name, gravity, parameters, quantities, phases, effects, limits };
+        Some(AnyGait::Phased(gait))
+    })
+}
+
+/// A gait of one phase from a text; `path` gives the gait's name and serves messages.
 ///
 /// # Errors
 /// As [`read_gait`].
@@ -66,6 +112,14 @@ pub fn parse_gait(
     sources: &SourceFiles,
     description: &RobotDescription,
 ) -> Result<(Gait, Vec<Diagnostic>), Diagnostics> {
+    parse(path, text, |name, top, messages| read(name, top, sources, description, messages))
+}
+
+fn parse<G>(
+    path: &Path,
+    text: &str,
+    read: impl FnOnce(String, &Section<'_, '_>, &mut Messages<'_>) -> Option<G>,
+) -> Result<(G, Vec<Diagnostic>), Diagnostics> {
     let mut messages = Messages::new(text, path);
     let (table, errors) = DeTable::parse_recoverable(text);
     for error in &errors {
@@ -75,7 +129,7 @@ pub fn parse_gait(
     }
     let name = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or("gait").to_owned();
     let gait = match errors.is_empty() {
-        true => read(name, &Section::top(table.get_ref()), sources, description, &mut messages),
+        true => read(name, &Section::top(table.get_ref()), &mut messages),
         // After a syntax error the recovered table lacks things.
         false => None,
     };
@@ -93,13 +147,37 @@ fn read(
     description: &RobotDescription,
     messages: &mut Messages<'_>,
 ) -> Option<Gait> {
+    let (head, phase) = read_with(top, sources, description, messages, |names, messages| {
+        read_phase(top, names, description, messages)
+    })?;
+    let Head { gravity, parameters, quantities, effects, limits } = head;
+    Some(Gait { name, gravity, parameters, quantities, phase, effects, limits })
+}
+
+/// What stands beside the phases.
+struct Head {
+    gravity: Option<f64>,
+    parameters: Vec<GaitParameter>,
+    quantities: BTreeMap<String, Formula>,
+    effects: Vec<Effect>,
+    limits: GaitLimits,
+}
+
+/// A whole file; `read_phases` knows what phases there can be.
+fn read_with<P>(
+    top: &Section<'_, '_>,
+    sources: &SourceFiles,
+    description: &RobotDescription,
+    messages: &mut Messages<'_>,
+    read_phases: impl FnOnce(&Names, &mut Messages<'_>) -> Option<P>,
+) -> Option<(Head, P)> {
     top.check_keys(&KEYS, messages);
     let gravity = top.get("gravity").and_then(|entry| positive(&entry, messages));
     let mut names = Names::of_robot(description);
     let parameters = read_parameters(top, &mut names, messages);
     read_phase_unit(top, &mut names, messages);
     read_quantities(top, &mut names, messages);
-    let phase = read_phase(top, &names, description, messages);
+    let phases = read_phases(&names, messages);
     let mut urdf_messages = Messages::new(&sources.urdf_text, &sources.urdf_path);
     let urdf = read_urdf(&sources.urdf_text, &mut urdf_messages);
     let known = Known { robot: urdf.as_ref() };
@@ -109,7 +187,7 @@ fn read(
     if messages.errors() > 0 {
         return None;
     }
-    Some(Gait { name, gravity, parameters, quantities: names.quantities, phase: phase?, effects, limits })
+    Some((Head { gravity, parameters, quantities: names.quantities, effects, limits }, phases?))
 }
 
 /// Effects of a gait make another body: what acts in joints or sensors is no part of zero dynamics.

@@ -206,6 +206,11 @@ impl<'t, 'i> Entry<'t, 'i> {
         Some([low.number(messages)?, high.number(messages)?])
     }
 
+    /// Any number of numbers.
+    pub(in crate::description) fn numbers(&self, messages: &mut Messages<'_>) -> Option<Vec<f64>> {
+        self.items("an array of numbers", messages)?.iter().map(|item| item.number(messages)).collect()
+    }
+
     pub(in crate::description) fn strings(
         &self,
         messages: &mut Messages<'_>,

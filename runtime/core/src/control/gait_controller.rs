@@ -116,17 +116,17 @@ impl<R: Scalar> Room<'_, R> {
     }
 }
 
-fn get<R: Scalar>(of: &[R], index: usize) -> R {
+pub(super) fn get<R: Scalar>(of: &[R], index: usize) -> R {
     of.get(index).copied().unwrap_or(R::constant(0.0))
 }
 
-fn set<R>(into: &mut [R], index: usize, value: R) {
+pub(super) fn set<R>(into: &mut [R], index: usize, value: R) {
     if let Some(element) = into.get_mut(index) {
         *element = value;
     }
 }
 
-fn copy<R: Copy>(from: &[R], to: &mut [R]) {
+pub(super) fn copy<R: Copy>(from: &[R], to: &mut [R]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 

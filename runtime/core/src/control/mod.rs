@@ -1,11 +1,17 @@
 //! What stands between a measured state and the drives, on the robot and in a simulation alike.
 //!
 //! A [`Controller`] is told the state and answers with a [`JointCommand`] for every joint. It neither allocates nor knows who
-//! calls it: a loop on the robot, or one of the simulators. [`GaitController`] is the one that walks by a gait.
+//! calls it: a loop on the robot, or one of the simulators. [`GaitController`] is the one that walks by a gait, [`PhasedController`] that of a gait of
+//! several phases.
 mod elimination;
 mod feedback;
 mod gait;
 mod gait_controller;
+mod ground_limits;
+mod least_change;
+mod phased;
+mod phased_controller;
+mod phased_torques;
 mod step_end;
 mod surface;
 mod zero;
@@ -13,6 +19,10 @@ mod zero;
 pub use feedback::Feedback;
 pub use gait::{Gait, GaitLayout, GaitParameter, StepEnd};
 pub use gait_controller::{GaitController, GaitStatus, PhasePlace};
+pub use ground_limits::Limit;
+pub use phased::{MOST_FEET, MOST_JOINTS, PhaseLayout, PhasedGait, PhasedLayout, StandingFoot};
+pub use phased_controller::{PhasedController, PhasedStatus};
+pub use phased_torques::GaveWay;
 
 use crate::real::Real;
 use core::fmt;

@@ -13,15 +13,15 @@ pub struct GaitControl {
     pub position: (usize, usize),
     /// Gait parameters that are not the gait's own.
     pub parameters: Vec<GaitValue>,
-    /// What makes its outputs vanish.
-    pub feedback: Feedback,
+    /// What makes its outputs vanish, if the scenario says it.
+    pub feedback: Option<Feedback>,
+    /// Line and column of `step_length = "gait"`, if steps end where the gait's guard vanishes, not where a foot touches the ground.
+    pub guarded: Option<(usize, usize)>,
     /// Torques are clamped to the efforts of the URDF.
     pub limited: bool,
     /// The robot begins at the beginning of a step that passes its dead centre at this speed of the phase variable, per s, with line
     /// and column; `None`: where the scenario says.
     pub speed: Option<(f64, (usize, usize))>,
-    /// Steps end where the gait's guard vanishes, not where a foot touches the ground.
-    pub guarded: bool,
 }
 
 /// A gait parameter with its value, SI units.
@@ -63,10 +63,10 @@ impl Reading<'_> {
             name,
             position: self.place(at),
             parameters: self.gait_values(control),
-            feedback: self.feedback(control.feedback.as_ref()),
+            feedback: control.feedback.as_ref().map(|feedback| self.feedback(Some(feedback))),
             limited: control.effort_limits.unwrap_or(true),
             speed: self.mid_stance_speed(file, start),
-            guarded: ends_by_gait(file).is_some(),
+            guarded: ends_by_gait(file).map(|at| self.place(at)),
         })
     }
 

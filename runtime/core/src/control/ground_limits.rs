@@ -1,0 +1,160 @@
+//! Limits that the ground and the drives set to torques, as inequalities aᵀu ≤ b.
+use super::phased::{PhaseLayout, StandingFoot};
+use crate::real::Scalar;
+
+/// What a limit is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// The torque of a joint.
+    Torque(u8),
+    /// A foot, by its place in [`PhaseLayout::feet`], may not pull the ground.
+    Push(u8),
+    /// It may not slip.
+    Friction(u8),
+    /// It may not tip: the centre of pressure stays in the sole (6.42).
+    Edge(u8),
+}
+
+/// Rows to be written one after the other.
+pub(super) struct Writer<'m, R> {
+    pub rows: &'m mut [R],
+    pub bounds: &'m mut [R],
+    pub size: usize,
+    pub count: usize,
+}
+
+impl<R: Scalar> Writer<'_, R> {
+    /// The next row, with its bound.
+    pub fn push(&mut self, bound: R, row: impl Fn(usize) -> R) {
+        let (first, count) = (self.count * self.size, self.count);
+        let Some(place) = self.rows.get_mut(first..first + self.size) else { return };
+        place.iter_mut().enumerate().for_each(|(k, a)| *a = row(k));
+        if let Some(place) = self.bounds.get_mut(count) {
+            *place = bound;
+            self.count += 1;
+        }
+    }
+}
+
+/// A foot whose letting go ends the phase. It keeps the push that torques without regard to its friction would give it, so that it is let go
+/// when it is meant to be; only the force along the ground gives way.
+#[derive(Clone, Copy)]
+pub(super) struct LettingGo<R> {
+    /// Place among the feet of the phase.
+    pub number: usize,
+    force: [usize; 2],
+    push: R,
+    most: R,
+}
+
+/// Forces of the ground as they depend on torques: λ₀ + Λ u.
+#[derive(Clone, Copy)]
+pub(super) struct Forces<'m, R> {
+    /// `lie_derivatives` of the phase, column after column.
+    pub lie: &'m [R],
+    pub layout: &'m PhaseLayout,
+}
+
+impl<R: Scalar> Forces<'_, R> {
+    fn at(&self, force: usize, column: usize) -> R {
+        let height = self.layout.outputs + self.layout.forces;
+        self.lie.get(column * height + self.layout.outputs + force).copied().unwrap_or(R::constant(0.0))
+    }
+
+    /// λ₀ of a force.
+    pub fn free(&self, force: usize) -> R {
+        self.at(force, 2)
+    }
+
+    /// What one N m at a joint adds.
+    pub fn of_torque(&self, force: usize, joint: usize) -> R {
+        self.at(force, 3 + joint)
+    }
+
+    /// `a λ_i + b λ_j ≤ 0`.
+    fn push(&self, writer: &mut Writer<'_, R>, (a, i): (R, usize), (b, j): (R, usize)) {
+        let bound = -(a * self.free(i) + b * self.free(j));
+        writer.push(bound, |joint| a * self.of_torque(i, joint) + b * self.of_torque(j, joint));
+    }
+
+    /// A force at these torques.
+    fn force(&self, force: usize, torques: &[R]) -> R {
+        let of = torques.iter().enumerate();
+        of.fold(self.free(force), |sum, (joint, u)| R::fused(self.of_torque(force, joint), *u, sum))
+    }
+
+    /// The foot that is let go, if it would slip with these torques.
+    pub fn letting_go(&self, friction: Option<f64>, torques: &[R]) -> Option<LettingGo<R>> {
+        let mut feet = self.layout.feet.iter().enumerate();
+        let (number, foot) = feet.find_map(|(k, foot)| Some((k, foot.filter(|foot| !foot.holds)?)))?;
+        let [along, push] = foot.force.map(|force| self.force(force, torques));
+        let most = R::constant(friction?) * push.larger(R::constant(0.0));
+        (along.abs() > most).then_some(LettingGo { number, force: foot.force, push, most })
+    }
+
+    /// The push of a foot that is let go, as an equation.
+    pub fn keep_push(&self, of: &LettingGo<R>, writer: &mut Writer<'_, R>) {
+        let z = of.force[1];
+        writer.push(of.push - self.free(z), |joint| self.of_torque(z, joint));
+    }
+
+    /// Its friction.
+    pub fn keep_from_slipping(&self, of: &LettingGo<R>, writer: &mut Writer<'_, R>) {
+        let x = of.force[0];
+        for sign in [1.0, -1.0].map(R::constant) {
+            writer.push(of.most - sign * self.free(x), |joint| sign * self.of_torque(x, joint));
+        }
+    }
+
+    /// Limits of a foot: push, friction both ways, both edges.
+    fn foot(&self, foot: &StandingFoot, friction: Option<f64>, writer: &mut Writer<'_, R>) {
+        let [x, z] = foot.force;
+        let (one, zero) = (R::constant(1.0), R::constant(0.0));
+        if foot.holds {
+            self.push(writer, (-one, z), (zero, x));
+            if let Some(friction) = friction.map(R::constant) {
+                self.push(writer, (one, x), (-friction, z));
+                self.push(writer, (-one, x), (-friction, z));
+            }
+        }
+        // The centre of pressure is −M/F_z from the middle of the sole.
+        let Some(moment) = foot.moment else { return };
+        let [rear, front] = foot.sole.map(R::constant);
+        if foot.level[0] {
+            self.push(writer, (one, moment), (rear, z));
+        }
+        if foot.level[1] {
+            self.push(writer, (-one, moment), (-front, z));
+        }
+    }
+
+    /// All limits of the ground.
+    pub fn write(&self, friction: Option<f64>, writer: &mut Writer<'_, R>) {
+        for foot in self.layout.feet.iter().flatten() {
+            self.foot(foot, friction, writer);
+        }
+    }
+}
+
+/// Which limit the row with this number behind the torques' is, in the order of [`Forces::write`].
+pub(super) fn of_row(layout: &PhaseLayout, friction: bool, row: usize) -> Option<Limit> {
+    let mut place = 0;
+    for (foot, standing) in layout.feet.iter().enumerate() {
+        let Some(standing) = standing else { continue };
+        let foot = foot as u8;
+        let limits = [
+            (standing.holds, Limit::Push(foot)),
+            (standing.holds && friction, Limit::Friction(foot)),
+            (standing.holds && friction, Limit::Friction(foot)),
+            (standing.moment.is_some() && standing.level[0], Limit::Edge(foot)),
+            (standing.moment.is_some() && standing.level[1], Limit::Edge(foot)),
+        ];
+        for (_, limit) in limits.into_iter().filter(|(written, _)| *written) {
+            if place == row {
+                return Some(limit);
+            }
+            place += 1;
+        }
+    }
+    None
+}

@@ -1,0 +1,396 @@
+//! The least change of torques that meets conditions: the nearest point of a polyhedron, by the dual method of Goldfarb and Idnani (1983),
+//! with bounded work and without a panic.
+//!
+//! Which point that is depends on nothing but the conditions, so that a controller's answer is a function of the state: no search begins
+//! where another one ended.
+use super::phased::MOST_JOINTS;
+use crate::real::Scalar;
+
+/// Most exchanges of a search.
+const EXCHANGES: usize = 200;
+/// Roundings: a row that is this small beside what it was depends on the others.
+const DEPENDENT: f64 = 1e3;
+/// Roundings: a condition is met within so many of what it is made of.
+const MET: f64 = 1e3;
+
+/// Conditions aᵀx = b, then aᵀx ≤ b.
+pub(super) struct Conditions<'m, R> {
+    /// Row after row, each of `size` numbers.
+    pub rows: &'m mut [R],
+    pub bounds: &'m mut [R],
+    pub size: usize,
+    /// So many of them, from the first one on, are equations.
+    pub equations: usize,
+    /// How many there are.
+    pub count: usize,
+}
+
+/// What became of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Search {
+    Found,
+    /// An equation depends on the others.
+    Dependent,
+    /// No point meets them all.
+    Impossible,
+    /// The search was given up.
+    Unfinished,
+}
+
+/// Numbers of a search: `size` × (2 `size` + 4) of them.
+pub(super) struct Room<'m, R> {
+    /// Orthonormal columns that span the active rows.
+    pub basis: &'m mut [R],
+    /// The active rows in that basis: upper triangle, column after column.
+    pub upper: &'m mut [R],
+    /// Multipliers of the active rows.
+    pub multipliers: &'m mut [R],
+    /// How they change.
+    pub change: &'m mut [R],
+    /// The direction of a step.
+    pub step: &'m mut [R],
+    /// A row in the basis.
+    pub along: &'m mut [R],
+}
+
+impl<'m, R> Room<'m, R> {
+    pub fn of(memory: &'m mut [R], size: usize) -> Option<Self> {
+        let (basis, rest) = memory.split_at_mut_checked(size * size)?;
+        let (upper, rest) = rest.split_at_mut_checked(size * size)?;
+        let (multipliers, rest) = rest.split_at_mut_checked(size)?;
+        let (change, rest) = rest.split_at_mut_checked(size)?;
+        let (step, rest) = rest.split_at_mut_checked(size)?;
+        let (along, _) = rest.split_at_mut_checked(size)?;
+        Some(Self { basis, upper, multipliers, change, step, along })
+    }
+}
+
+fn dot<R: Scalar>(a: &[R], b: &[R]) -> R {
+    a.iter().zip(b).fold(R::constant(0.0), |sum, (a, b)| R::fused(*a, *b, sum))
+}
+
+fn get<R: Scalar>(of: &[R], index: usize) -> R {
+    of.get(index).copied().unwrap_or(R::constant(0.0))
+}
+
+fn set<R>(into: &mut [R], index: usize, value: R) {
+    if let Some(element) = into.get_mut(index) {
+        *element = value;
+    }
+}
+
+impl<R: Scalar> Conditions<'_, R> {
+    pub fn row(&self, index: usize) -> &[R] {
+        self.rows.get(index * self.size..(index + 1) * self.size).unwrap_or(&[])
+    }
+
+    /// How far x is beyond a condition, and how large what it is made of is.
+    fn excess(&self, index: usize, x: &[R]) -> (R, R) {
+        let (row, bound) = (self.row(index), get(self.bounds, index));
+        let size = row.iter().zip(x).fold(bound.abs(), |sum, (a, x)| sum + (*a * *x).abs());
+        (dot(row, x) - bound, size)
+    }
+
+    /// Makes every row a unit vector; a row of zeros stays one.
+    pub fn normalise(&mut self) {
+        for index in 0..self.count {
+            let length = dot(self.row(index), self.row(index)).sqrt();
+            let factor = R::constant(1.0) / length;
+            if factor.is_finite() {
+                let row = self.rows.get_mut(index * self.size..(index + 1) * self.size).unwrap_or(&mut []);
+                row.iter_mut().for_each(|a| *a = *a * factor);
+                set(self.bounds, index, get(self.bounds, index) * factor);
+            }
+        }
+    }
+}
+
+/// The conditions that hold with equality, in the order in which they became so.
+pub(super) struct Active {
+    indices: [u16; MOST_JOINTS],
+    count: usize,
+}
+
+impl Active {
+    pub fn new() -> Self {
+        Self { indices: [0; MOST_JOINTS], count: 0 }
+    }
+
+    /// The conditions.
+    pub fn all(&self) -> impl Iterator<Item = usize> + '_ {
+        self.indices.iter().take(self.count).map(|&index| usize::from(index))
+    }
+
+    fn holds(&self, index: usize) -> bool {
+        self.all().any(|other| other == index)
+    }
+
+    fn push(&mut self, index: usize) {
+        set(&mut self.indices, self.count, index as u16);
+        self.count += 1;
+    }
+
+    fn remove(&mut self, place: usize) {
+        for k in place + 1..self.count {
+            let next = self.indices.get(k).copied().unwrap_or(0);
+            set(&mut self.indices, k - 1, next);
+        }
+        self.count = self.count.saturating_sub(1);
+    }
+}
+
+/// Moves x to the nearest point that meets the conditions, whose rows are unit vectors.
+pub(super) fn nearest<R: Scalar>(
+    conditions: &Conditions<'_, R>,
+    x: &mut [R],
+    room: &mut Room<'_, R>,
+    active: &mut Active,
+) -> Search {
+    if x.len() > MOST_JOINTS || conditions.size != x.len() {
+        return Search::Impossible;
+    }
+    *active = Active::new();
+    let one = R::constant(1.0);
+    for index in 0..conditions.equations {
+        let excess = conditions.excess(index, x).0;
+        let Some(reach) = room.direct(conditions.row(index), active.count) else { return Search::Dependent };
+        let length = -excess / reach;
+        x.iter_mut().zip(room.step.iter()).for_each(|(x, step)| *x = R::fused(length, *step, *x));
+        // Equations have multipliers of any sign, which nobody asks for.
+        room.enter(active.count);
+        active.push(index);
+    }
+    for _ in 0..EXCHANGES {
+        let Some(index) = worst(conditions, x, active) else { return Search::Found };
+        let mut own = R::constant(0.0);
+        loop {
+            let excess = conditions.excess(index, x).0;
+            let reach = room.direct(conditions.row(index), active.count);
+            room.solve(active.count);
+            let first = room.first_to_leave(active.count, conditions.equations);
+            // Along −step the excess falls by `reach` per unit.
+            let whole = reach.map(|reach| excess / reach);
+            let (length, leaves) = match (whole, first) {
+                (None, None) => return Search::Impossible,
+                (Some(whole), None) => (whole, None),
+                (Some(whole), Some((_, at))) if whole <= at => (whole, None),
+                (_, Some((place, at))) => (at, Some(place)),
+            };
+            if whole.is_some() {
+                x.iter_mut().zip(room.step.iter()).for_each(|(x, step)| *x = R::fused(-length, *step, *x));
+            }
+            let changes = room.multipliers.iter_mut().zip(room.change.iter());
+            changes.take(active.count).for_each(|(u, change)| *u = R::fused(-length, *change, *u));
+            own = R::fused(length, one, own);
+            let Some(place) = leaves else {
+                room.enter(active.count);
+                set(room.multipliers, active.count, own);
+                active.push(index);
+                break;
+            };
+            room.leave(conditions, active, place);
+        }
+    }
+    Search::Unfinished
+}
+
+/// The inequality that is violated most.
+fn worst<R: Scalar>(conditions: &Conditions<'_, R>, x: &[R], active: &Active) -> Option<usize> {
+    let met = R::constant(MET * R::EPSILON);
+    let mut found: Option<(usize, R)> = None;
+    for index in (conditions.equations..conditions.count).filter(|&index| !active.holds(index)) {
+        let (excess, size) = conditions.excess(index, x);
+        if excess > met * size && found.is_none_or(|(_, most)| excess > most) {
+            found = Some((index, excess));
+        }
+    }
+    found.map(|(index, _)| index)
+}
+
+impl<R: Scalar> Room<'_, R> {
+    fn column(&self, k: usize) -> &[R] {
+        let size = self.step.len();
+        self.basis.get(k * size..(k + 1) * size).unwrap_or(&[])
+    }
+
+    /// The part of a row that is across all active ones into `step`, its coordinates in the basis into `along`; how much of the row
+    /// that is (its square), if it is more than rounding.
+    fn direct(&mut self, row: &[R], count: usize) -> Option<R> {
+        self.step.iter_mut().zip(row).for_each(|(step, a)| *step = *a);
+        self.along.fill(R::constant(0.0));
+        let whole = dot(row, row);
+        // Twice is enough (Kahan).
+        for _ in 0..2 {
+            for k in 0..count {
+                let part = dot(self.column(k), self.step);
+                set(self.along, k, get(self.along, k) + part);
+                for i in 0..self.step.len() {
+                    let rest = R::fused(-part, get(self.column(k), i), get(self.step, i));
+                    set(self.step, i, rest);
+                }
+            }
+        }
+        let reach = dot(self.step, self.step);
+        let least = R::constant(DEPENDENT * R::EPSILON);
+        let independent =
+            count < self.step.len() && reach > least * least * whole && reach > R::constant(0.0);
+        if !independent {
+            self.step.fill(R::constant(0.0));
+        }
+        independent.then_some(reach)
+    }
+
+    /// How multipliers of the active rows change with that of the row in `along`: R⁻¹ `along` into `change`.
+    fn solve(&mut self, count: usize) {
+        let size = self.step.len();
+        for k in (0..count).rev() {
+            let mut sum = get(self.along, k);
+            for j in k + 1..count {
+                sum = R::fused(-get(self.upper, j * size + k), get(self.change, j), sum);
+            }
+            let value = sum / get(self.upper, k * size + k);
+            set(self.change, k, value);
+        }
+    }
+
+    /// Which active inequality's multiplier is the first to vanish, and after how long a step.
+    fn first_to_leave(&self, count: usize, equations: usize) -> Option<(usize, R)> {
+        let mut found: Option<(usize, R)> = None;
+        for place in equations..count {
+            let change = get(self.change, place);
+            if change > R::constant(0.0) {
+                let at = get(self.multipliers, place).larger(R::constant(0.0)) / change;
+                if found.is_none_or(|(_, least)| at < least) {
+                    found = Some((place, at));
+                }
+            }
+        }
+        found
+    }
+
+    /// The row of the last [`Room::direct`] becomes the `count`-th active one.
+    fn enter(&mut self, count: usize) {
+        let size = self.step.len();
+        let length = dot(self.step, self.step).sqrt();
+        for k in 0..count {
+            set(self.upper, count * size + k, get(self.along, k));
+        }
+        set(self.upper, count * size + count, length);
+        for i in 0..size {
+            set(self.basis, count * size + i, get(self.step, i) / length);
+        }
+        set(self.multipliers, count, R::constant(0.0));
+    }
+
+    /// An active row leaves; those behind it enter again.
+    fn leave(&mut self, conditions: &Conditions<'_, R>, active: &mut Active, place: usize) {
+        active.remove(place);
+        for k in place..active.count {
+            let next = get(self.multipliers, k + 1);
+            let index = active.indices.get(k).map_or(0, |&index| usize::from(index));
+            // Independent before, so still.
+            self.direct(conditions.row(index), k);
+            self.enter(k);
+            set(self.multipliers, k, next);
+        }
+    }
+}
+
+/// How much more a violated equation weighs than a change of torques, once not all conditions can be met: squares of N m.
+const WEIGHT: f64 = 1e4;
+
+/// The nearest point where inequalities are met and equations as well as they can be: the least of |x − x₀|² + 10⁴ |A x − b|². Rows are
+/// unit vectors; inequalities are changed. `factor` has size² numbers, `centre` and `point` size.
+pub(super) fn nearest_compromise<R: Scalar>(
+    conditions: Conditions<'_, R>,
+    x: &mut [R],
+    (factor, centre, point): (&mut [R], &mut [R], &mut [R]),
+    room: &mut Room<'_, R>,
+    active: &mut Active,
+) -> Search {
+    let Conditions { rows, bounds, size, equations, count } = conditions;
+    let weight = R::constant(WEIGHT);
+    let (one, zero) = (R::constant(1.0), R::constant(0.0));
+    let Some((equal, rows)) = rows.split_at_mut_checked(equations * size) else { return Search::Impossible };
+    let Some((goals, bounds)) = bounds.split_at_mut_checked(equations) else { return Search::Impossible };
+    // H = 1 + 10⁴ AᵀA, and what pulls away from x₀.
+    factor.fill(zero);
+    for k in 0..size {
+        set(factor, k * size + k, one);
+    }
+    point.fill(zero);
+    for (row, goal) in equal.chunks_exact(size.max(1)).zip(goals.iter()) {
+        let miss = *goal - dot(row, x);
+        for (k, a) in row.iter().enumerate() {
+            set(point, k, R::fused(weight * *a, miss, get(point, k)));
+            for (j, b) in row.iter().enumerate() {
+                set(factor, j * size + k, R::fused(weight * *a, *b, get(factor, j * size + k)));
+            }
+        }
+    }
+    if !decompose(factor, size) {
+        return Search::Impossible;
+    }
+    forward(factor, point);
+    backward(factor, point);
+    centre.iter_mut().zip(x.iter().zip(point.iter())).for_each(|(c, (x, change))| *c = *x + *change);
+    for (row, bound) in rows.chunks_exact_mut(size.max(1)).zip(bounds.iter_mut()) {
+        *bound = *bound - dot(row, centre);
+        forward(factor, row);
+    }
+    let mut changed = Conditions { rows, bounds, size, equations: 0, count: count.saturating_sub(equations) };
+    changed.normalise();
+    point.fill(zero);
+    let found = nearest(&changed, point, room, active);
+    backward(factor, point);
+    x.iter_mut().zip(centre.iter().zip(point.iter())).for_each(|(x, (c, change))| *x = *c + *change);
+    found
+}
+
+/// L of a symmetric positive definite matrix, in its lower triangle, column after column; `false`: it is none.
+fn decompose<R: Scalar>(a: &mut [R], size: usize) -> bool {
+    for k in 0..size {
+        let mut pivot = get(a, k * size + k);
+        for j in 0..k {
+            let x = get(a, j * size + k);
+            pivot = R::fused(-x, x, pivot);
+        }
+        let root = pivot.sqrt();
+        if !(root > R::constant(0.0) && root.is_finite()) {
+            return false;
+        }
+        set(a, k * size + k, root);
+        for i in k + 1..size {
+            let mut sum = get(a, k * size + i);
+            for j in 0..k {
+                sum = R::fused(-get(a, j * size + i), get(a, j * size + k), sum);
+            }
+            set(a, k * size + i, sum / root);
+        }
+    }
+    true
+}
+
+/// L⁻¹ b into b.
+fn forward<R: Scalar>(factor: &[R], b: &mut [R]) {
+    let size = b.len();
+    for k in 0..size {
+        let mut sum = get(b, k);
+        for j in 0..k {
+            sum = R::fused(-get(factor, j * size + k), get(b, j), sum);
+        }
+        set(b, k, sum / get(factor, k * size + k));
+    }
+}
+
+/// L⁻ᵀ b into b.
+fn backward<R: Scalar>(factor: &[R], b: &mut [R]) {
+    let size = b.len();
+    for k in (0..size).rev() {
+        let mut sum = get(b, k);
+        for j in k + 1..size {
+            sum = R::fused(-get(factor, k * size + j), get(b, j), sum);
+        }
+        set(b, k, sum / get(factor, k * size + k));
+    }
+}

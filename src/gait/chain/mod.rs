@@ -1,0 +1,303 @@
+//! Steps of several phases on their zero dynamics (6.31–6.37): two numbers, φ and φ̇, that know the whole robot.
+mod energy;
+mod step;
+mod surface;
+mod text;
+
+pub use energy::PhaseEnergy;
+pub use step::{ChainOptions, ChainStep, ChainedPhase};
+
+use super::{PhasedBench, PhasedProgramController};
+use bipedc_analysis::simulate::phases::{Ending, PhaseSpec, Phased, Violation};
+use bipedc_compiler::compile::ProgramModel;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::control::{Controller, JointCommand, MOST_FEET, Observation, Refusal, StandingFoot};
+use bipedc_runtime::{Argument, Model, State};
+use std::cell::RefCell;
+use surface::{Surface, SurfacePoint};
+
+/// A robot on the constraint surfaces of its phases, under its controller. Its state is φ and φ̇; where the robot is follows from them,
+/// and from where its feet stand and what h_p takes up since the phase began.
+pub struct Chain<'b> {
+    bench: &'b PhasedBench,
+    model: ProgramModel,
+    /// By phase of the description.
+    phases: Vec<Option<ChainPhase>>,
+    heights: usize,
+    relabelled: [usize; 2],
+    present: RefCell<Present>,
+    /// Why there is no motion.
+    refusal: RefCell<Option<Diagnostic>>,
+}
+
+/// A phase with its functions.
+struct ChainPhase {
+    spec: PhaseSpec,
+    surface: Surface,
+    dynamics: usize,
+    impact: Option<usize>,
+    feet: [Option<StandingFoot>; MOST_FEET],
+}
+
+/// What the beginning of a phase settled.
+#[derive(Clone)]
+struct Present {
+    controller: PhasedProgramController,
+    /// Coordinates that the ground holds, m.
+    held: Vec<f64>,
+    /// Where the search for the surface was last.
+    near: Vec<f64>,
+    limited: bool,
+}
+
+/// The robot at a state (φ, φ̇).
+pub(super) struct Motion {
+    /// Forces of the ground, N and N m.
+    pub forces: Vec<f64>,
+    /// φ̈
+    pub acceleration: f64,
+    /// Torques were held to a limit.
+    pub limited: bool,
+}
+
+impl<'b> Chain<'b> {
+    /// `specs` are the phases of the robot's description with their endings.
+    ///
+    /// # Errors
+    /// A function is missing: a fault of the compiler.
+    pub fn new(
+        bench: &'b PhasedBench,
+        specs: &[PhaseSpec],
+        controller: PhasedProgramController,
+    ) -> Result<Self, Diagnostic> {
+        let model = ProgramModel::new(bench.compiled.model.clone());
+        let need = |name: &str| {
+            let missing = || Diagnostic::error(format!("the gait has no function `{name}`"));
+            Model::<f64>::function(&model, name).ok_or_else(missing)
+        };
+        let mut phases: Vec<Option<ChainPhase>> = specs.iter().map(|_| None).collect();
+        for index in 0..bench.gait.phases.len() {
+            let layout = bench.compiled.phase(&bench.gait, index)?;
+            let spec = specs.get(layout.phase).cloned();
+            let spec = spec.ok_or_else(|| Diagnostic::error("the robot lacks a phase of the gait"))?;
+            phases[layout.phase] = Some(ChainPhase {
+                surface: Surface::new(&model, bench, index, &spec.standing)?,
+                dynamics: need(&spec.dynamics)?,
+                impact: spec.impact.as_ref().map(|impact| need(&impact.map)).transpose()?,
+                feet: layout.feet,
+                spec,
+            });
+        }
+        Ok(Self {
+            heights: need("contact_distances")?,
+            relabelled: [need("relabelled_configuration")?, need("relabelled_velocity")?],
+            present: RefCell::new(Present {
+                controller,
+                held: Vec::new(),
+                near: vec![0.0; Model::<f64>::nq(&model)],
+                limited: false,
+            }),
+            refusal: RefCell::new(None),
+            bench,
+            model,
+            phases,
+        })
+    }
+
+    fn phase(&self, phase: usize) -> Result<&ChainPhase, Diagnostic> {
+        let found = self.phases.get(phase).and_then(Option::as_ref);
+        found.ok_or_else(|| Diagnostic::error("the step leaves the phases of the gait"))
+    }
+
+    fn call(&self, function: usize, state: &State<'_, f64>) -> Vec<f64> {
+        let size = Model::<f64>::signature(&self.model, function).map_or(0, |s| s.rows * s.columns);
+        let mut out = vec![0.0; size];
+        // Lengths come from the model itself; a refusal would be a fault of ours, seen in the numbers.
+        if self.model.evaluate(function, state, &mut out).is_err() {
+            out.fill(f64::NAN);
+        }
+        out
+    }
+
+    /// A phase begins in this state of the whole robot: φ and φ̇ there.
+    ///
+    /// # Errors
+    /// The controller refuses it.
+    pub fn begin(&self, phase: usize, q: &[f64], v: &[f64]) -> Result<[f64; 2], Diagnostic> {
+        let of = self.phase(phase)?;
+        let present = &mut *self.present.borrow_mut();
+        let refused = |refusal: Refusal| Diagnostic::error(format!("phase `{}`: {refusal}", of.spec.name));
+        present.controller.begin(phase, q, v).map_err(refused)?;
+        present.held = of.surface.held(&self.model, q);
+        present.near = q.to_vec();
+        let status = present.controller.status();
+        Ok([status.phase, status.rate])
+    }
+
+    /// T and T′ at φ in the present phase.
+    fn point(&self, phase: usize, phi: f64) -> Result<SurfacePoint, Diagnostic> {
+        let of = self.phase(phase)?;
+        let present = &mut *self.present.borrow_mut();
+        let mut arguments = present.controller.arguments().to_vec();
+        let end = present.controller.status().ends[1];
+        arguments[0] = phi;
+        if phi > end {
+            let matching = 3 + self.bench.gait.parameters.len();
+            arguments[matching..].fill(0.0);
+        }
+        let found = of.surface.at(&self.model, (&arguments, &present.held), &present.near)?;
+        present.near.clone_from(&found.q);
+        Ok(found)
+    }
+
+    /// The whole motion at φ and φ̇ in the present phase.
+    pub(super) fn motion(&self, phase: usize, [phi, rate]: [f64; 2]) -> Result<Motion, Diagnostic> {
+        let of = self.phase(phase)?;
+        let point = self.point(phase, phi)?;
+        let v: Vec<f64> = point.slope.iter().map(|slope| slope * rate).collect();
+        let present = &mut *self.present.borrow_mut();
+        let mut commands = vec![JointCommand::Off; Model::<f64>::joints(&self.model)];
+        let observed = Observation::new(0.0, phase, &point.q, &v);
+        let refused = |refusal: Refusal| Diagnostic::error(format!("phase `{}`: {refusal}", of.spec.name));
+        present.controller.command(&observed, &mut commands).map_err(refused)?;
+        let limited = present.controller.status().limits > 0;
+        let mut tau = vec![0.0; v.len()];
+        let first = v.len() - commands.len();
+        tau[first..].iter_mut().zip(&commands).for_each(|(tau, command)| *tau = command.torque(0.0, 0.0));
+        let state = State::new().with(Argument::Q, &point.q).with(Argument::V, &v).with(Argument::Tau, &tau);
+        let mut accelerations = self.call(of.dynamics, &state);
+        let forces = accelerations.split_off(v.len().min(accelerations.len()));
+        let acceleration = of.surface.phase_acceleration(&self.model, (&point.q, &v), &accelerations);
+        Ok(Motion { forces, acceleration, limited })
+    }
+
+    /// Keeps the first refusal.
+    fn heard<T>(&self, found: Result<T, Diagnostic>) -> Option<T> {
+        match found {
+            Ok(found) => Some(found),
+            Err(why) => {
+                self.refusal.borrow_mut().get_or_insert(why);
+                None
+            }
+        }
+    }
+
+    /// What was refused since this was last asked.
+    pub(super) fn refusal(&self) -> Option<Diagnostic> {
+        self.refusal.take()
+    }
+
+    /// Heights of the contact points, m.
+    pub(super) fn heights(&self, q: &[f64]) -> Vec<f64> {
+        self.call(self.heights, &State::new().with(Argument::Q, q))
+    }
+
+    /// Legs exchanged.
+    fn relabelled(&self, q: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
+        let [configuration, velocity] = self.relabelled;
+        [
+            self.call(configuration, &State::new().with(Argument::Q, q)),
+            self.call(velocity, &State::new().with(Argument::V, v)),
+        ]
+    }
+
+    fn guarded(&self, phase: usize, x: [f64; 2]) -> Result<f64, Diagnostic> {
+        let of = self.phase(phase)?;
+        match &of.spec.ending {
+            Ending::Never => Ok(f64::INFINITY),
+            Ending::Touch(points) => {
+                let heights = self.heights(&self.point(phase, x[0])?.q);
+                Ok(points.iter().map(|&point| heights[point]).fold(f64::INFINITY, f64::min))
+            }
+            Ending::Release(_) | Ending::Tip(..) => Ok(of.ending_force(&self.motion(phase, x)?.forces)),
+        }
+    }
+
+    fn changed(&self, phase: usize, x: [f64; 2]) -> Result<(usize, [f64; 2]), Diagnostic> {
+        let of = self.phase(phase)?;
+        let point = self.point(phase, x[0])?;
+        let mut v: Vec<f64> = point.slope.iter().map(|slope| slope * x[1]).collect();
+        let mut q = point.q;
+        if let Some(impact) = of.impact {
+            let size = v.len();
+            v = self.call(impact, &State::new().with(Argument::Q, &q).with(Argument::V, &v));
+            v.truncate(size);
+        }
+        if of.spec.relabel {
+            [q, v] = self.relabelled(&q, &v);
+        }
+        Ok((of.spec.next, self.begin(of.spec.next, &q, &v)?))
+    }
+}
+
+impl ChainPhase {
+    /// Positive until the foot whose force ends the phase is let go or tips.
+    fn ending_force(&self, forces: &[f64]) -> f64 {
+        for foot in self.feet.iter().flatten() {
+            let push = forces[foot.force[1]];
+            if !foot.holds {
+                return push;
+            }
+            let Some(moment) = foot.moment else { continue };
+            let pressure = -forces[moment] / push;
+            let [rear, front] = foot.sole;
+            match foot.level {
+                [true, true] => {}
+                [false, _] => return pressure - rear,
+                [_, false] => return front - pressure,
+            }
+        }
+        f64::INFINITY
+    }
+}
+
+impl Phased for Chain<'_> {
+    fn derivative(&self, phase: usize, _: f64, x: &[f64], out: &mut [f64]) {
+        let found = self.heard(self.motion(phase, [x[0], x[1]]));
+        out[0] = x[1];
+        out[1] = found.map_or(f64::NAN, |motion| motion.acceleration);
+    }
+
+    fn guard(&self, phase: usize, _: f64, x: &[f64]) -> f64 {
+        self.heard(self.guarded(phase, [x[0], x[1]])).unwrap_or(f64::NAN)
+    }
+
+    fn violation(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
+        if self.heard(self.motion(phase, [x[0], x[1]])).is_some_and(|motion| motion.limited) {
+            self.present.borrow_mut().limited = true;
+        }
+        let spec = &self.phase(phase).ok()?.spec;
+        (x[1] <= 0.0).then(|| Violation {
+            phase: spec.name.clone(),
+            time,
+            quantity: "rate of the phase variable".to_owned(),
+            value: x[1],
+            limit: 0.0,
+            unit: "1/s",
+            meaning: "the step falls back",
+        })
+    }
+
+    fn change(&self, phase: usize, time: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<usize, Violation> {
+        match self.changed(phase, [x[0], x[1]]) {
+            Ok((next, state)) => {
+                x.copy_from_slice(&state);
+                Ok(next)
+            }
+            Err(why) => {
+                let quantity = why.message.clone();
+                self.refusal.borrow_mut().get_or_insert(why);
+                let phase = self.phases[phase].as_ref().map_or_else(String::new, |of| of.spec.name.clone());
+                Err(Violation {
+                    phase,
+                    time,
+                    quantity,
+                    value: x[1],
+                    limit: 0.0,
+                    unit: "1/s",
+                    meaning: "the next phase cannot begin",
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,334 @@
+//! One step of several phases, and what its energies say of the next (6.35–6.37).
+use super::surface::SurfacePoint;
+use super::{Chain, ChainPhase, PhaseEnergy};
+use crate::gait::{Assignment, PhasedBench};
+use bipedc_analysis::simulate::phases::{End, Ending, PhaseSpec, Precision, Start, walk};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::magnitude;
+use bipedc_runtime::control::PhaseLayout;
+use bipedc_runtime::{Argument, State};
+use serde::Serialize;
+
+/// A step that takes longer than this does not come to its end, s.
+const LONGEST: f64 = 20.0;
+/// Places at which the end of a phase is looked for.
+const LOOKS: usize = 60;
+
+/// What step is asked for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ChainOptions {
+    /// Speed φ̇_m at the dead centre of the first phase, per s.
+    pub speed: f64,
+    /// Parameters that are not the gait's own.
+    pub set: Vec<Assignment>,
+}
+
+/// A phase of a step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChainedPhase {
+    /// As the gait calls it.
+    pub name: String,
+    /// φ₊
+    pub phi_start: f64,
+    /// φ₋
+    pub phi_end: f64,
+    /// φ̇₊, per s.
+    pub speed_start: f64,
+    /// φ̇₋, per s.
+    pub speed_end: f64,
+    /// s
+    pub duration: f64,
+    /// ν = K₊ of the next phase over K₋ of this one (6.35).
+    pub nu: f64,
+    /// P₋, (unit of φ/s)².
+    pub p_minus: f64,
+    /// Torques were held to a limit on the way: what (6.32) says of ν and P₋ holds without.
+    pub limited: bool,
+}
+
+/// A step with what comes of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChainStep {
+    /// φ̇_m of this step, per s.
+    pub speed: f64,
+    /// φ̇_m of the next step, per s; none if it is not passed.
+    pub next_speed: Option<f64>,
+    /// φ_m
+    pub phi_m: f64,
+    /// δ of the step: product of all ν (6.37).
+    pub delta: Option<f64>,
+    /// P₋ of the step (6.37), (unit of φ/s)².
+    pub p_minus: Option<f64>,
+    /// E = φ̇₊²/2 where the step begins, (unit of φ/s)².
+    pub energy: f64,
+    /// The same of the next step.
+    pub next_energy: Option<f64>,
+    /// s
+    pub duration: Option<f64>,
+    /// Whether all phases come to their ends and the next step passes its dead centre.
+    pub feasible: bool,
+    /// Why not.
+    pub reason: Option<String>,
+    /// In order.
+    pub phases: Vec<ChainedPhase>,
+    /// Unit of φ.
+    #[serde(skip)]
+    pub unit: String,
+}
+
+impl PhasedBench {
+    /// A step that follows one which ended as its own formulas say, and passes the dead centre of its first phase at a speed; `specs`
+    /// are the phases of the robot's description.
+    ///
+    /// # Errors
+    /// Parameters that the gait does not have, numbers that are none; no posture at the beginning of the step.
+    pub fn step(&self, specs: &[PhaseSpec], options: &ChainOptions) -> Result<ChainStep, Diagnostics> {
+        let speed = options.speed;
+        if !(speed > 0.0 && speed <= magnitude::LARGEST) {
+            let help = "write the speed at mid-stance, above 0, in the unit of the phase variable per second";
+            return Err(Diagnostic::error(format!("a speed of {speed} is not possible")).help(help).into());
+        }
+        let values = self.values(&options.set)?;
+        let chain = Chain::new(self, specs, self.controller(None, &options.set)?)
+            .map_err(|error| error.or_in_file(&self.file))?;
+        let found = chain.nominal(&values).and_then(|[q, direction]| chain.step((&q, &direction), speed));
+        Ok(found.map_err(|error| error.or_in_file(&self.file))?)
+    }
+}
+
+impl Chain<'_> {
+    /// q and q̇ (of a step's whole robot, at this φ̇_m) where a step begins that follows one which ended as its own formulas say.
+    ///
+    /// # Errors
+    /// There is no such posture.
+    pub fn beginning(&self, values: &[f64], speed: f64) -> Result<[Vec<f64>; 2], Diagnostic> {
+        let [q, direction] = self.nominal(values)?;
+        let rate = self.first_rate((&q, &direction), speed)?.0;
+        Ok([q, direction.iter().map(|slope| slope * rate).collect()])
+    }
+
+    /// φ̇₊ of the step that begins at q along a direction (per φ̇) and passes its dead centre at a speed; and φ_m.
+    fn first_rate(&self, (q, direction): (&[f64], &[f64]), speed: f64) -> Result<(f64, f64), Diagnostic> {
+        let first = self.first()?;
+        let [start, _] = self.begin(first, q, direction)?;
+        let end = self.present.borrow().controller.status().ends[1];
+        let [phi, psi, potential] = PhaseEnergy::new(self, first, [start, end])?.dead_centre();
+        // φ̇² = ψ (φ̇₊² − 2 P)
+        Ok(((speed * speed / psi + 2.0 * potential).sqrt(), phi))
+    }
+
+    /// Index of the step's first phase in the description.
+    ///
+    /// # Errors
+    /// A function is missing: a fault of the compiler.
+    pub fn first(&self) -> Result<usize, Diagnostic> {
+        self.bench.compiled.phase(&self.bench.gait, 0).map(|layout| layout.phase)
+    }
+
+    fn step(&self, (q, direction): (&[f64], &[f64]), speed: f64) -> Result<ChainStep, Diagnostic> {
+        let (rate, phi_m) = self.first_rate((q, direction), speed)?;
+        let v: Vec<f64> = direction.iter().map(|slope| slope * rate).collect();
+        let mut found = ChainStep {
+            speed,
+            next_speed: None,
+            phi_m,
+            delta: None,
+            p_minus: None,
+            energy: 0.5 * rate * rate,
+            next_energy: None,
+            duration: None,
+            feasible: false,
+            reason: None,
+            phases: Vec::new(),
+            unit: self.bench.gait.phases[0].unit.clone(),
+        };
+        let mut now = (self.first()?, self.begin(self.first()?, q, &v)?);
+        for _ in 0..self.bench.gait.phases.len() {
+            match self.one_phase(now)? {
+                Ok((phase, next)) => {
+                    found.phases.push(phase);
+                    now = next;
+                }
+                Err(why) => {
+                    found.reason = Some(why);
+                    return Ok(found);
+                }
+            }
+        }
+        self.summed(&mut found, now)
+    }
+
+    /// δ, P₋ and the speed of the next step.
+    fn summed(
+        &self,
+        found: &mut ChainStep,
+        (phase, [start, rate]): (usize, [f64; 2]),
+    ) -> Result<ChainStep, Diagnostic> {
+        let (mut delta, mut p_minus) = (1.0, 0.0);
+        for phase in &found.phases {
+            p_minus += phase.p_minus / delta;
+            delta *= phase.nu;
+        }
+        (found.delta, found.p_minus) = (Some(delta), Some(p_minus));
+        found.next_energy = Some(0.5 * rate * rate);
+        found.duration = Some(found.phases.iter().map(|phase| phase.duration).sum());
+        let end = self.present.borrow().controller.status().ends[1];
+        let [_, psi, potential] = PhaseEnergy::new(self, phase, [start, end])?.dead_centre();
+        let square = psi * (rate * rate - 2.0 * potential);
+        if square > 0.0 {
+            (found.next_speed, found.feasible) = (Some(square.sqrt()), true);
+        } else {
+            found.reason = Some("the next step falls back before its dead centre".to_owned());
+        }
+        Ok(found.clone())
+    }
+
+    /// A phase to its end, and the beginning of the next; or why it has none.
+    fn one_phase(
+        &self,
+        (phase, x): Beginning,
+    ) -> Result<Result<(ChainedPhase, Beginning), String>, Diagnostic> {
+        let precision = Precision { relative: 1e-11, absolute: 1e-11, ..Precision::default() };
+        let start = Start { time: 0.0, phase, x: x.to_vec() };
+        self.present.borrow_mut().limited = false;
+        let own = self.present.borrow().clone();
+        let walked = walk(self, start, LONGEST, 1, &precision, &mut |_, _, _| {});
+        if let Some(refusal) = self.refusal() {
+            return Err(refusal);
+        }
+        let walked = walked?;
+        let Some(change) = walked.changes.first() else {
+            return Ok(Err(match walked.end {
+                End::Violated(found) => format!("in phase `{}` {}", found.phase, found.meaning),
+                _ => format!("phase `{}` does not end within {LONGEST} s", self.phase(phase)?.spec.name),
+            }));
+        };
+        // The energies are those of the phase that has ended.
+        let limited = self.present.borrow().limited;
+        let next = self.present.replace(own);
+        let energy = PhaseEnergy::new(self, phase, [x[0], change.before[0]]);
+        self.present.replace(next);
+        let energy = energy?;
+        let after = [change.after[0], change.after[1]];
+        let eta = after[1] / change.before[1];
+        let found = ChainedPhase {
+            name: self.phase(phase)?.spec.name.clone(),
+            phi_start: x[0],
+            phi_end: change.before[0],
+            speed_start: x[1],
+            speed_end: change.before[1],
+            duration: change.time,
+            nu: eta * eta * energy.psi(),
+            p_minus: energy.p_minus(),
+            limited,
+        };
+        Ok(Ok((found, (change.to, after))))
+    }
+
+    /// φ̈ = a + b φ̇² without limits, at φ in the present phase.
+    pub(super) fn law(&self, phase: usize, phi: f64) -> Result<[f64; 2], Diagnostic> {
+        let limits = |kept: [bool; 2]| self.present.borrow_mut().controller.keep_limits(kept);
+        let before = limits([false; 2]);
+        let pair = [0.0, 1.0].map(|rate| self.motion(phase, [phi, rate]));
+        limits(before);
+        let [rest, moving] = pair;
+        let rest = rest?.acceleration;
+        Ok([rest, moving?.acceleration - rest])
+    }
+
+    /// q, and q̇ per φ̇, where a step begins after one that ended as its own formulas say: all phases are followed from end to end without h_p.
+    fn nominal(&self, values: &[f64]) -> Result<[Vec<f64>; 2], Diagnostic> {
+        let mut q = self.bench.posture();
+        let mut direction = Vec::new();
+        for index in 0..self.bench.gait.phases.len() {
+            let layout = self.bench.compiled.phase(&self.bench.gait, index)?;
+            let of = self.phase(layout.phase)?;
+            let point = self.nominal_end(of, (&layout, index == 0), values, &q)?;
+            (q, direction) = (point.q, point.slope);
+            if let Some(impact) = of.impact {
+                let state = State::new().with(Argument::Q, &q).with(Argument::V, &direction);
+                direction = self.call(impact, &state);
+                direction.truncate(q.len());
+            }
+            if of.spec.relabel {
+                [q, direction] = self.relabelled(&q, &direction);
+            }
+        }
+        // Per φ̇ of the phase that begins.
+        let first = self.bench.compiled.phase(&self.bench.gait, 0)?;
+        let state = State::new().with(Argument::Q, &q).with(Argument::V, &direction);
+        let rate = self.call(first.controlled, &state)[1 + first.outputs];
+        direction.iter_mut().for_each(|slope| *slope /= rate);
+        Ok([q, direction])
+    }
+
+    /// The end of a phase that begins at q, without h_p; `first`: q is a guess, and the phase is not followed.
+    fn nominal_end(
+        &self,
+        of: &ChainPhase,
+        (layout, first): (&PhaseLayout, bool),
+        values: &[f64],
+        q: &[f64],
+    ) -> Result<SurfacePoint, Diagnostic> {
+        let mut arguments = vec![0.0; self.bench.compiled.arguments.len()];
+        arguments[3..3 + values.len()].copy_from_slice(values);
+        let end = self.call(layout.end, &State::new().with(Argument::Parameters, &arguments))[0];
+        let mut held = of.surface.held(&self.model, q);
+        if first {
+            of.surface.put_on_the_ground(&mut held);
+        }
+        let still = vec![0.0; q.len()];
+        let state = State::new().with(Argument::Q, q).with(Argument::V, &still);
+        let from = if first { end } else { self.call(layout.controlled, &state)[0] };
+        // A phase has some length, whatever it is: there is no h_p.
+        (arguments[1], arguments[2]) = (if first { end - 1.0 } else { from }, end);
+        let mut at = |part: f64, near: &[f64]| {
+            arguments[0] = from + (end - from) * part;
+            of.surface.at(&self.model, (&arguments, &held), near)
+        };
+        let point = at(0.0, q)?;
+        let Ending::Touch(points) = &of.spec.ending else {
+            let next = |point: SurfacePoint, k: usize| at(k as f64 / LOOKS as f64, &point.q);
+            return (1..=LOOKS).try_fold(point, next);
+        };
+        let height = |q: &[f64]| {
+            let heights = self.heights(q);
+            points.iter().map(|&point| heights[point]).fold(f64::INFINITY, f64::min)
+        };
+        touched(at, point, height)?.ok_or_else(|| {
+            Diagnostic::error(format!("phase `{}` does not come to the ground near its `end`", of.spec.name))
+                .help("`end` is φ where the phase is meant to end: what lands is on the ground there")
+        })
+    }
+}
+
+/// A phase of the description, and φ and φ̇ where it begins.
+type Beginning = (usize, [f64; 2]);
+
+/// Where a height falls through zero on the way from the beginning to a fifth beyond the end; `at` is the surface at a part of that way.
+fn touched(
+    mut at: impl FnMut(f64, &[f64]) -> Result<SurfacePoint, Diagnostic>,
+    mut point: SurfacePoint,
+    height: impl Fn(&[f64]) -> f64,
+) -> Result<Option<SurfacePoint>, Diagnostic> {
+    let part = |k: usize| k as f64 / LOOKS as f64;
+    let mut above = height(&point.q) > 0.0;
+    for k in 1..=LOOKS + LOOKS / 5 {
+        let mut next = at(part(k), &point.q)?;
+        if above && height(&next.q) <= 0.0 {
+            let (mut low, mut high) = (part(k - 1), part(k));
+            for _ in 0..60 {
+                let middle = at(0.5 * (low + high), &point.q)?;
+                if height(&middle.q) > 0.0 {
+                    (low, point) = (0.5 * (low + high), middle);
+                } else {
+                    (high, next) = (0.5 * (low + high), middle);
+                }
+            }
+            return Ok(Some(next));
+        }
+        above = height(&next.q) > 0.0;
+        point = next;
+    }
+    Ok(None)
+}

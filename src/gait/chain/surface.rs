@@ -1,0 +1,192 @@
+//! The constraint surface of a phase with feet that stand: q = T(φ) where the ground holds what it held when the phase began (6.30).
+use crate::gait::PhasedBench;
+use bipedc_compiler::compile::ProgramModel;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::{Argument, Model, State};
+use nalgebra::{DMatrix, DVector};
+
+/// Iterations after which there is no solution nearby.
+const ITERATIONS: usize = 40;
+/// Residuals (m, rad) of a solution.
+const SOLVED: f64 = 1e-12;
+
+/// A point of the surface.
+pub struct SurfacePoint {
+    /// T
+    pub q: Vec<f64>,
+    /// T′, per unit of φ.
+    pub slope: Vec<f64>,
+}
+
+/// Functions of a phase that fix q.
+pub(super) struct Surface {
+    constraints: usize,
+    jacobian: usize,
+    slope: usize,
+    curvature: usize,
+    /// Contact points that are held, along x and z.
+    held: Vec<(usize, Axis)>,
+    positions: usize,
+    heights: usize,
+    along: usize,
+    normals: usize,
+    name: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Axis {
+    X,
+    Z,
+}
+
+impl Surface {
+    /// Of a phase of the gait; `standing` are the contact points that stand.
+    pub fn new(
+        model: &ProgramModel,
+        bench: &PhasedBench,
+        index: usize,
+        standing: &[usize],
+    ) -> Result<Self, Diagnostic> {
+        let phase = &bench.gait.phases[index].name;
+        let need = |family: &str, of: Option<&str>| {
+            let functions = &bench.compiled.model.functions;
+            let found = functions.iter().position(|f| f.family == family && f.subject.as_deref() == of);
+            found.ok_or_else(|| Diagnostic::error(format!("the gait has no function `{family}`")))
+        };
+        let own = |family: &str| need(family, Some(phase));
+        let points = &model.compiled().tree.points;
+        let foot = |point: usize| points.get(point).map_or("", |p| p.name.split('/').next().unwrap_or(""));
+        let mut held: Vec<(usize, Axis)> = Vec::new();
+        for &point in standing {
+            let others = standing.iter().filter(|&&other| foot(other) == foot(point));
+            match others.take_while(|&&other| other != point).count() {
+                0 => held.extend([(point, Axis::X), (point, Axis::Z)]),
+                // A second point of a foot keeps it from turning, more say nothing new.
+                1 => held.push((point, Axis::Z)),
+                _ => {}
+            }
+        }
+        Ok(Self {
+            constraints: own("virtual_constraints")?,
+            jacobian: own("virtual_constraints_jacobian")?,
+            slope: own("virtual_constraints_slope")?,
+            curvature: own("virtual_constraints_curvature")?,
+            held,
+            positions: need("contact_positions", None)?,
+            heights: need("contact_distances", None)?,
+            along: need("contact_tangential_directions", None)?,
+            normals: need("contact_normal_directions", None)?,
+            name: phase.clone(),
+        })
+    }
+
+    /// Coordinates that the ground holds at q, m.
+    pub fn held(&self, model: &ProgramModel, q: &[f64]) -> Vec<f64> {
+        let state = State::new().with(Argument::Q, q);
+        let (x, z) = (call(model, self.positions, &state), call(model, self.heights, &state));
+        let of = |&(point, axis): &(usize, Axis)| if axis == Axis::X { x[point] } else { z[point] };
+        self.held.iter().map(of).collect()
+    }
+
+    /// The same heights, but on the ground.
+    pub fn put_on_the_ground(&self, held: &mut [f64]) {
+        for ((_, axis), held) in self.held.iter().zip(held) {
+            *held = if *axis == Axis::Z { 0.0 } else { *held };
+        }
+    }
+
+    /// T and T′ for these arguments of the gait, with feet where they are held, looked for from `near`.
+    pub fn at(
+        &self,
+        model: &ProgramModel,
+        (arguments, held): (&[f64], &[f64]),
+        near: &[f64],
+    ) -> Result<SurfacePoint, Diagnostic> {
+        let residual = |q: &[f64]| {
+            let state = State::new().with(Argument::Q, q).with(Argument::Parameters, arguments);
+            let mut found: Vec<f64> =
+                self.held(model, q).iter().zip(held).map(|(now, held)| now - held).collect();
+            found.extend(call(model, self.constraints, &state));
+            let size = found.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+            (if found.iter().any(|x| x.is_nan()) { f64::INFINITY } else { size }, found)
+        };
+        let mut q = near.to_vec();
+        let (mut size, mut values) = residual(&q);
+        for _ in 0..ITERATIONS {
+            let step = self.solve(model, (&q, arguments), &values)?;
+            let mut scale = 1.0;
+            let (next, found) = loop {
+                let next: Vec<f64> = q.iter().zip(&step).map(|(q, d)| q - scale * d).collect();
+                let found = residual(&next);
+                if found.0 < size || scale < 1e-3 {
+                    break (next, found);
+                }
+                scale *= 0.5;
+            };
+            if found.0 >= size {
+                break;
+            }
+            (q, (size, values)) = (next, found);
+        }
+        if size > SOLVED {
+            let message = format!("phase `{}` has no posture at φ = {:.6}", self.name, arguments[0]);
+            return Err(Diagnostic::error(message).help("outputs and contacts contradict each other there"));
+        }
+        let state = State::new().with(Argument::Q, &q).with(Argument::Parameters, arguments);
+        let mut right = vec![0.0; self.held.len()];
+        right.extend(call(model, self.slope, &state).iter().map(|slope| -slope));
+        let slope = self.solve(model, (&q, arguments), &right)?;
+        Ok(SurfacePoint { q, slope })
+    }
+
+    /// φ̈ of an acceleration.
+    pub fn phase_acceleration(&self, model: &ProgramModel, (q, v): (&[f64], &[f64]), a: &[f64]) -> f64 {
+        let arguments = vec![0.0; Model::<f64>::argument_length(model, Argument::Parameters)];
+        let state = State::new().with(Argument::Q, q).with(Argument::V, v);
+        let state = state.with(Argument::Parameters, &arguments);
+        let columns = call(model, self.jacobian, &state);
+        let rows = columns.len() / q.len();
+        let curvature = call(model, self.curvature, &state).last().copied().unwrap_or(f64::NAN);
+        columns.chunks_exact(rows).zip(a).map(|(column, a)| column[rows - 1] * a).sum::<f64>() + curvature
+    }
+
+    /// J x = b for the Jacobian of all constraints.
+    fn solve(
+        &self,
+        model: &ProgramModel,
+        (q, arguments): (&[f64], &[f64]),
+        right: &[f64],
+    ) -> Result<Vec<f64>, Diagnostic> {
+        let n = q.len();
+        let state = State::new().with(Argument::Q, q).with(Argument::Parameters, arguments);
+        let (along, normals) = (call(model, self.along, &state), call(model, self.normals, &state));
+        let columns = call(model, self.jacobian, &state);
+        let own = columns.len() / n;
+        let entry = |row: usize, column: usize| match self.held.get(row) {
+            Some(&(point, Axis::X)) => along[point * n + column],
+            Some(&(point, Axis::Z)) => normals[point * n + column],
+            None => columns[column * own + row - self.held.len()],
+        };
+        let matrix = DMatrix::from_fn(n, n, entry);
+        let solved = matrix.full_piv_lu().solve(&DVector::from_column_slice(right));
+        let found = solved.filter(|x| x.iter().all(|x| x.is_finite()));
+        let singular = || {
+            Diagnostic::error(format!(
+                "contacts, outputs and φ of phase `{}` do not fix the joints",
+                self.name
+            ))
+            .help("each [[phase.output]] controls something that contacts, the others and φ leave open")
+        };
+        found.map(|x| x.as_slice().to_vec()).ok_or_else(singular)
+    }
+}
+
+fn call(model: &ProgramModel, function: usize, state: &State<'_, f64>) -> Vec<f64> {
+    let size = Model::<f64>::signature(model, function).map_or(0, |s| s.rows * s.columns);
+    let mut out = vec![0.0; size];
+    // Lengths come from the model itself; a refusal would be a fault of ours, seen in the numbers.
+    if model.evaluate(function, state, &mut out).is_err() {
+        out.fill(f64::NAN);
+    }
+    out
+}

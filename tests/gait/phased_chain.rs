@@ -1,0 +1,118 @@
+//! Zero dynamics of several phases: two numbers, φ and φ̇, against the whole robot under the same controller, and against their energies.
+use super::{WALKER, phased, relative, robot};
+use crate::cli::bipedc;
+use bipedc::gait::{Chain, ChainOptions, PhasedBench, PhasedProgramController};
+use bipedc::simulation::{Walker, walker};
+use bipedc_analysis::simulate::phases::{Assumptions, End, PhasedRobot, Precision, Start, Walk, walk};
+use bipedc_runtime::{Argument, Model, State};
+
+const PRECISION: Precision =
+    Precision { relative: 1e-11, absolute: 1e-11, largest_step: 0.02, largest_look: 0.01 };
+
+/// Ten steps of the whole robot.
+fn whole(walker: &Walker, controller: PhasedProgramController, [q, v]: &[Vec<f64>; 2]) -> Walk {
+    let Walker { model, phases, feet, base } = walker;
+    let assumptions = Assumptions { friction: f64::INFINITY, ..Assumptions::default() };
+    let robot = PhasedRobot::new(model, *base, feet, phases.clone(), assumptions, controller).unwrap();
+    robot.begin_phase(0, 0.0, &[q.clone(), v.clone()].concat());
+    let start = Start { time: 0.0, phase: 0, x: [q.clone(), v.clone()].concat() };
+    walk(&robot, start, 60.0, 40, &PRECISION, &mut |_, _, _| {}).unwrap()
+}
+
+/// φ and φ̇ of the whole robot where a phase begins.
+fn phase(bench: &PhasedBench, phase: usize, x: &[f64]) -> [f64; 2] {
+    let model = bipedc_compiler::compile::ProgramModel::new(bench.compiled().model.clone());
+    let layout = bench.compiled().phase(&bench.gait, phase).unwrap();
+    let (q, v) = x.split_at(9);
+    let mut out = vec![f64::NAN; 2 * (1 + layout.outputs)];
+    model
+        .evaluate(layout.controlled, &State::new().with(Argument::Q, q).with(Argument::V, v), &mut out)
+        .unwrap();
+    [out[0], out[1 + layout.outputs]]
+}
+
+/// Largest relative difference of times and of φ̇ just after each of forty changes.
+fn apart(limits: bool, speed: f64) -> [f64; 2] {
+    let bench = phased(WALKER, "collocated");
+    let walker = walker(&robot(WALKER)).unwrap();
+    let controller = || {
+        let mut controller = bench.controller(None, &[]).unwrap();
+        controller.keep_limits([limits; 2]);
+        controller
+    };
+    let chain = Chain::new(&bench, &walker.phases, controller()).unwrap();
+    let state = chain.beginning(&[], speed).unwrap();
+    let x = chain.begin(0, &state[0], &state[1]).unwrap();
+    let start = Start { time: 0.0, phase: 0, x: x.to_vec() };
+    let said = walk(&chain, start, 60.0, 40, &PRECISION, &mut |_, _, _| {}).unwrap();
+    let found = whole(&walker, controller(), &state);
+    assert_eq!((&said.end, &found.end), (&End::Changes, &End::Changes), "{:?} {:?}", said.end, found.end);
+    assert_eq!(found.changes.len(), 40);
+    let mut worst = [0.0_f64; 2];
+    for (said, found) in said.changes.iter().zip(&found.changes) {
+        assert_eq!(said.to, found.to);
+        let [phi, rate] = phase(&bench, found.to, &found.after);
+        assert!((phi - said.after[0]).abs() < 1e-8, "{phi} {}", said.after[0]);
+        worst = [worst[0].max(relative(said.time, found.time)), worst[1].max(relative(said.after[1], rate))];
+    }
+    worst
+}
+
+#[test]
+fn ten_steps_of_the_whole_robot_are_those_of_its_zero_dynamics() {
+    for (limits, speed) in [(true, 0.3)] {
+        let worst = apart(limits, speed);
+        println!("limits {limits}, {speed} m/s: times {:e}, speeds {:e} apart", worst[0], worst[1]);
+        assert!(worst.iter().all(|x| *x < 1e-6), "{limits} {speed}: {worst:?}");
+    }
+}
+
+/// Where no limit is reached K₊ of the next phase is ν (E − P₋) (6.36), whatever the speed.
+#[test]
+fn energies_say_what_the_next_phase_begins_with() {
+    let bench = phased(WALKER, "collocated");
+    let phases = walker(&robot(WALKER)).unwrap().phases;
+    let mut checked = 0;
+    for speed in [0.1, 0.25, 0.4] {
+        let step = bench.step(&phases, &ChainOptions { speed, set: Vec::new() }).unwrap();
+        assert!(step.feasible, "{:?}", step.reason);
+        for (k, phase) in step.phases.iter().enumerate().filter(|(_, phase)| !phase.limited) {
+            let next =
+                step.phases.get(k + 1).map_or(2.0 * step.next_energy.unwrap(), |p| p.speed_start.powi(2));
+            let said = phase.nu * (phase.speed_start.powi(2) - 2.0 * phase.p_minus);
+            assert!(relative(said, next) < 1e-8, "{speed} {}: {said} {next}", phase.name);
+            checked += 1;
+        }
+        // δ and P₋ of the step are those of the phases in turn (6.37).
+        let [mut energy, mut delta] = [step.energy, 1.0];
+        for phase in &step.phases {
+            energy = phase.nu * (energy - phase.p_minus);
+            delta *= phase.nu;
+        }
+        assert!(relative(step.delta.unwrap(), delta) < 1e-12);
+        let whole = step.delta.unwrap() * (step.energy - step.p_minus.unwrap());
+        assert!(relative(whole, energy) < 1e-12);
+        // The multiplier with which the gait was found, 0.640, is that of another law without h_p.
+        assert!((0.63..0.65).contains(&delta), "{delta}");
+    }
+    assert!(checked >= 9, "{checked}");
+}
+
+#[test]
+fn steps_that_are_not_possible_have_a_reason() {
+    let bench = phased(WALKER, "collocated");
+    let phases = walker(&robot(WALKER)).unwrap().phases;
+    let refused = |speed: f64| {
+        let options = ChainOptions { speed, set: Vec::new() };
+        bench.step(&phases, &options).map(|_| ()).unwrap_err().to_string()
+    };
+    assert!(refused(-1.0).contains("is not possible") && refused(f64::NAN).contains("is not possible"));
+    let unknown = ChainOptions { speed: 0.3, set: vec![("lean".to_owned(), 1.0)] };
+    assert!(bench.step(&phases, &unknown).is_err());
+    let run = bipedc(&["gait", "step", WALKER, "--gait", "collocated", "--speed", "0.3", "--from", "lean=1"]);
+    run.fails_with(&["follows one of its own kind"]);
+    let run =
+        bipedc(&["gait", "step", WALKER, "--gait", "collocated", "--speed", "0.3", "--json"]).ok().json();
+    assert_eq!(run["phases"].as_array().unwrap().len(), 4);
+    assert!(run["next_speed"].as_f64().unwrap() > 0.3 && run["feasible"] == true);
+}
