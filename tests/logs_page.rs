@@ -71,7 +71,9 @@ fn every_name_on_the_page_is_a_column() {
 
 #[test]
 fn the_mapping_file_reads_and_has_every_key() {
-    let [example] = blocks("toml")[..] else { panic!("one example") };
+    let [example, patterns] = blocks("toml")[..] else { panic!("two examples") };
+    let mapping = Mapping::parse(Path::new("docs/logs.md"), patterns).unwrap();
+    assert_eq!((mapping.patterns.len(), mapping.columns.len()), (3, 0));
     let mapping = Mapping::parse(Path::new("docs/logs.md"), example).unwrap();
     assert_eq!((mapping.columns.len(), mapping.frames.len()), (4, 1));
     let error = Mapping::parse(Path::new("x"), "time = { unit = 1 }").unwrap_err().to_string();

@@ -126,7 +126,10 @@ fn errors_name_their_place_and_progress_is_told() {
     assert_eq!(errors.0[0].file.as_deref(), Some(Path::new("no/such.csv")));
     assert!(Workbench::open("no/such").is_err());
     bench.compare(&bench.log(JUDGE).unwrap()).unwrap();
-    assert_eq!(*heard.0.lock().unwrap(), ["+deriving", "-", "+reading and comparing", "-"]);
+    let stages = ["deriving", "reading and comparing", "looking where joints stick"];
+    let expected: Vec<String> =
+        stages.iter().flat_map(|stage| [format!("+{stage}"), "-".to_owned()]).collect();
+    assert_eq!(*heard.0.lock().unwrap(), expected);
 }
 
 /// What the command's arguments never are, the library's options may be.
