@@ -1,7 +1,7 @@
 //! The best small set at every joint, and exchanges of one effect for another.
 use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
-use super::search::{consider, shares};
+use super::search::{consider, mistimes, shares};
 
 /// Candidates of a joint that are combined.
 const POOL: usize = 12;
@@ -45,10 +45,11 @@ pub(super) fn best_set(
     let distinct = |set: &[usize]| {
         let form = |c: usize| &regression.candidates[c].form;
         set.iter().enumerate().all(|(n, &a)| {
-            set[..n].iter().all(|&b| !shares(regression, a, b))
-                && set[..n]
-                    .iter()
-                    .all(|&b| form(a).kind != form(b).kind || form(a).location != form(b).location)
+            set[..n].iter().all(|&b| {
+                !shares(regression, a, b) && !mistimes(regression, a, b) && !mistimes(regression, b, a)
+            }) && set[..n]
+                .iter()
+                .all(|&b| form(a).kind != form(b).kind || form(a).location != form(b).location)
         })
     };
     sets.retain(|set| distinct(set));

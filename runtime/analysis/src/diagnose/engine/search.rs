@@ -228,6 +228,11 @@ fn excluded(regression: &Regression<'_>, active: &[usize], c: usize) -> Option<S
     if active.iter().any(same) {
         return Some("it stands already".to_owned());
     }
+    if active.iter().any(|&a| mistimes(regression, a, c)) {
+        return Some(
+            "beside play that torques alone show, stops that are met early or late look like it".to_owned(),
+        );
+    }
     let other = *active.iter().find(|&&a| shares(regression, a, c))?;
     Some(format!("{} stands there and has the same part", regression.candidates[other].form.kind))
 }
@@ -290,6 +295,15 @@ pub(super) fn consider(
 pub(super) fn shares(regression: &Regression<'_>, a: usize, b: usize) -> bool {
     let (a, b) = (&regression.candidates[a].form, &regression.candidates[b].form);
     a.location == b.location && a.kind.resembles(b.kind)
+}
+
+/// Whether the first is play that torques alone show, and the second a delay or a spring where it is felt: when the link meets its
+/// stops is known to some milliseconds, and what is left then looks like either.
+pub(super) fn mistimes(regression: &Regression<'_>, play: usize, c: usize) -> bool {
+    let [play, other] = [play, c].map(|c| &regression.candidates[c]);
+    play.form.kind.law == Law::Backlash
+        && matches!(other.form.kind.law, Law::Delay | Law::SeriesElasticity)
+        && other.rows.iter().any(|&row| regression.is_behind_play(row, &play.form.location))
 }
 
 /// Whether an effect's size is much the same with and without inertial corrections. Effects on links compete with
