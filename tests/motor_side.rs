@@ -99,6 +99,7 @@ fn a_spring_behind_a_motor_is_found_and_described() {
 /// The truth leaves the noise: whether both angles are logged (the rotor turns with the motor) or the motor's alone (the spring's
 /// resonance lies among the motion).
 #[test]
+#[ignore = "takes long"]
 fn a_true_spring_and_rotor_leave_the_noise() {
     for (case, joint) in
         [("series_elasticity-1", "left_hip_pitch"), ("series_elasticity-2", "right_knee_pitch")]
@@ -116,6 +117,7 @@ fn a_true_spring_and_rotor_leave_the_noise() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn play_behind_a_motor_is_found_and_nothing_else() {
     let (case, joint) = ("backlash-1", "right_hip_roll");
     let (truth, folder) = made(case, "motor_side");

@@ -59,6 +59,7 @@ fn apart(limits: bool, speed: f64) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn ten_steps_of_the_whole_robot_are_those_of_its_zero_dynamics() {
     for (limits, speed) in [(true, 0.3)] {
         let worst = apart(limits, speed);
@@ -69,6 +70,7 @@ fn ten_steps_of_the_whole_robot_are_those_of_its_zero_dynamics() {
 
 /// Where no limit is reached K₊ of the next phase is ν (E − P₋) (6.36), whatever the speed.
 #[test]
+#[ignore = "takes long"]
 fn energies_say_what_the_next_phase_begins_with() {
     let bench = phased(WALKER, "collocated");
     let phases = walker(&robot(WALKER)).unwrap().phases;
@@ -99,6 +101,7 @@ fn energies_say_what_the_next_phase_begins_with() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn steps_that_are_not_possible_have_a_reason() {
     let bench = phased(WALKER, "collocated");
     let phases = walker(&robot(WALKER)).unwrap().phases;
