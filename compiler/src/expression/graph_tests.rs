@@ -1,3 +1,4 @@
+//! Tests of the expression graph.
 // 1.5708 and 3.1416 are what URDFs write.
 #![allow(clippy::approx_constant)]
 use super::*;
