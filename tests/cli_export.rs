@@ -13,9 +13,9 @@ fn case(robot: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// A copy of a robot, with effects.
-fn folder(robot: &str, effects: &str) -> PathBuf {
-    let folder = scratch(&format!("mjcf_{robot}"));
+/// A copy of a robot, with effects, in a folder of this name.
+fn folder(name: &str, robot: &str, effects: &str) -> PathBuf {
+    let folder = scratch(name);
     for file in ["robot.urdf", "biped.toml"] {
         fs::copy(project().join("robots").join(robot).join(file), folder.join(file)).unwrap();
     }
@@ -28,7 +28,8 @@ fn folder(robot: &str, effects: &str) -> PathBuf {
 fn mujoco_has_our_masses_and_forces() {
     for name in ["tulip", "tulip_v1_leg", "seven_link", "five_link"] {
         let case = case(name);
-        let robot = Robot::read(&folder(name, case["effects"].as_str().unwrap())).unwrap();
+        let robot =
+            Robot::read(&folder(&format!("mjcf_{name}"), name, case["effects"].as_str().unwrap())).unwrap();
         let exported = ::bipedc::export::mjcf(&robot).unwrap();
         assert_eq!(exported.left_out, [], "{name}");
         // The numbers are of this text and no other.
@@ -55,6 +56,7 @@ fn mujoco_has_our_masses_and_forces() {
 #[test]
 fn the_command_writes_it_and_says_what_is_missing() {
     let folder = folder(
+        "mjcf_command",
         "five_link",
         "\n[[effect]]\nkind = \"torque_gain\"\njoint = \"left_knee_pitch\"\ngain = 0.9\n",
     );
@@ -73,7 +75,7 @@ fn the_command_writes_it_and_says_what_is_missing() {
 
 #[test]
 fn bases_away_from_the_root_are_refused() {
-    let folder = folder("seven_link", "");
+    let folder = folder("mjcf_base", "seven_link", "");
     let described = fs::read_to_string(folder.join("biped.toml")).unwrap();
     let start = described.find("[base]").unwrap();
     let end = described[start + 1..].find("\n[").map_or(described.len(), |at| start + 1 + at);
