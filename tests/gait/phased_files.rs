@@ -99,7 +99,8 @@ fn outputs_fit_what_stands() {
 #[test]
 fn gaits_of_one_and_of_several_phases_are_told_apart() {
     let found = GaitBench::open(&robot(WALKER), "collocated", &Silent).map(|_| ()).unwrap_err().to_string();
-    assert!(found.contains("a gait of several phases") && found.contains("collocated.toml:"), "{found}");
+    assert!(found.contains("a gait of several phases (4)") && found.contains("collocated.toml:"), "{found}");
+    assert!(!found.contains("guard"), "nothing else is said of it: {found}");
     let found = PhasedBench::open(&robot("robots/three_link"), "thesis", &Silent)
         .map(|_| ())
         .unwrap_err()

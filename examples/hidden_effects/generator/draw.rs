@@ -1,5 +1,6 @@
 //! Numbers for effects: uniform in their logarithm, in ranges that are usual for robots of 20 kg.
 use super::drive::MOTOR_INERTIA;
+use super::hanging::STEPS;
 use super::model::link_center;
 use super::outside;
 use super::random::Random;
@@ -78,7 +79,8 @@ fn joint_or_sensor(
             ("periods_per_turn", r.log_range(12.0, 36.0).round()),
             ("phase", r.range(-3.1, 3.1)),
         ],
-        "actuator_delay" => vec![("delay", r.log_range(0.005, 0.02))],
+        // Whole steps of the simulation, which can do no others.
+        "actuator_delay" => vec![("delay", (r.log_range(0.005, 0.02) * STEPS).round() / STEPS)],
         "encoder_offset" => vec![("offset", r.sign() * r.log_range(0.03, 0.12))],
         "gravity_tilt" | "ground_slope" => {
             ["roll", "pitch"].map(|name| (name, r.sign() * r.log_range(0.015, 0.06))).to_vec()

@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 
 /// Steps per second of the integration.
-const STEPS: f64 = 4000.0;
+pub const STEPS: f64 = 4000.0;
 /// Seconds before the log begins, in which the controller settles.
 const RUN_UP: f64 = 1.0;
 /// Length of the two logs, s.

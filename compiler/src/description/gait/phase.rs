@@ -51,7 +51,8 @@ pub(super) fn read_phase(
     if let Some(second) = sections.get(1) {
         let help = "here a step is one phase: point feet, one foot on the ground at a time; `bipedc simulate`, `bipedc \
                     generate` and `bipedc gait step` take several";
-        messages.error(second.at, "this is a gait of several phases", help);
+        messages.error(second.at, format!("this is a gait of several phases ({})", sections.len()), help);
+        return None;
     }
     section
         .check_keys(&["name", "variable", "unit", "impact_matching", "output", "guard", "posture"], messages);

@@ -52,6 +52,9 @@ impl Experiment for Selected<'_> {
     fn sticks(&self, row: usize) -> &[bool] {
         self.inner.sticks(self.places[row])
     }
+    fn smeared(&self) -> usize {
+        self.inner.smeared()
+    }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let here = |(row, values)| Some((self.places.iter().position(|p| *p == row)?, values));
         self.inner.response(effects).into_iter().filter_map(here).collect()

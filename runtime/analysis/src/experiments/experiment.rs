@@ -100,6 +100,11 @@ pub trait Experiment: Sync {
         &[]
     }
 
+    /// Over how many samples, on either side, the filter of a joint's motion smears a jump of its acceleration; 0: none.
+    fn smeared(&self) -> usize {
+        0
+    }
+
     /// The nominal residual minus the residual under the effects, for the rows that change: what the effects
     /// together explain. Effects that do not apply change nothing.
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)>;

@@ -5,7 +5,7 @@
 //! nearest in what the measurements and the prior say together. Effects are then estimated again beside them, so that
 //! what is reported is what was written.
 use super::block_equations::Spread;
-use super::refinement::{Data, Refined, refine};
+use super::refinement::{Data, HalfWidths, Refined, refine};
 use crate::diagnose::FoundEffect;
 use crate::physical::{Bounds, COORDINATES, Inertia, LeastSquares, Links, Problem};
 use crate::robot::LinkInertias;
@@ -61,6 +61,7 @@ pub(super) fn settle(data: Data<'_>, refined: Refined, spread: &Spread, free: bo
         return plain(without(refined.effects), false);
     }
     let spread = spread.only(&bodies);
+    let of_all = refined.half_width;
     let joint = refine(data, refined.effects, &[], Some(&spread));
     let Some(found) = Correction { links, bodies: &bodies, spread: &spread, joint: &joint, free }.found()
     else {
@@ -68,9 +69,26 @@ pub(super) fn settle(data: Data<'_>, refined: Refined, spread: &Spread, free: bo
     };
     let fixed: Vec<Effect> = found.iter().map(|found| found.effect.clone()).collect();
     let last = refine(data, joint.effects, &fixed, None);
-    // How sure the effects are is said by the estimate of both together.
-    let refined = Refined { half_width: joint.half_width, ..last };
+    // How sure the effects are is said by the estimate of both together, and by that beside all other bodies, whose errors are too small
+    // to be seen and still pull.
+    let refined = Refined { half_width: wider(joint.half_width, &of_all), ..last };
     Settled { refined, corrections: found, impossible: false }
+}
+
+/// The larger one of two half widths of each parameter.
+fn wider(widths: HalfWidths, others: &HalfWidths) -> HalfWidths {
+    let other = |effect: usize, name: &str| {
+        let of_effect = others.get(effect)?;
+        of_effect.iter().find_map(|(known, half)| (known == name).then_some(*half))
+    };
+    let of_effect = |(effect, widths): (usize, Vec<(String, f64)>)| {
+        let larger = |(name, half): (String, f64)| {
+            let half = other(effect, &name).map_or(half, |other| half.max(other));
+            (name, half)
+        };
+        widths.into_iter().map(larger).collect()
+    };
+    widths.into_iter().enumerate().map(of_effect).collect()
 }
 
 /// Bodies whose corrections the data ask for, the strongest evidence first: the fall of deviance that they bring, others

@@ -2,6 +2,7 @@
 mod alternatives;
 mod block_equations;
 mod candidates;
+mod corners;
 mod corrections;
 mod exchange;
 mod fit;
@@ -16,7 +17,6 @@ mod search;
 mod significance;
 mod smoother;
 mod text;
-mod turning;
 mod unexplained;
 
 pub use run::{Errors, Options, diagnose, errors, estimate};

@@ -1,5 +1,6 @@
 //! The final estimate by Gauss–Newton: all parameters of all effects at once, with everything nonlinear, and error bars.
 use super::block_equations::{BlockEquations, Spread, block_equations};
+use super::corners::{corners, reversals, sharpened};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::parallel::parallel;
 use crate::experiments::form::Column;
@@ -15,6 +16,8 @@ const BLOCKS: usize = 24;
 const T: f64 = 2.069;
 /// Most steps.
 const STEPS: usize = 20;
+/// So many steps choose anew which samples lie at corners; afterwards the choice stands, so that the estimate comes to rest.
+const SETTLING: usize = 4;
 
 /// An experiment whose model has effects already.
 pub(super) struct Amended<'a> {
@@ -95,11 +98,14 @@ struct Unknown {
     step: f64,
 }
 
+/// Half widths of 95 % confidence intervals, by effect and parameter.
+pub(super) type HalfWidths = Vec<Vec<(String, f64)>>;
+
 /// Effects with their final parameters.
 pub(super) struct Refined {
     pub effects: Vec<Effect>,
-    /// Half widths of 95 % confidence intervals, by effect and parameter.
-    pub half_width: Vec<Vec<(String, f64)>>,
+    /// How sure they are.
+    pub half_width: HalfWidths,
     /// Inertial corrections as multiples of the spread; empty if there are none.
     pub corrections: Vec<f64>,
     /// Their covariance, effects estimated along: the unit matrix where data tell nothing.
@@ -124,30 +130,59 @@ pub(super) fn refine(
     fixed: &[Effect],
     spread: Option<&Spread>,
 ) -> Refined {
-    let Data { experiment, weights, teaches } = data;
     let wanted = effects.len();
-    let mut current = with_nuisances(experiment, effects);
-    let unknowns = unknowns(&current);
-    current.extend_from_slice(fixed);
-    let turning = parallel(experiment.rows().len(), |row| super::turning::turning(experiment, row, &current));
-    let teaches = |row: usize, sample: usize, count: usize| {
-        teaches(sample, count) && !turning[row].get(sample).is_some_and(|turns| *turns)
+    let mut stated = with_nuisances(data.experiment, effects);
+    let unknowns = unknowns(&stated);
+    stated.extend_from_slice(fixed);
+    let (mut effects, last) = converged(data, &stated, &unknowns, spread);
+    let (sigmas, corrections, covariance) = match last {
+        Some((equations, corrections)) => {
+            let (all, covariance) = uncertainty(&equations, data, unknowns.len(), &corrections);
+            (all, corrections, covariance)
+        }
+        None => (vec![f64::INFINITY; unknowns.len()], Vec::new(), DMatrix::zeros(0, 0)),
     };
+    let mut half_width = vec![Vec::new(); effects.len()];
+    for (unknown, sigma) in unknowns.iter().zip(sigmas) {
+        half_width[unknown.effect].push((unknown.name.clone(), T * sigma));
+    }
+    effects.truncate(wanted);
+    half_width.truncate(wanted);
+    Refined { effects, half_width, corrections, covariance }
+}
+
+/// The normal equations of a last step, by row, and its inertial corrections.
+type LastStep = (Vec<BlockEquations>, Vec<f64>);
+
+/// Steps until they are negligible.
+fn converged(
+    data: Data<'_>,
+    stated: &[Effect],
+    unknowns: &[Unknown],
+    spread: Option<&Spread>,
+) -> (Vec<Effect>, Option<LastStep>) {
+    let Data { experiment, weights, teaches } = data;
+    let mut left_out = corners_of(experiment, stated);
+    let reversed = |row: usize| !reversals(experiment, row, stated).is_empty();
+    let mut current = sharpened(experiment, stated, reversed);
     let nothing = Spread::none();
     let (corrected, spread) = (spread.is_some(), spread.unwrap_or(&nothing));
     let mut error = f64::INFINITY;
     let mut last = None;
     for step_number in 0..STEPS {
         let amended = Amended::new(experiment, &current);
-        let jacobian = jacobian(experiment, &current, &amended, &unknowns);
-        let equations = equations(&amended, spread, &jacobian, &teaches);
+        let jacobian = jacobian(experiment, &current, &amended, unknowns);
+        let counts = |row: usize, sample: usize, count: usize| {
+            teaches(sample, count) && !left_out[row].get(sample).is_some_and(|out| *out)
+        };
+        let equations = equations(&amended, spread, &jacobian, &counts);
         let all: Vec<usize> = (0..BLOCKS).collect();
         let sums = NormalEquations::of(&equations, &all);
         let here: f64 = sums.rows.iter().zip(weights).map(|(row, w)| w * row.squares()).sum();
         let corrections = corrected.then(|| Corrections::new(&sums, weights, spread.len()));
         let terms: Vec<Term> = (0..unknowns.len()).map(Term::Data).collect();
         let Some(step) = step(&sums, weights, corrections.as_ref(), &terms) else { break };
-        let moved = apply(&current, &unknowns, &step.coefficients);
+        let moved = apply(&current, unknowns, &step.coefficients);
         let negligible = unknowns.iter().zip(&step.coefficients).all(|(u, d)| {
             let value = current[u.effect].value(&u.name);
             d.abs() <= 1e-4 * value.abs().max(u.step)
@@ -158,21 +193,32 @@ pub(super) fn refine(
         }
         error = here;
         current = moved;
-    }
-    let (sigmas, corrections, covariance) = match last {
-        Some((equations, corrections)) => {
-            let (all, covariance) = uncertainty(&equations, weights, unknowns.len(), &corrections);
-            (all, corrections, covariance)
+        if step_number < SETTLING {
+            // A limit that moves takes its corner along.
+            left_out = corners_of(experiment, &as_stated(&current, stated));
         }
-        None => (vec![f64::INFINITY; unknowns.len()], Vec::new(), DMatrix::zeros(0, 0)),
-    };
-    let mut half_width = vec![Vec::new(); current.len()];
-    for (unknown, sigma) in unknowns.iter().zip(sigmas) {
-        half_width[unknown.effect].push((unknown.name.clone(), T * sigma));
     }
-    current.truncate(wanted);
-    half_width.truncate(wanted);
-    Refined { effects: current, half_width, corrections, covariance }
+    (as_stated(&current, stated), last)
+}
+
+/// Samples of each row at the corners of what acts there.
+fn corners_of(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<Vec<bool>> {
+    parallel(experiment.rows().len(), |row| corners(experiment, row, effects))
+}
+
+/// The effects with the settings that were stated.
+fn as_stated(effects: &[Effect], stated: &[Effect]) -> Vec<Effect> {
+    let mut all = effects.to_vec();
+    for (effect, stated) in all.iter_mut().zip(stated) {
+        let of_kind = effect.kind.parameters.iter().filter(|p| matches!(p.role, Role::Setting(_)));
+        for setting in of_kind {
+            match stated.parameters.get(setting.name) {
+                Some(value) => effect.parameters.insert(setting.name.to_owned(), *value),
+                None => effect.parameters.remove(setting.name),
+            };
+        }
+    }
+    all
 }
 
 /// One step of all unknowns and corrections.
@@ -298,10 +344,11 @@ pub(super) fn middle_size(values: &[f64]) -> f64 {
 /// within), at least those of white residuals; and of the corrections.
 fn uncertainty(
     equations: &[BlockEquations],
-    weights: &[f64],
+    data: Data<'_>,
     unknowns: usize,
     corrections: &[f64],
 ) -> (Vec<f64>, DMatrix<f64>) {
+    let Data { experiment, weights, .. } = data;
     let p = corrections.len();
     let n = p + unknowns;
     let mut information = DMatrix::<f64>::zeros(n, n);
@@ -321,7 +368,9 @@ fn uncertainty(
         }
         let total = of_row.sum(&(0..BLOCKS).collect::<Vec<_>>());
         let squares = (&total * &u).dot(&u).max(0.0);
-        let variance = squares / of_row.count(&(0..BLOCKS).collect::<Vec<_>>()).max(1) as f64;
+        let count = of_row.count(&(0..BLOCKS).collect::<Vec<_>>()).max(1) as f64;
+        // No row is known better than its noise, however small the residual of a fit.
+        let variance = (squares / count).max(experiment.rows()[row].noise.powi(2));
         for (a, ga) in &places {
             for (b, gb) in &places {
                 information[(*ga, *gb)] += weights[row] * total[(*a, *b)];
@@ -348,7 +397,9 @@ fn uncertainty(
         let row = inverse.row(index);
         let robust: f64 = scores.iter().map(|s| (row * s)[0].powi(2)).sum();
         let least = (row * &white * row.transpose())[0];
-        robust.max(least).sqrt()
+        // What the prior pulls estimates by: true corrections are as far from its middle as it says.
+        let pulled: f64 = row.iter().take(p).map(|x| x * x).sum();
+        (robust.max(least) + pulled).sqrt()
     };
     ((p..n).map(sigma).collect(), inverse.view((0, 0), (p, p)).into_owned())
 }

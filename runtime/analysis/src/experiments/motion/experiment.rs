@@ -13,6 +13,9 @@ use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location, Starts};
 use bipedc_runtime::model::Model;
 use std::sync::OnceLock;
 
+/// The filter of positions smears a jump of the acceleration over this part of a period of its cut-off, on either side.
+const SMEARED: f64 = 0.5;
+
 /// A log of joint torques against a rigid-body model with the effects that its description already has.
 pub struct MotionExperiment<'a> {
     pub(super) rigid: Rigid<'a>,
@@ -409,6 +412,9 @@ impl Experiment for MotionExperiment<'_> {
     }
     fn sticks(&self, row: usize) -> &[bool] {
         &self.sticks[row]
+    }
+    fn smeared(&self) -> usize {
+        (SMEARED / (self.recording.cutoff_hz * self.recording.step)).ceil() as usize
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let all: Vec<Effect> = self.present.iter().chain(effects).cloned().collect();
