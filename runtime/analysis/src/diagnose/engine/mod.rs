@@ -1,9 +1,11 @@
 //! The engine: from experiments to a [`Diagnosis`].
 mod alternatives;
+mod amended;
 mod block_equations;
 mod candidates;
 mod corners;
 mod corrections;
+mod errors;
 mod exchange;
 mod fit;
 mod noise_floor;
@@ -17,7 +19,9 @@ mod search;
 mod significance;
 mod smoother;
 mod text;
+mod uncertainty;
 mod unexplained;
 
-pub use run::{Errors, Options, diagnose, errors, estimate};
+pub use errors::{Errors, errors};
+pub use run::{Options, diagnose, estimate};
 pub use text::summary;

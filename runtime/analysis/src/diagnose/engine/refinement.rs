@@ -1,94 +1,23 @@
 //! The final estimate by Gauss–Newton: all parameters of all effects at once, with everything nonlinear, and error bars.
+use super::amended::Amended;
 use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::corners::{corners, reversals, sharpened};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::parallel::parallel;
+use super::uncertainty::uncertainty;
 use crate::experiments::form::Column;
-use crate::experiments::{Channel, Experiment, Inertial, Row};
-use crate::robot::LinkInertias;
-use crate::robot::inertial_parameters::parameter_index;
-use bipedc_effects::effect::{Effect, Kind, Location, Role};
-use nalgebra::{DMatrix, DVector};
+use crate::experiments::{Channel, Experiment};
+use bipedc_effects::effect::{Effect, Role};
+use nalgebra::DMatrix;
 
 /// Blocks of time whose scores make the error bars.
-const BLOCKS: usize = 24;
+pub(super) const BLOCKS: usize = 24;
 /// 97.5 % point of Student's t with 23 degrees of freedom.
 const T: f64 = 2.069;
 /// Most steps.
 const STEPS: usize = 20;
 /// So many steps choose anew which samples lie at corners; afterwards the choice stands, so that the estimate comes to rest.
 const SETTLING: usize = 4;
-
-/// An experiment whose model has effects already.
-pub(super) struct Amended<'a> {
-    inner: &'a dyn Experiment,
-    residual: Vec<Vec<f64>>,
-}
-
-impl<'a> Amended<'a> {
-    pub fn new(inner: &'a dyn Experiment, effects: &[Effect]) -> Self {
-        let mut residual: Vec<Vec<f64>> =
-            (0..inner.rows().len()).map(|r| inner.residual(r).to_vec()).collect();
-        if !effects.is_empty() {
-            for (row, response) in inner.response(effects) {
-                residual[row].iter_mut().zip(&response).for_each(|(r, x)| *r -= x);
-            }
-        }
-        Self { inner, residual }
-    }
-
-    /// Subtracts what a change of inertial parameters predicts.
-    pub fn correct(&mut self, change: &[f64]) {
-        for (row, residual) in self.residual.iter_mut().enumerate() {
-            let Some(inertial) = self.inner.inertial(row) else { continue };
-            let width = inertial.columns.len().max(1);
-            for (r, y) in residual.iter_mut().zip(inertial.values.chunks_exact(width)) {
-                *r -= inertial.columns.iter().zip(y).map(|(c, y)| y * change[*c]).sum::<f64>();
-            }
-        }
-    }
-
-    /// The residual without any effect.
-    pub fn nominal(&self, row: usize) -> &[f64] {
-        self.inner.residual(row)
-    }
-}
-
-impl Experiment for Amended<'_> {
-    fn rows(&self) -> &[Row] {
-        self.inner.rows()
-    }
-    fn time(&self) -> &[f64] {
-        self.inner.time()
-    }
-    fn residual(&self, row: usize) -> &[f64] {
-        &self.residual[row]
-    }
-    fn sticks(&self, row: usize) -> &[bool] {
-        self.inner.sticks(row)
-    }
-    fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
-        self.inner.response(effects)
-    }
-    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
-        self.inner.candidates()
-    }
-    fn inertial_count(&self) -> usize {
-        self.inner.inertial_count()
-    }
-    fn inertial(&self, row: usize) -> Option<&Inertial> {
-        self.inner.inertial(row)
-    }
-    fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
-        self.inner.signals(row)
-    }
-    fn slides(&self, place: &Location) -> Option<f64> {
-        self.inner.slides(place)
-    }
-    fn link_inertias(&self) -> Option<&LinkInertias> {
-        self.inner.link_inertias()
-    }
-}
 
 /// One parameter of one effect.
 struct Unknown {
@@ -290,7 +219,7 @@ fn jacobian(
         moved[unknown.effect].parameters.insert(unknown.name.clone(), value + step);
         let mut column: Column = Vec::new();
         for (row, response) in experiment.response(&moved) {
-            let (nominal, now) = (experiment.residual(row), &amended.residual[row]);
+            let (nominal, now) = (experiment.residual(row), amended.residual(row));
             let slope: Vec<f64> = response
                 .iter()
                 .zip(nominal.iter().zip(now))
@@ -312,9 +241,13 @@ fn equations(
 ) -> Vec<BlockEquations> {
     let flat: Vec<(usize, &Column)> = columns.iter().enumerate().collect();
     parallel(experiment.rows().len(), |row| {
-        // Play is on one side or the other, or being crossed: absolute values, not squares.
-        let play = experiment.rows()[row].channel == Channel::Transmission;
-        let mut emphasis = forgiveness(experiment.residual(row), if play { 0.1 } else { 2.0 });
+        // Play is on one side or the other, or being crossed: absolute values, not squares. Within the noise squares nevertheless: of angles
+        // that an encoder counts in steps the median is one of the steps, wherever the truth lies between them.
+        let what = &experiment.rows()[row];
+        let mut emphasis = match what.channel {
+            Channel::Transmission => forgiveness(experiment.residual(row), 0.1, 2.0 * what.noise),
+            _ => forgiveness(experiment.residual(row), 2.0, 0.0),
+        };
         let count = emphasis.len();
         let sticks = experiment.sticks(row);
         let silent = |i: usize| !teaches(row, i, count) || sticks.get(i).is_some_and(|sticks| *sticks);
@@ -323,10 +256,10 @@ fn equations(
     })
 }
 
-/// Square roots of Huber's weights: errors beyond two standard deviations, such as those where friction turns or play
-/// is crossed, count by their size and not by its square.
-fn forgiveness(residual: &[f64], deviations: f64) -> Vec<f64> {
-    let limit = deviations * middle_size(residual) / 0.6745;
+/// Square roots of Huber's weights: errors beyond so many standard deviations, but at least beyond `least`, such as those where
+/// friction turns or play is crossed, count by their size and not by its square.
+fn forgiveness(residual: &[f64], deviations: f64, least: f64) -> Vec<f64> {
+    let limit = (deviations * middle_size(residual) / 0.6745).max(least);
     residual.iter().map(|r| if r.abs() > limit { (limit / r.abs()).sqrt() } else { 1.0 }).collect()
 }
 
@@ -338,91 +271,4 @@ pub(super) fn middle_size(values: &[f64]) -> f64 {
     }
     let middle = sizes.len() / 2;
     sizes.select_nth_unstable_by(middle, f64::total_cmp).1.max(1e-300)
-}
-
-/// Standard deviations of the unknowns from the scores of blocks of time (which residuals may be correlated
-/// within), at least those of white residuals; and of the corrections.
-fn uncertainty(
-    equations: &[BlockEquations],
-    data: Data<'_>,
-    unknowns: usize,
-    corrections: &[f64],
-) -> (Vec<f64>, DMatrix<f64>) {
-    let Data { experiment, weights, .. } = data;
-    let p = corrections.len();
-    let n = p + unknowns;
-    let mut information = DMatrix::<f64>::zeros(n, n);
-    (0..p).for_each(|i| information[(i, i)] = 1.0);
-    let mut scores = vec![DVector::<f64>::zeros(n); BLOCKS];
-    // Variance of the scores if residuals were white.
-    let mut white = DMatrix::<f64>::zeros(n, n);
-    for (row, of_row) in equations.iter().enumerate() {
-        let places = places(of_row, p);
-        let last = of_row.residual();
-        let mut u = DVector::zeros(last + 1);
-        u[last] = 1.0;
-        for (local, global) in &places {
-            if *global < p {
-                u[*local] = -corrections[*global];
-            }
-        }
-        let total = of_row.sum(&(0..BLOCKS).collect::<Vec<_>>());
-        let squares = (&total * &u).dot(&u).max(0.0);
-        let count = of_row.count(&(0..BLOCKS).collect::<Vec<_>>()).max(1) as f64;
-        // No row is known better than its noise, however small the residual of a fit.
-        let variance = (squares / count).max(experiment.rows()[row].noise.powi(2));
-        for (a, ga) in &places {
-            for (b, gb) in &places {
-                information[(*ga, *gb)] += weights[row] * total[(*a, *b)];
-                white[(*ga, *gb)] += weights[row].powi(2) * variance * total[(*a, *b)];
-            }
-        }
-        for (block, score) in scores.iter_mut().enumerate() {
-            let product = &of_row.grams[block] * &u;
-            for (local, global) in &places {
-                score[*global] += weights[row] * product[*local];
-            }
-        }
-    }
-    // What changes no row stays unknown, without making the rest unknown too.
-    let unseen: Vec<usize> = (0..n).filter(|&i| information[(i, i)] <= 0.0).collect();
-    unseen.iter().for_each(|&i| information[(i, i)] = 1.0);
-    let Some(inverse) = scaled_inverse(&information) else {
-        return (vec![f64::INFINITY; unknowns], DMatrix::identity(p, p));
-    };
-    let sigma = |index: usize| {
-        if unseen.contains(&index) {
-            return f64::INFINITY;
-        }
-        let row = inverse.row(index);
-        let robust: f64 = scores.iter().map(|s| (row * s)[0].powi(2)).sum();
-        let least = (row * &white * row.transpose())[0];
-        // What the prior pulls estimates by: true corrections are as far from its middle as it says.
-        let pulled: f64 = row.iter().take(p).map(|x| x * x).sum();
-        (robust.max(least) + pulled).sqrt()
-    };
-    ((p..n).map(sigma).collect(), inverse.view((0, 0), (p, p)).into_owned())
-}
-
-/// (local, global) indices of a row's columns among corrections and unknowns.
-fn places(of_row: &BlockEquations, p: usize) -> Vec<(usize, usize)> {
-    let mut places = Vec::new();
-    if p > 0 {
-        for (place, body) in of_row.bodies.iter().enumerate() {
-            places.extend((0..10).map(|k| (parameter_index(place, k), parameter_index(*body, k))));
-        }
-    }
-    places.extend(of_row.ids.iter().enumerate().map(|(k, id)| (of_row.inertial() + k, p + id)));
-    places
-}
-
-fn scaled_inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale: Vec<f64> = (0..matrix.nrows()).map(|i| matrix[(i, i)].sqrt().recip()).collect();
-    if scale.iter().any(|s| !s.is_finite()) {
-        return None;
-    }
-    let scaled =
-        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |r, c| matrix[(r, c)] * scale[r] * scale[c]);
-    let inverse = scaled.cholesky()?.inverse();
-    Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |r, c| inverse[(r, c)] * scale[r] * scale[c]))
 }

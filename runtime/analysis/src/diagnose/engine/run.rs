@@ -1,16 +1,17 @@
 //! The diagnosis of a log: search, final estimate, what is left, in numbers and words.
+use super::amended::Amended;
 use super::block_equations::Spread;
 use super::corrections::{Settled, settle};
+use super::errors::errors;
 use super::parsimony::simplify;
-use super::refinement::{Amended, Data, refine};
+use super::refinement::{Data, refine};
 use super::regression::{Regression, is_held_out};
 use super::search::{Outcome, search};
 use super::significance::{Insignificant, insignificant};
 use super::text;
 use super::unexplained::unexplained;
-use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Rejected, Step};
-use crate::experiments::moving::moving;
-use crate::experiments::{Channel, Experiment};
+use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
+use crate::experiments::Experiment;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, Kind, Location};
 use std::collections::BTreeMap;
@@ -145,26 +146,6 @@ fn spread<'r>(regression: &'r Regression<'_>, corrected: bool) -> Option<&'r Spr
 
 fn places_of(effects: &[Effect]) -> Vec<(&'static Kind, Location)> {
     effects.iter().map(|effect| (effect.kind, effect.location.clone())).collect()
-}
-
-/// Errors of a list of effects, as a diagnosis states them: on `validation`, or on the blocks of `train` that were held out.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Errors {
-    /// By row.
-    pub rows: BTreeMap<String, ErrorFall>,
-    /// By kind of channel.
-    pub rms: BTreeMap<String, ErrorFall>,
-    /// The same on all samples of `train`.
-    pub rms_training: BTreeMap<String, ErrorFall>,
-}
-
-/// Root mean square errors without and with effects.
-pub fn errors(train: &dyn Experiment, validation: Option<&dyn Experiment>, effects: &[Effect]) -> Errors {
-    let judge = validation.unwrap_or(train);
-    let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
-    let (rows, rms) = grouped(judge, &Amended::new(judge, effects), &counts);
-    let rms_training = grouped(train, &Amended::new(train, effects), &|_, _| true).1;
-    Errors { rows, rms, rms_training }
 }
 
 /// Where the final estimate of an effect starts.
@@ -344,76 +325,6 @@ impl Conclusion<'_> {
     }
 }
 
-type Falls = BTreeMap<String, ErrorFall>;
-
-/// Root mean squares before and after, by row and by kind of channel.
-fn grouped(
-    before: &dyn Experiment,
-    after: &Amended<'_>,
-    counts: &dyn Fn(usize, usize) -> bool,
-) -> (Falls, Falls) {
-    let squares = |values: &[f64]| {
-        let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
-        kept.fold((0.0, 0.0_f64), |(sum, n), (_, x)| (sum + x * x, n + 1.0))
-    };
-    let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, Sums>::new());
-    for (row, what) in before.rows().iter().enumerate() {
-        let ((was, n), (is, _)): ((f64, f64), _) =
-            (squares(before.residual(row)), squares(after.residual(row)));
-        let [was_moving, is_moving] =
-            [before.residual(row), after.residual(row)].map(|residual| moving(before, row, residual, counts));
-        let (noise, all) = (what.noise.powi(2) * n, [was, is].map(|squares| (squares, n)));
-        let told = [was_moving, is_moving].map(|told| told.map(|told| (told.squares, told.samples as f64)));
-        let sums = Sums {
-            all,
-            told: [told[0].unwrap_or(all[0]), told[1].unwrap_or(all[1])],
-            noise,
-            sticks: told[0].is_some(),
-        };
-        rows.insert(what.name.clone(), sums.fall(what.unit));
-        groups.entry(what.channel).or_default().add(&sums);
-    }
-    let of_kind = |(channel, sums): (Channel, Sums)| (channel.name().to_owned(), sums.fall(channel.unit()));
-    (rows, groups.into_iter().map(of_kind).collect())
-}
-
-/// Sums of squared errors, each with how many samples it is of.
-#[derive(Default)]
-struct Sums {
-    /// Before and after.
-    all: [(f64, f64); 2],
-    /// The same where no joint sticks.
-    told: [(f64, f64); 2],
-    /// Of the noise at all samples.
-    noise: f64,
-    /// Whether a joint sticks.
-    sticks: bool,
-}
-
-impl Sums {
-    fn add(&mut self, other: &Self) {
-        let sums = self.all.iter_mut().chain(&mut self.told);
-        for (sum, more) in sums.zip(other.all.iter().chain(&other.told)) {
-            *sum = (sum.0 + more.0, sum.1 + more.1);
-        }
-        (self.noise, self.sticks) = (self.noise + other.noise, self.sticks | other.sticks);
-    }
-
-    /// Root mean squares.
-    fn fall(&self, unit: &str) -> ErrorFall {
-        let root = |(squares, n): (f64, f64)| (squares / n.max(1.0)).sqrt();
-        let moving = |k: usize| self.sticks.then(|| root(self.told[k]));
-        ErrorFall {
-            unit: unit.to_owned(),
-            before: root(self.all[0]),
-            after: root(self.all[1]),
-            noise: root((self.noise, self.all[0].1)),
-            before_moving: moving(0),
-            after_moving: moving(1),
-        }
-    }
-}
-
 fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
     let mut doubts = Vec::new();
     for parameter in effect.kind.estimated() {
@@ -432,24 +343,6 @@ fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
         }
     }
     doubts
-}
-
-impl Diagnosis {
-    /// States these errors.
-    pub fn take(&mut self, errors: Errors) {
-        (self.rows, self.rms, self.rms_training) = (errors.rows, errors.rms, errors.rms_training);
-        if let Some(fall) = self.rms.get(main_channel(self)) {
-            (self.rms_before, self.rms_after) = (fall.before, fall.after);
-        }
-    }
-}
-
-/// The kind of channel that the table is about.
-fn main_channel(diagnosis: &Diagnosis) -> &'static str {
-    ["post_impact_velocity", "cop", "effort", "base_force", "base_moment", "transmission"]
-        .into_iter()
-        .find(|name| diagnosis.rms.contains_key(*name))
-        .unwrap_or("effort")
 }
 
 fn main_rows(experiment: &dyn Experiment) -> Vec<usize> {

@@ -1,5 +1,6 @@
 //! Significance: effects that do not survive the exact estimate.
-use super::refinement::{Amended, Refined};
+use super::amended::Amended;
+use super::refinement::Refined;
 use super::regression::{MOST, Regression};
 use super::search::{LEAST, least};
 use crate::experiments::form::within_reach;

@@ -1,6 +1,7 @@
 //! What the effects leave unexplained.
+use super::amended::Amended;
+use super::corners::corners;
 use super::parallel::parallel;
-use super::refinement::Amended;
 use super::regression::NOISE_MARGIN;
 use super::smoother::{self, reach};
 use crate::diagnose::Unexplained;
@@ -52,10 +53,14 @@ pub(super) fn unexplained(
         let what = &train.rows()[row];
         let (a, b) = (smoother::signals(train, row), smoother::signals(judge, row));
         let (r, s) = (train.residual(row), judge.residual(row));
-        // Where a joint sticks, its friction is what is needed there, within its bounds.
-        let sticks = |experiment: &Amended<'_>, i: usize| experiment.sticks(row).get(i).is_some_and(|s| *s);
-        let moving: Vec<f64> =
-            s.iter().enumerate().map(|(i, x)| if sticks(judge, i) { 0.0 } else { *x }).collect();
+        // Where a joint sticks, its friction is what is needed there, within its bounds; where it turns about, what the filter makes of it.
+        let [train_corners, judge_corners] = [train, judge].map(|of| corners(of, row, effects));
+        let told = |experiment: &Amended<'_>, corners: &[bool], i: usize| {
+            let is = |flags: &[bool]| flags.get(i).is_some_and(|flag| *flag);
+            !is(experiment.sticks(row)) && !is(corners)
+        };
+        let judged = |i: usize| told(judge, &judge_corners, i);
+        let moving: Vec<f64> = s.iter().enumerate().map(|(i, x)| if judged(i) { *x } else { 0.0 }).collect();
         // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
         let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let matters = squares(&moving) > TRACE * squares(judge.nominal(row));
@@ -76,9 +81,12 @@ pub(super) fn unexplained(
             0.15 * (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt()
         };
         let (slow_a, slow_b) = if smeared { (speed(&a), speed(&b)) } else { (0.0, 0.0) };
-        let trains =
-            |i: usize| !sticks(train, i) && a[1].1[i].abs() >= slow_a && (!own_blocks || !counts(i, r.len()));
-        let judges = |i: usize| !sticks(judge, i) && b[1].1[i].abs() >= slow_b && counts(i, s.len());
+        let trains = |i: usize| {
+            told(train, &train_corners, i)
+                && a[1].1[i].abs() >= slow_a
+                && (!own_blocks || !counts(i, r.len()))
+        };
+        let judges = |i: usize| judged(i) && b[1].1[i].abs() >= slow_b && counts(i, s.len());
         let Some(reach) = reach((&a, r, &trains), (&b, s, &judges)) else { return too_few() };
         let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
         let slow = slow_share(judge.time(), &moving);

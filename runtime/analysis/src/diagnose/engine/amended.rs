@@ -1,0 +1,81 @@
+//! An experiment under effects: what their model leaves.
+use crate::experiments::{Experiment, Inertial, Row};
+use crate::robot::LinkInertias;
+use bipedc_effects::effect::{Effect, Kind, Location};
+
+/// An experiment whose model has effects already.
+pub(super) struct Amended<'a> {
+    inner: &'a dyn Experiment,
+    residual: Vec<Vec<f64>>,
+}
+
+impl<'a> Amended<'a> {
+    pub fn new(inner: &'a dyn Experiment, effects: &[Effect]) -> Self {
+        let mut residual: Vec<Vec<f64>> =
+            (0..inner.rows().len()).map(|r| inner.residual(r).to_vec()).collect();
+        if !effects.is_empty() {
+            for (row, response) in inner.response(effects) {
+                residual[row].iter_mut().zip(&response).for_each(|(r, x)| *r -= x);
+            }
+        }
+        Self { inner, residual }
+    }
+
+    /// Subtracts what a change of inertial parameters predicts.
+    pub fn correct(&mut self, change: &[f64]) {
+        for (row, residual) in self.residual.iter_mut().enumerate() {
+            let Some(inertial) = self.inner.inertial(row) else { continue };
+            let width = inertial.columns.len().max(1);
+            for (r, y) in residual.iter_mut().zip(inertial.values.chunks_exact(width)) {
+                *r -= inertial.columns.iter().zip(y).map(|(c, y)| y * change[*c]).sum::<f64>();
+            }
+        }
+    }
+
+    /// The residual without any effect.
+    pub fn nominal(&self, row: usize) -> &[f64] {
+        self.inner.residual(row)
+    }
+}
+
+impl Experiment for Amended<'_> {
+    fn rows(&self) -> &[Row] {
+        self.inner.rows()
+    }
+    fn time(&self) -> &[f64] {
+        self.inner.time()
+    }
+    fn residual(&self, row: usize) -> &[f64] {
+        &self.residual[row]
+    }
+    fn measured(&self, row: usize) -> Option<Vec<f64>> {
+        self.inner.measured(row)
+    }
+    fn sticks(&self, row: usize) -> &[bool] {
+        self.inner.sticks(row)
+    }
+    fn smeared(&self) -> usize {
+        self.inner.smeared()
+    }
+    fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+        self.inner.response(effects)
+    }
+    fn candidates(&self) -> Vec<(&'static Kind, Location)> {
+        self.inner.candidates()
+    }
+    fn inertial_count(&self) -> usize {
+        self.inner.inertial_count()
+    }
+    fn inertial(&self, row: usize) -> Option<&Inertial> {
+        self.inner.inertial(row)
+    }
+    fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
+        self.inner.signals(row)
+    }
+    fn slides(&self, place: &Location) -> Option<f64> {
+        self.inner.slides(place)
+    }
+    fn link_inertias(&self) -> Option<&LinkInertias> {
+        self.inner.link_inertias()
+    }
+}
