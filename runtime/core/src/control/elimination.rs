@@ -1,4 +1,5 @@
 //! Linear equations of the size of a robot's actuators, without a panic.
+use super::slices::{get, set};
 use crate::real::Scalar;
 
 /// A pivot below so many roundings of the largest element of its row, which is 1, is none.
@@ -38,16 +39,6 @@ impl<R: Scalar> Square<'_, R> {
     }
 }
 
-fn element<R: Scalar>(of: &[R], index: usize) -> R {
-    of.get(index).copied().unwrap_or(R::constant(0.0))
-}
-
-fn put<R>(into: &mut [R], index: usize, value: R) {
-    if let Some(element) = into.get_mut(index) {
-        *element = value;
-    }
-}
-
 /// `A x = b` into `b` by Gauss' elimination with row exchanges; A column after column, destroyed. `false`: A is singular, or no
 /// number.
 pub(super) fn solve<R: Scalar>(matrix: &mut [R], right: &mut [R]) -> bool {
@@ -70,17 +61,17 @@ pub(super) fn solve<R: Scalar>(matrix: &mut [R], right: &mut [R]) -> bool {
             return false;
         }
         a.exchange_rows(k, pivot);
-        let (first, second) = (element(right, k), element(right, pivot));
-        put(right, k, second);
-        put(right, pivot, first);
+        let (first, second) = (get(right, k), get(right, pivot));
+        set(right, k, second);
+        set(right, pivot, first);
         eliminate_below(&mut a, right, k);
     }
     for k in (0..size).rev() {
-        let mut sum = element(right, k);
+        let mut sum = get(right, k);
         for column in k + 1..size {
-            sum = R::fused(-a.at(k, column), element(right, column), sum);
+            sum = R::fused(-a.at(k, column), get(right, column), sum);
         }
-        put(right, k, sum / a.at(k, k));
+        set(right, k, sum / a.at(k, k));
     }
     true
 }
@@ -101,7 +92,7 @@ fn equilibrate<R: Scalar>(a: &mut Square<'_, R>, right: &mut [R]) -> bool {
             return false;
         }
         a.scale_row(row, factor);
-        put(right, row, element(right, row) * factor);
+        set(right, row, get(right, row) * factor);
     }
     true
 }
@@ -113,8 +104,8 @@ fn eliminate_below<R: Scalar>(a: &mut Square<'_, R>, right: &mut [R], k: usize) 
             let rest = R::fused(-factor, a.at(k, column), a.at(row, column));
             a.set(row, column, rest);
         }
-        let rest = R::fused(-factor, element(right, k), element(right, row));
-        put(right, row, rest);
+        let rest = R::fused(-factor, get(right, k), get(right, row));
+        set(right, row, rest);
     }
 }
 

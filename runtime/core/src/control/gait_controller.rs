@@ -1,5 +1,6 @@
 //! Input–output linearisation of a gait (6.2–6.4): the torques that keep a robot on its virtual constraints.
 use super::elimination::solve;
+use super::slices::{copy, get, set};
 use super::step_end::Search;
 use super::{Controller, Feedback, Gait, GaitLayout, JointCommand, Observation, Refusal};
 use crate::model::{Argument, CallError, State};
@@ -114,20 +115,6 @@ impl<R: Scalar> Room<'_, R> {
         copy(self.asked, arguments.get_mut(GaitLayout::PARAMETERS..).unwrap_or(&mut []));
         Search { arguments, iteration: self.iteration }
     }
-}
-
-pub(super) fn get<R: Scalar>(of: &[R], index: usize) -> R {
-    of.get(index).copied().unwrap_or(R::constant(0.0))
-}
-
-pub(super) fn set<R>(into: &mut [R], index: usize, value: R) {
-    if let Some(element) = into.get_mut(index) {
-        *element = value;
-    }
-}
-
-pub(super) fn copy<R: Copy>(from: &[R], to: &mut [R]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
 impl From<CallError> for Refusal {

@@ -4,6 +4,7 @@
 //! Which point that is depends on nothing but the conditions, so that a controller's answer is a function of the state: no search begins
 //! where another one ended.
 use super::phased::MOST_JOINTS;
+use super::slices::{get, set};
 use crate::real::Scalar;
 
 /// Most exchanges of a search.
@@ -67,16 +68,6 @@ impl<'m, R> Room<'m, R> {
 
 fn dot<R: Scalar>(a: &[R], b: &[R]) -> R {
     a.iter().zip(b).fold(R::constant(0.0), |sum, (a, b)| R::fused(*a, *b, sum))
-}
-
-fn get<R: Scalar>(of: &[R], index: usize) -> R {
-    of.get(index).copied().unwrap_or(R::constant(0.0))
-}
-
-fn set<R>(into: &mut [R], index: usize, value: R) {
-    if let Some(element) = into.get_mut(index) {
-        *element = value;
-    }
 }
 
 impl<R: Scalar> Conditions<'_, R> {

@@ -12,6 +12,7 @@ mod least_change;
 mod phased;
 mod phased_controller;
 mod phased_torques;
+mod slices;
 mod step_end;
 mod surface;
 mod zero;

@@ -1,9 +1,10 @@
 //! Walking by a gait of several phases (6.25–6.29): torques that keep a robot on the virtual constraints of its phase, with those that are
 //! left over nearest to the feed-forward that keeps the limits of ground and drives.
-use super::gait_controller::{PhasePlace, copy, get, set};
+use super::gait_controller::PhasePlace;
 use super::ground_limits::Limit;
 use super::phased::{PhaseLayout, PhasedGait, PhasedLayout};
 use super::phased_torques::{Asked, GaveWay, Room};
+use super::slices::{copy, get, set};
 use super::{Controller, Feedback, JointCommand, Observation, Refusal};
 use crate::model::{Argument, State};
 use crate::real::Scalar;

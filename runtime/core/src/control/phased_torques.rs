@@ -1,10 +1,10 @@
 //! Torques of a phase: outputs' accelerations as equations, limits of ground and drives as inequalities, the least change of the feed-forward.
-use super::gait_controller::{copy, get};
 use super::ground_limits::{Forces, LettingGo, Limit, Writer, of_row};
 use super::least_change::{
     Active, Conditions, Room as Search, Search as Outcome, nearest, nearest_compromise,
 };
 use super::phased::{PhaseLayout, PhasedLayout};
+use super::slices::{copy, get};
 use super::{Feedback, Refusal};
 use crate::real::Scalar;
 

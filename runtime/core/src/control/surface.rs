@@ -1,6 +1,7 @@
 //! The constraint surface q = T(φ) where it has no closed form (6.5), by Newton's method with bounded work.
 use super::elimination::solve;
 use super::gait::Gait;
+use super::slices::copy;
 use crate::model::{Argument, State};
 use crate::real::Scalar;
 
@@ -24,10 +25,6 @@ pub(super) struct Iteration<'m, R> {
     pub step: &'m mut [R],
     pub residual: &'m mut [R],
     pub jacobian: &'m mut [R],
-}
-
-fn copy<R: Copy>(from: &[R], to: &mut [R]) {
-    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
 impl<R: Scalar> Iteration<'_, R> {
