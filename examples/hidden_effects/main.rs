@@ -55,6 +55,9 @@ struct Arguments {
     /// Scores of other seeds, as --json prints them: their intervals count in the table of intervals; can be repeated
     #[arg(long, value_name = "FILE.json")]
     scores: Vec<PathBuf>,
+    /// Scores that --json printed, for the table and the page: nothing is scored again
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["examples", "generate"])]
+    from: Option<PathBuf>,
     /// The program to be scored; default: `bipedc` of the same build
     #[arg(long, value_name = "PROGRAM")]
     program: Option<PathBuf>,
@@ -87,6 +90,9 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
         plans.iter().for_each(|plan| println!("{}", plan.name));
         return Ok(());
     }
+    if let Some(path) = &arguments.from {
+        return tell(arguments, &read(path)?, &others);
+    }
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     if let Some(folder) = &arguments.generate {
         for plan in &plans {
@@ -109,13 +115,18 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     }?;
     // What is left there are logs that can be made again.
     let _ = std::fs::remove_dir_all(&context.folder);
+    tell(arguments, &scores, &others)
+}
+
+/// Prints and writes scores; intervals also of others.
+fn tell(arguments: &Arguments, scores: &[Scored], others: &[Scored]) -> Result<(), Failure> {
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&scores).map_err(|e| failure(e.to_string()))?);
+        println!("{}", serde_json::to_string_pretty(scores).map_err(|e| failure(e.to_string()))?);
     } else {
-        println!("{}", score::table(&scores, &others));
+        println!("{}", score::table(scores, others));
     }
     match &arguments.write {
-        Some(path) => generator::write_text(path, &score::page(&scores, &others)),
+        Some(path) => generator::write_text(path, &score::page(scores, others)),
         None => Ok(()),
     }
 }
