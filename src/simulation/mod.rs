@@ -1,5 +1,6 @@
 //! Robots ready for [`bipedc_analysis::simulate`]: what is built into the true model, and what a simulation knows beside it.
 pub mod absolute;
+mod chosen;
 mod energies;
 mod gait;
 mod log;
@@ -7,6 +8,7 @@ mod run;
 mod stepping;
 mod walking;
 
+pub use chosen::WalkedSpeeds;
 pub use run::{Options, Outcome, Scene, Simulated};
 
 use crate::robot::{feet, joint_layout};

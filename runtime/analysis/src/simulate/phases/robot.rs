@@ -374,6 +374,20 @@ impl Phased for PhasedRobot<'_> {
         self.broken_in_the_air(phase, time, x)
     }
 
+    fn before_event(&self, phase: usize, time: f64, x: &[f64]) -> Option<f64> {
+        let (q, v) = self.split(x);
+        self.controller.borrow_mut().before_event(&Observation::new(time, phase, q, v))
+    }
+
+    fn at_event(&self, phase: usize, time: f64, x: &[f64]) {
+        let (q, v) = self.split(x);
+        *self.memory.borrow_mut() = Memory::default();
+        let told = self.controller.borrow_mut().at_event(&Observation::new(time, phase, q, v));
+        if let (Err(refusal), None) = (told, self.refusal.get()) {
+            self.refusal.set(Some((phase, time, refusal)));
+        }
+    }
+
     fn change(
         &self,
         phase: usize,

@@ -217,6 +217,14 @@ impl<C: Controller<f64>> Controller<f64> for OverServos<'_, C> {
     fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
         self.controller.begin_phase(observed)
     }
+
+    fn before_event(&mut self, observed: &Observation<'_, f64>) -> Option<f64> {
+        self.controller.before_event(observed)
+    }
+
+    fn at_event(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
+        self.controller.at_event(observed)
+    }
 }
 
 /// Writes the log as the walk goes on.

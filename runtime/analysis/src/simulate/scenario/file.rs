@@ -60,6 +60,18 @@ pub(super) struct Control {
     pub quantities: BTreeMap<String, Spanned<String>>,
     pub output: Vec<Spanned<Output>>,
     pub servo: Option<Spanned<String>>,
+    pub speeds: Option<Spanned<toml::Value>>,
+    pub choice: Option<Spanned<Choice>>,
+}
+
+/// What may be chosen for each step of a gait.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Choice {
+    pub parameters: BTreeMap<String, Spanned<toml::Value>>,
+    pub keep: Option<Vec<Spanned<String>>>,
+    pub reserve: Option<Number>,
+    pub values: Option<Spanned<i64>>,
 }
 
 #[derive(Deserialize, Default)]

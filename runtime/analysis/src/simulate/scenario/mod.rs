@@ -12,8 +12,10 @@ mod reading;
 mod sensors;
 mod servos;
 mod walk;
+mod wishes;
 
 pub use gait::{GaitControl, GaitValue};
+pub use wishes::{Choosable, Wishes};
 
 use super::actuation::EffortSensor;
 use super::actuator::Actuator;
