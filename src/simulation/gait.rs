@@ -198,6 +198,7 @@ fn wished(
     let options = |parameters: &[Choosable]| ChoiceOptions {
         parameters: parameters.iter().map(|found| (found.name.clone(), found.between)).collect(),
         keep: wishes.keep.clone(),
+        friction: wishes.friction,
         reserve: wishes.reserve,
         values: wishes.values,
     };

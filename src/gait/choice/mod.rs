@@ -20,6 +20,8 @@ pub struct ChoiceOptions {
     pub parameters: Vec<(String, Option<[f64; 2]>)>,
     /// Which assumptions steps have to keep, by name; `None`: as many as there are limits for.
     pub keep: Option<Vec<String>>,
+    /// Coulomb's coefficient; `None`: that of the gait's limits.
+    pub friction: Option<f64>,
     /// Part of every limit that is left over.
     pub reserve: f64,
     /// Values of each parameter on the grid that ways of several steps go over.
@@ -81,8 +83,9 @@ impl GaitBench {
         let kept = self.kept(options).map_err(|error| wrong.push(error)).ok();
         if wrong.is_empty() {
             let choices = self.grid(values, &ranges, options.values).map_err(Diagnostics::from)?;
-            let kept = kept.unwrap_or(Kept { assumptions: Assumptions::default(), reserve: 0.0 });
-            return Ok(ChoiceSettings { choices, usual: values.to_vec(), kept });
+            if let Some(kept) = kept {
+                return Ok(ChoiceSettings { choices, usual: values.to_vec(), kept });
+            }
         }
         Err(Diagnostics(wrong))
     }
@@ -113,24 +116,22 @@ impl GaitBench {
     }
 
     fn kept(&self, options: &ChoiceOptions) -> Result<Kept, Diagnostic> {
-        let friction = self.gait.limits.friction.is_some();
-        let Some(keep) = &options.keep else {
-            let assumptions = Assumptions { friction, pull: true, clearance: false, torque: true };
-            return Ok(Kept { assumptions, reserve: options.reserve });
+        let friction = options.friction.or(self.gait.limits.friction);
+        let has = |name: &str, usual: bool| {
+            options.keep.as_ref().map_or(usual, |keep| keep.iter().any(|kept| kept == name))
         };
-        let has = |name: &str| keep.iter().any(|kept| kept == name);
-        if has("friction") && !friction {
-            let message = format!("the gait `{}` says no coefficient of friction to keep", self.gait.name);
-            return Err(Diagnostic::error(message)
-                .help("add `friction` to its [limits], or leave it out of `keep`"));
-        }
         let assumptions = Assumptions {
-            friction: has("friction"),
-            pull: has("pull"),
-            clearance: has("clearance"),
-            torque: has("torque"),
+            friction: has("friction", friction.is_some()),
+            pull: has("pull", true),
+            clearance: has("clearance", false),
+            torque: has("torque", true),
         };
-        Ok(Kept { assumptions, reserve: options.reserve })
+        if assumptions.friction && friction.is_none() {
+            let message = format!("the gait `{}` says no coefficient of friction to keep", self.gait.name);
+            let help = "say `friction`, or leave it out of `keep`";
+            return Err(Diagnostic::error(message).help(help));
+        }
+        Ok(Kept { assumptions, friction, reserve: options.reserve })
     }
 }
 

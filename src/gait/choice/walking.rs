@@ -77,8 +77,11 @@ impl<'c> Choosing<'c> {
         Rc::clone(&self.present)
     }
 
-    /// Step after step.
-    pub fn steps(self) -> Vec<StepSpeed> {
+    /// Step after step; the last one may have been chosen without having begun.
+    pub fn steps(mut self) -> Vec<StepSpeed> {
+        if self.chosen.is_some() {
+            self.note();
+        }
         self.steps
     }
 
@@ -104,7 +107,8 @@ impl<'c> Choosing<'c> {
         self.chosen = Some(Chosen { wished, predicted: choice.predicted, kind, steps: choice.steps });
     }
 
-    fn begun(&mut self, observed: &Observation<'_, f64>) {
+    /// Notes a step with the parameters that hold now.
+    fn note(&mut self) {
         let values = self.present.borrow().clone();
         let named = self.names.iter().cloned().zip(values.iter().copied()).collect();
         let chosen = self.chosen.take();
@@ -119,6 +123,11 @@ impl<'c> Choosing<'c> {
             steps_to_wished: chosen.and_then(|chosen| chosen.steps),
             parameters: named,
         });
+    }
+
+    fn begun(&mut self, observed: &Observation<'_, f64>) {
+        self.note();
+        let values = self.present.borrow().clone();
         let course = self.model.course_from(&values, observed.q, observed.v);
         self.dead_centre = course.ok().map(|course| course.dead_centre);
     }

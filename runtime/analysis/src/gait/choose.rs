@@ -241,9 +241,13 @@ impl Chooser<'_, '_> {
             states.extend(hop.next(now.k).filter(|k| *k > 0.0).map(|k| Reached { node, k, first: node }));
         }
         for steps in 2..=MOST {
-            let near = |node: usize| self.distance(&self.settings.usual, &self.halves[node].parameters);
+            // Of shortest ways that which goes farthest at once.
+            let far = |state: &&Reached| {
+                let speed = first[state.first].and_then(|hop| Some(hop.speed(hop.next(now.k)?)));
+                speed.map_or(f64::INFINITY, |speed| (speed - wished).abs())
+            };
             let meets = states.iter().filter(|state| self.meets(state, wished));
-            let best = meets.min_by(|a, b| near(a.first).total_cmp(&near(b.first)));
+            let best = meets.min_by(|a, b| far(a).total_cmp(&far(b)));
             if let Some(best) = best {
                 return Some((best.first, steps));
             }

@@ -18,6 +18,8 @@ const NEAR: f64 = 0.1;
 pub struct Kept {
     /// Which limits.
     pub assumptions: Assumptions,
+    /// Coulomb's coefficient; without one there is no limit of friction.
+    pub friction: Option<f64>,
     /// Part of each limit that is left over: of the coefficient of friction, of the efforts, of the weight as a force that pushes.
     pub reserve: f64,
 }
@@ -114,7 +116,7 @@ impl GaitModel<'_> {
         if kept.assumptions.pull {
             found.push([rest[1] - kept.reserve * weight, slope[1]]);
         }
-        if let Some(friction) = self.settings.friction.filter(|_| kept.assumptions.friction) {
+        if let Some(friction) = kept.friction.filter(|_| kept.assumptions.friction) {
             let most = friction * part;
             found.extend([1.0, -1.0].map(|sign| [rest, slope].map(|of| most * of[1] + sign * of[0])));
         }
@@ -148,7 +150,7 @@ impl GaitModel<'_> {
         let [tangential, normal] = landing.impulse;
         let pushes = normal > 0.0;
         let comes_off = landing.lift_off > 0.0;
-        let most = self.settings.friction.map(|friction| friction * (1.0 - kept.reserve));
+        let most = kept.friction.map(|friction| friction * (1.0 - kept.reserve));
         let holds = most.is_none_or(|most| pushes && tangential.abs() <= most * normal);
         (!pull || (pushes && comes_off)) && (!friction || holds)
     }

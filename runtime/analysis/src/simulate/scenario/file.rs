@@ -70,6 +70,7 @@ pub(super) struct Control {
 pub(super) struct Choice {
     pub parameters: BTreeMap<String, Spanned<toml::Value>>,
     pub keep: Option<Vec<Spanned<String>>>,
+    pub friction: Option<Number>,
     pub reserve: Option<Number>,
     pub values: Option<Spanned<i64>>,
 }

@@ -1,6 +1,6 @@
 //! `speeds` and `[control.choice]`: wished speeds of steps, and the gait parameters that may be chosen to meet them.
 use super::file::{Choice, Control, File};
-use super::reading::Reading;
+use super::reading::{POSITIVE, Reading};
 use bipedc_effects::magnitude;
 use bipedc_effects::random::Random;
 use bipedc_effects::spelling::suggest;
@@ -26,6 +26,8 @@ pub struct Wishes {
     pub parameters: Vec<Choosable>,
     /// Which assumptions a choice keeps, by name; `None`: as many as the gait has limits for.
     pub keep: Option<Vec<String>>,
+    /// Coulomb's coefficient that choices keep to; `None`: that of the gait.
+    pub friction: Option<f64>,
     /// Part of every limit that is left over.
     pub reserve: f64,
     /// Values of each parameter on the grid that ways of several steps go over.
@@ -65,6 +67,10 @@ impl Reading<'_> {
             position: self.place(at),
             parameters: self.choosable(choice),
             keep: choice.keep.as_ref().map(|keep| self.keep(keep)),
+            friction: choice
+                .friction
+                .as_ref()
+                .map(|friction| self.number("friction", Some(friction), 1.0, POSITIVE, "1")),
             reserve: self.number("reserve", choice.reserve.as_ref(), RESERVE, (0.0, 0.9), "1"),
             values: choice.values.as_ref().and_then(|values| self.values(values)),
         })
