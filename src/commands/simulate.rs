@@ -4,10 +4,12 @@ use crate::terminal::failure::Outcome;
 use crate::terminal::output;
 use crate::terminal::pages::Pages;
 use bipedc::Workbench;
-use bipedc::simulation::{Options, Scene};
+use bipedc::simulation::{Options, Scene, Simulated};
+use bipedc_analysis::report::curves_svg;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::write_with_folders;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
@@ -78,6 +80,9 @@ pub struct Simulate {
     /// Also say where the energy went: work of the drives, losses in joints, impacts and sliding
     #[arg(long)]
     energy: bool,
+    /// Also draw the energies of the zero dynamics, of a scenario with wished speeds (thesis, figures 7.8 and 7.9)
+    #[arg(long, value_name = "OUT.svg")]
+    energies: Option<PathBuf>,
     #[command(flatten)]
     pages: Pages,
     /// Print the summary as JSON
@@ -91,10 +96,18 @@ impl Simulate {
         let bench = self.robot.open()?;
         let scene = bench.scene(&self.scenario)?;
         self.check_files(&bench, &scene)?;
-        let options = Options { truth: self.truth.clone(), energy: self.energy, film: self.pages.wanted() };
+        let options = Options {
+            truth: self.truth.clone(),
+            energy: self.energy,
+            film: self.pages.wanted(),
+            energies: self.energies.is_some(),
+        };
         let simulated = bench.simulate(&scene, &self.out, &options)?;
         if let Some(film) = &simulated.film {
             self.pages.write_film(film)?;
+        }
+        if let Some(path) = &self.energies {
+            self.draw(path, &bench, &simulated)?;
         }
         output::diagnostics(&simulated.messages);
         if self.json {
@@ -111,12 +124,24 @@ impl Simulate {
         })
     }
 
+    /// Energies of the zero dynamics.
+    fn draw(&self, path: &Path, bench: &Workbench, simulated: &Simulated) -> Result<(), Diagnostic> {
+        let Some(speeds) = simulated.speeds() else {
+            let message = "--energies draws the steps of a scenario with wished speeds; this one has none";
+            return Err(Diagnostic::error(message).help("add speeds = [1.5, 1.6] to [control] beside `gait`"));
+        };
+        let name = self.scenario.file_name().unwrap_or_default().to_string_lossy();
+        let robot = &bench.robot().description.name;
+        write_with_folders(path, &curves_svg(&speeds.figure(robot, &format!("{name}: energies of the zero dynamics"))))
+    }
+
     /// Before anything is computed.
     fn check_files(&self, bench: &Workbench, scene: &Scene) -> Result<(), Diagnostic> {
         let mut ledger = bench.ledger();
         scene.note(&mut ledger);
         ledger.writes("--out", &self.out)?;
         self.truth.as_ref().map_or(Ok(()), |path| ledger.writes("--truth", path))?;
+        self.energies.as_ref().map_or(Ok(()), |path| ledger.writes("--energies", path))?;
         self.pages.note(&mut ledger)
     }
 }

@@ -1,8 +1,9 @@
 //! A walk whose parameters are chosen at each mid-stance, and the speeds that it reaches.
 use super::gait::Walker;
-use crate::gait::choice::{Choosing, StepSpeed, chooser};
+use crate::gait::choice::{Choosing, StepPart, StepSpeed, chooser};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Chooser, GaitModel};
+use bipedc_analysis::report::{CurveFigure, CurveKind, PlottedCurve, Table as PageTable};
 use bipedc_analysis::simulate::phases::{LandingGuard, WalkSummary, Walking};
 use bipedc_analysis::simulate::{self, Sample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -29,6 +30,22 @@ pub struct WalkedSpeeds {
     pub largest_surprise: f64,
     /// Step after step.
     pub steps: Vec<StepSpeed>,
+    /// Of the zero dynamics, as they were walked.
+    #[serde(skip)]
+    pub energies: Vec<StepEnergy>,
+}
+
+/// Energies of the zero dynamics at a row of the log, (kg m²/s)².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepEnergy {
+    /// The step it belongs to.
+    pub step: usize,
+    /// s
+    pub time: f64,
+    /// K = σ²/2, of the angular momentum of the whole robot as it moves.
+    pub kinetic: f64,
+    /// P(φ) from the beginning of the step (6.10); with other parameters it goes on where it was.
+    pub potential: f64,
 }
 
 /// What a walk chooses by.
@@ -55,6 +72,7 @@ impl<'c> Chosen<'c> {
         &self,
         walking: &Walking<'_>,
         (run, watch): (&mut simulate::Run<'_>, &mut dyn FnMut(&Sample)),
+        drawn: bool,
     ) -> (Result<WalkSummary, Diagnostic>, Option<WalkedSpeeds>) {
         let (Some((bench, controller)), Some(wished)) = (self.gait.one_phase(), &self.gait.wishes) else {
             return (Err(Diagnostic::error("there is nothing to choose")), None);
@@ -68,9 +86,51 @@ impl<'c> Chosen<'c> {
         );
         let ending = self.gait.ending(choosing.present());
         let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
-        let summary = walking.run_until(Borrowed(&mut choosing), ending, run, watch);
-        let speeds = WalkedSpeeds::of(format!("{}/s", bench.gait.phase.unit), choosing.steps());
+        let mut samples: Vec<(f64, Vec<f64>, Vec<f64>)> = Vec::new();
+        let mut watch = |sample: &Sample| {
+            if drawn {
+                samples.push((sample.time, sample.q.clone(), sample.v.clone()));
+            }
+            watch(sample);
+        };
+        let summary = walking.run_until(Borrowed(&mut choosing), ending, run, &mut watch);
+        let energies = self.energies(&choosing.take_parts(), &samples);
+        let mut speeds = WalkedSpeeds::of(format!("{}/s", bench.gait.phase.unit), choosing.steps());
+        speeds.energies = energies;
         (summary, Some(speeds))
+    }
+
+    /// What was walked, as energies of the zero dynamics; every second step stands on the other leg.
+    fn energies(&self, parts: &[StepPart], samples: &[(f64, Vec<f64>, Vec<f64>)]) -> Vec<StepEnergy> {
+        let mut found = Vec::new();
+        let mut offset = 0.0;
+        for (index, part) in parts.iter().enumerate() {
+            let Ok(course) = self.model.course_from(&part.parameters, &part.q, &part.v) else { continue };
+            let next = parts.get(index + 1);
+            let end = next.map_or(f64::INFINITY, |next| next.time);
+            for (time, q, v) in samples.iter().filter(|(time, ..)| (part.time..end).contains(time)) {
+                let [q, v] = match part.step % 2 {
+                    0 => [q.clone(), v.clone()],
+                    _ => self.model.relabelled(q, v),
+                };
+                let Ok(potential) = course.potential(self.model.phase_at(&q, &v)[0]) else { continue };
+                let kinetic = 0.5 * self.model.momentum(&q, &v).powi(2);
+                found.push(StepEnergy {
+                    step: part.step,
+                    time: *time,
+                    kinetic,
+                    potential: offset + potential,
+                });
+            }
+            offset = match next.filter(|next| next.step == part.step) {
+                Some(next) => {
+                    let phase = self.model.phase_at(&next.q, &next.v)[0];
+                    offset + course.potential(phase).unwrap_or(0.0)
+                }
+                None => 0.0,
+            };
+        }
+        found
     }
 }
 
@@ -85,13 +145,46 @@ impl WalkedSpeeds {
             met: pairs().filter(met).count(),
             largest_surprise: surprises.fold(0.0, f64::max),
             steps,
+            energies: Vec::new(),
+        }
+    }
+
+    /// The energies of the zero dynamics over time, step after step, as the thesis draws them (figures 7.8 and 7.9).
+    pub fn figure(&self, robot: &str, title: &str) -> CurveFigure {
+        type Of = fn(&StepEnergy) -> f64;
+        let curve = |kind, words: &str, of: Of| {
+            let mut points = Vec::new();
+            let mut last = None;
+            for energy in &self.energies {
+                if last.is_some_and(|step| step != energy.step) {
+                    points.push([energy.time, f64::NAN]);
+                }
+                last = Some(energy.step);
+                points.push([energy.time, of(energy)]);
+            }
+            PlottedCurve { kind, words: words.to_owned(), points }
+        };
+        CurveFigure {
+            title: title.to_owned(),
+            robot: robot.to_owned(),
+            x: "time (s)".to_owned(),
+            y: "energy of the zero dynamics ((kg m²/s)²)".to_owned(),
+            counted: [false, false],
+            from_zero: false,
+            curves: vec![
+                curve(CurveKind::Other, "K, kinetic", |e| e.kinetic),
+                curve(CurveKind::Third, "P, potential", |e| e.potential),
+                curve(CurveKind::Limit, "E, both", |e| e.kinetic + e.potential),
+            ],
+            facts: Vec::new(),
+            table: PageTable { caption: String::new(), head: Vec::new(), rows: Vec::new() },
         }
     }
 }
 
 impl fmt::Display for WalkedSpeeds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { unit, wished, met, largest_surprise, steps } = self;
+        let Self { unit, wished, met, largest_surprise, steps, .. } = self;
         let mut table = Table::new();
         table.load_preset(comfy_table::presets::NOTHING);
         let names = steps.first().into_iter().flat_map(|step| step.parameters.keys().cloned());

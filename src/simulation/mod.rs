@@ -4,11 +4,13 @@ mod chosen;
 mod energies;
 mod gait;
 mod log;
+mod robust;
 mod run;
 mod stepping;
 mod walking;
 
-pub use chosen::WalkedSpeeds;
+pub use chosen::{StepEnergy, WalkedSpeeds};
+pub use robust::{Disturbance, DisturbanceKind, Robust, RobustOptions, Survival, Tried, wilson};
 pub use run::{Options, Outcome, Scene, Simulated};
 
 use crate::robot::{feet, joint_layout};

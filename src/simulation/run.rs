@@ -34,6 +34,8 @@ pub struct Options {
     pub energy: bool,
     /// Also keep the motion as a film.
     pub film: bool,
+    /// Also keep the energies of the zero dynamics, where parameters are chosen for each step.
+    pub energies: bool,
 }
 
 /// How a run went.
@@ -151,6 +153,14 @@ impl Simulated {
         match &self.outcome {
             Outcome::Stepped(summary) => summary.interrupted,
             Outcome::Walked { summary, .. } => summary.end == WalkEnd::Interrupted,
+        }
+    }
+
+    /// Wished and reached speeds, where parameters were chosen for each step.
+    pub fn speeds(&self) -> Option<&WalkedSpeeds> {
+        match &self.outcome {
+            Outcome::Walked { speeds, .. } => speeds.as_ref(),
+            Outcome::Stepped(_) => None,
         }
     }
 

@@ -60,7 +60,7 @@ impl Scene {
                 }
             };
             match &choosing {
-                Some(chosen) => chosen.walk(&walking, (&mut run, &mut watch)),
+                Some(chosen) => chosen.walk(&walking, (&mut run, &mut watch), options.energies),
                 None => (self.walked_by(&walking, own, (&mut run, &mut watch)), None),
             }
         });

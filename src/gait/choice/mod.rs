@@ -1,7 +1,7 @@
 //! Parameters of a gait chosen while it walks: at mid-stance, from the measured state, so that the next step has a wished speed (thesis 6.23).
 mod walking;
 
-pub use walking::{Choosing, Present, StepSpeed};
+pub use walking::{Choosing, Present, StepPart, StepSpeed};
 
 use super::GaitBench;
 use crate::progress::Run;

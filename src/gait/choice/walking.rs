@@ -30,6 +30,21 @@ pub struct StepSpeed {
     pub parameters: BTreeMap<String, f64>,
 }
 
+/// From here on the robot walked with these parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepPart {
+    /// Of the step it belongs to.
+    pub step: usize,
+    /// s
+    pub time: f64,
+    /// All of them.
+    pub parameters: Vec<f64>,
+    /// q at its beginning, legs named by their roles.
+    pub q: Vec<f64>,
+    /// v there.
+    pub v: Vec<f64>,
+}
+
 /// Parameters that hold now, shared with what ends a step.
 pub type Present = Rc<RefCell<Vec<f64>>>;
 
@@ -56,6 +71,7 @@ pub struct Choosing<'c> {
     /// φ_m of the present step, while it is still to come.
     dead_centre: Option<f64>,
     steps: Vec<StepSpeed>,
+    parts: Vec<StepPart>,
 }
 
 impl<'c> Choosing<'c> {
@@ -68,13 +84,18 @@ impl<'c> Choosing<'c> {
         wishes: &'c [f64],
     ) -> Self {
         let present = Rc::new(RefCell::new(values.to_vec()));
-        let (chosen, dead_centre, steps) = (None, None, Vec::new());
-        Self { controller, model, chooser, names, wishes, present, chosen, dead_centre, steps }
+        let (chosen, dead_centre, steps, parts) = (None, None, Vec::new(), Vec::new());
+        Self { controller, model, chooser, names, wishes, present, chosen, dead_centre, steps, parts }
     }
 
     /// Parameters that hold now.
     pub fn present(&self) -> Present {
         Rc::clone(&self.present)
+    }
+
+    /// Parts of steps with their parameters, in order of time.
+    pub fn take_parts(&mut self) -> Vec<StepPart> {
+        std::mem::take(&mut self.parts)
     }
 
     /// Step after step; the last one may have been chosen without having begun.
@@ -86,7 +107,8 @@ impl<'c> Choosing<'c> {
     }
 
     /// Chooses in the measured state, and takes what was chosen.
-    fn choose(&mut self, q: &[f64], v: &[f64]) {
+    fn choose(&mut self, observed: &Observation<'_, f64>) {
+        let (q, v) = (observed.q, observed.v);
         let wished = self.steps.len().checked_sub(1).and_then(|index| self.wishes.get(index));
         let Some(&wished) = wished else {
             self.chosen = None;
@@ -101,6 +123,7 @@ impl<'c> Choosing<'c> {
         if kind != ChoiceKind::None && asked.and_then(|()| changed.begin_step(q, v)).is_ok() {
             self.controller = changed;
             *self.present.borrow_mut() = choice.parameters;
+            self.part(self.steps.len().saturating_sub(1), observed);
         } else {
             kind = ChoiceKind::None;
         }
@@ -125,8 +148,15 @@ impl<'c> Choosing<'c> {
         });
     }
 
+    fn part(&mut self, step: usize, observed: &Observation<'_, f64>) {
+        let (q, v) = (observed.q.to_vec(), observed.v.to_vec());
+        let parameters = self.present.borrow().clone();
+        self.parts.push(StepPart { step, time: observed.time, parameters, q, v });
+    }
+
     fn begun(&mut self, observed: &Observation<'_, f64>) {
         self.note();
+        self.part(self.steps.len() - 1, observed);
         let values = self.present.borrow().clone();
         let course = self.model.course_from(&values, observed.q, observed.v);
         self.dead_centre = course.ok().map(|course| course.dead_centre);
@@ -172,7 +202,7 @@ impl Controller<f64> for Choosing<'_> {
             step.rests_before = rests.then_some(missing);
         }
         if !rests {
-            self.choose(observed.q, observed.v);
+            self.choose(observed);
         }
         Ok(())
     }

@@ -80,6 +80,8 @@ pub struct Chooser<'a, 'm> {
     halves: Vec<Half>,
     /// From each to each; the second one changes fastest.
     hops: Vec<Option<Hop>>,
+    /// Distance of neighbours of the grid, along its diagonals too.
+    neighbours: f64,
 }
 
 /// A way from the present mid-stance that was computed as it is.
@@ -119,7 +121,10 @@ impl<'a> GaitModel<'a> {
         rows.sort_by_key(|(job, _)| *job);
         let complete = complete && rows.len() == halves.len();
         let hops = rows.into_iter().flat_map(|(_, row)| row).collect();
-        complete.then_some(Chooser { gait: self, settings, halves, hops })
+        let axes = settings.choices.axes.iter();
+        let diagonal: f64 = axes.map(|(_, values)| (values.len().max(2) as f64 - 1.0).powi(-2)).sum();
+        let neighbours = 1.01 * diagonal.sqrt();
+        complete.then_some(Chooser { gait: self, settings, halves, hops, neighbours })
     }
 }
 
@@ -182,9 +187,30 @@ impl Chooser<'_, '_> {
             })
             .collect();
         ways.sort_by(|a, b| a.0.total_cmp(&b.0));
-        ways.iter().take(TRIED).find_map(|&(_, node, far)| {
+        let found = ways.iter().take(TRIED).find_map(|&(_, node, far)| {
             let trial = self.between(now, (&from.0, from.1), (&self.halves[node].parameters, far), wished)?;
             self.accepted(now, trial, wished)
+        });
+        let allowed: Vec<(usize, f64)> =
+            allowed().filter_map(|(node, hop)| Some((node, miss(hop)?))).collect();
+        found.or_else(|| self.meeting_between(now, &allowed, wished))
+    }
+
+    /// The same between neighbours of the grid, both of which keep everything: each comes with what it misses.
+    fn meeting_between(&self, now: &Now<'_>, allowed: &[(usize, f64)], wished: f64) -> Option<Trial> {
+        let of = |node: usize| &self.halves[node].parameters[..];
+        let mut pairs = Vec::new();
+        for (index, &(a, low)) in allowed.iter().enumerate() {
+            for &(b, high) in &allowed[index + 1..] {
+                if (low < 0.0) != (high < 0.0) && self.distance(of(a), of(b)) <= self.neighbours {
+                    let near = |node| self.distance(&self.settings.usual, of(node));
+                    pairs.push((near(a).min(near(b)), (a, low), (b, high)));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        pairs.iter().take(TRIED).find_map(|&(_, (a, low), (b, high))| {
+            self.accepted(now, self.between(now, (of(a), low), (of(b), high), wished)?, wished)
         })
     }
 

@@ -5,6 +5,7 @@ use super::landing::Landing;
 use super::search::zero;
 use super::step::Refusal;
 use super::surface::SurfacePoint;
+use bipedc_runtime::model::{Argument, State};
 use std::cell::RefCell;
 
 /// Outputs (m, rad) that are zero but for rounding.
@@ -82,6 +83,14 @@ impl<'a> GaitModel<'a> {
     /// φ and φ̇ of a state.
     pub fn phase_at(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
         self.controlled(q, v).first().copied().unwrap_or([f64::NAN; 2])
+    }
+
+    /// A state (q: nq, v: nv) with left and right exchanged.
+    pub fn relabelled(&self, q: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
+        let functions = &self.functions;
+        let q = self.call(functions.relabelled_configuration, &State::new().with(Argument::Q, q));
+        let v = self.call(functions.relabelled_velocity, &State::new().with(Argument::V, v));
+        [q, v]
     }
 
     /// The angular momentum σ about the foot that stands, kg m²/s.

@@ -40,4 +40,4 @@ pub use reach::{Choices, Reach, Unreached};
 pub use reason::{Assumptions, Reason};
 pub use step::{Refusal, Step, ThisStep};
 pub use surface::{SurfaceFailure, SurfacePoint};
-pub use workers::Watch;
+pub use workers::{Watch, in_parallel};

@@ -6,6 +6,7 @@ use super::spec::{Ending, LandingGuard, PhaseSpec};
 use super::support::{Load, before_line};
 use crate::robot::{BaseKind, Foot};
 use crate::simulate::mechanics::rotate;
+use crate::simulate::scenario::Push;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::{Argument, Model, State};
@@ -24,6 +25,7 @@ pub struct PhasedRobot<'a> {
     relabelled: Option<[usize; 2]>,
     pub(super) assumptions: Assumptions,
     pub(super) stops: Vec<Option<[f64; 2]>>,
+    pushes: Vec<Push>,
     /// Positive until a foot is taken to land, of a configuration.
     ending: Option<&'a LandingGuard<'a>>,
     controller: RefCell<Box<dyn Controller<f64> + 'a>>,
@@ -110,6 +112,7 @@ impl<'a> PhasedRobot<'a> {
             phases: phases.into_iter().map(functions).collect::<Result<_, Diagnostic>>()?,
             assumptions,
             stops: Vec::new(),
+            pushes: Vec::new(),
             ending: None,
             controller: RefCell::new(Box::new(controller)),
             refusal: Cell::new(None),
@@ -122,6 +125,12 @@ impl<'a> PhasedRobot<'a> {
     #[must_use]
     pub fn with_stops(self, stops: Vec<Option<[f64; 2]>>) -> Self {
         Self { stops, ..self }
+    }
+
+    /// The same with pushes on its base.
+    #[must_use]
+    pub fn pushed(self, pushes: Vec<Push>) -> Self {
+        Self { pushes, ..self }
     }
 
     /// The same with landings where this function of the configuration falls through zero, whatever the heights of the feet are.
@@ -189,6 +198,9 @@ impl<'a> PhasedRobot<'a> {
         for ((tau, command), (q, v)) in work.tau[first..].iter_mut().zip(&work.commands).zip(q.iter().zip(v))
         {
             *tau = if given.is_ok() { command.torque(*q, *v) } else { f64::NAN };
+        }
+        if first > 0 {
+            work.tau[0] += self.pushes.iter().map(|push| push.force(observed.time)).sum::<f64>();
         }
         if let (Err(refusal), None) = (given, self.refusal.get()) {
             self.refusal.set(Some((observed.phase, observed.time, refusal)));

@@ -169,6 +169,7 @@ impl Walking<'_> {
         let robot =
             PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
                 .with_stops(stops)
+                .pushed(scenario.pushes.clone())
                 .landing_where(ending);
         let (x, projected) = robot.standing(plant, scenario)?;
         robot.begin_phase(scenario.phase, 0.0, &x);

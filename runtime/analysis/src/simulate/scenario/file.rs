@@ -32,6 +32,16 @@ pub(super) struct File {
     pub assumptions: Option<Spanned<Checks>>,
     pub gravity: Option<Number>,
     pub slope: Option<Number>,
+    #[serde(default)]
+    pub push: Vec<Spanned<Push>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Push {
+    pub time: Number,
+    pub duration: Option<Number>,
+    pub impulse: Number,
 }
 
 #[derive(Deserialize, Default)]

@@ -150,9 +150,9 @@ fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// `{ random = SEED, between = [LOW, HIGH], steps = N }`
+/// `{ random = SEED, between = [LOW, HIGH], change = MOST, steps = N }`: each differs from the one before by `change` at most.
 fn random(table: &toml::Table) -> Option<Vec<f64>> {
-    if table.keys().any(|key| !["random", "between", "steps"].contains(&key.as_str())) {
+    if table.keys().any(|key| !["random", "between", "steps", "change"].contains(&key.as_str())) {
         return None;
     }
     let whole = |key: &str| table.get(key).and_then(Value::as_integer);
@@ -162,6 +162,15 @@ fn random(table: &toml::Table) -> Option<Vec<f64>> {
     if seed < 0 || !(1..=MOST_STEPS).contains(&steps) || low > high {
         return None;
     }
+    let change = table.get("change").map_or(Some(high - low), number).filter(|change| *change >= 0.0)?;
     let mut random = Random::new(seed.unsigned_abs());
-    Some((0..steps).map(|_| low + (high - low) * random.unit()).collect())
+    let mut last = None;
+    let mut next = || {
+        // The first one may be any.
+        let around = last.map_or([low, high], |x: f64| [(x - change).max(low), (x + change).min(high)]);
+        let speed = around[0] + (around[1] - around[0]) * random.unit();
+        last = Some(speed);
+        speed
+    };
+    Some((0..steps).map(|_| next()).collect())
 }
