@@ -132,7 +132,10 @@ impl Simulate {
         };
         let name = self.scenario.file_name().unwrap_or_default().to_string_lossy();
         let robot = &bench.robot().description.name;
-        write_with_folders(path, &curves_svg(&speeds.figure(robot, &format!("{name}: energies of the zero dynamics"))))
+        write_with_folders(
+            path,
+            &curves_svg(&speeds.figure(robot, &format!("{name}: energies of the zero dynamics"))),
+        )
     }
 
     /// Before anything is computed.

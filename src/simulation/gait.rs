@@ -94,12 +94,12 @@ impl Walker {
         let values = bench.values(&set)?;
         let controller = bench.controller(control.feedback.unwrap_or_default(), &set)?;
         let controller = if control.limited { controller } else { controller.unlimited() };
+        let wishes =
+            control.wishes.as_ref().map(|wishes| wished(&bench, &values, (wishes, file))).transpose()?;
         if let Some((speed, place)) = control.speed {
             let state = bench.beginning(&values, speed);
             begin_at(scenario, state.map_err(|error| error.in_file(file).at(place.0, place.1))?, place);
         }
-        let wishes =
-            control.wishes.as_ref().map(|wishes| wished(&bench, &values, (wishes, file))).transpose()?;
         if let (Some(wishes), Some(events)) = (&wishes, &mut scenario.events) {
             // Until the last one that is wished has passed its mid-stance and has landed.
             events.steps = events.steps.or(Some(wishes.speeds.len() + 1));
@@ -169,6 +169,11 @@ impl Walker {
             (AnyBench::OnePhase(bench), GaitDriver::OnePhase(controller)) => Some((bench, controller)),
             _ => None,
         }
+    }
+
+    /// Whether steps end where the gait's guard vanishes.
+    pub fn ends_by_guard(&self) -> bool {
+        self.guarded
     }
 
     /// Parameters at the beginning.

@@ -21,6 +21,7 @@ holds; slipping counts as a failure as falling does.
   push   N s  a horizontal push on the base, either way, 0.1 s long, at some time in the first second
   mass   1    masses and inertias of all links, each by another part
   slope  rad  the ground falls or rises
+  height m    each foothold is higher or lower than the one before; only where a foot lands where it meets the ground
   noise  rad  standard deviation of all measured positions (rad, m), ten times that of velocities; a controller that is asked every ms
   delay  s    measurements are that late, in whole ms, and torques held for 1 ms
 
@@ -39,7 +40,7 @@ pub struct Robust {
     /// A scenario of a gait with wished speeds
     #[arg(long, value_name = "FILE.toml")]
     scenario: PathBuf,
-    /// A disturbance, with its size [default: each of them with its usual size: push=5, mass=0.1, slope=0.02, noise=0.001, delay=0.002]
+    /// A disturbance, with its size [default: each of them with its usual size: push=5, mass=0.1, slope=0.02, height=0.005, noise=0.001, delay=0.002]
     #[arg(long, value_name = "KIND[=SIZE]", value_parser = disturbance)]
     disturb: Vec<Disturbance>,
     /// Trials of each disturbance
@@ -80,7 +81,7 @@ impl Robust {
         let mut ledger = bench.ledger();
         scene.note(&mut ledger);
         note(&mut ledger, "--svg", self.svg.as_deref())?;
-        let usual = || DisturbanceKind::ALL.map(|kind| Disturbance { kind, size: kind.usual() }).to_vec();
+        let usual = || scene.disturbances();
         let disturbances = if self.disturb.is_empty() { usual() } else { self.disturb };
         let options = RobustOptions { trials: self.trials, seed: self.seed, disturbances };
         let robust = scene.robust(&options, &bench.run())?;

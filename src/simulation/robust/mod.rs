@@ -106,6 +106,14 @@ pub fn wilson(successes: usize, trials: usize) -> [f64; 2] {
 }
 
 impl Scene {
+    /// Each disturbance that means something here, with its usual size.
+    pub fn disturbances(&self) -> Vec<Disturbance> {
+        let guarded = self.gait.as_ref().is_some_and(|gait| gait.ends_by_guard());
+        let kinds = DisturbanceKind::ALL.into_iter();
+        let kinds = kinds.filter(|kind| !(guarded && *kind == DisturbanceKind::Height));
+        kinds.map(|kind| Disturbance { kind, size: kind.usual() }).collect()
+    }
+
     /// Walks the scenario's gait under disturbances, again and again; every trial once with the parameters of the scenario and once
     /// with those that are chosen for its speeds.
     ///
@@ -123,6 +131,12 @@ impl Scene {
             let message = format!("{} trials are not possible", options.trials);
             return Err(Diagnostic::error(message).help(help).into());
         }
+        let heights = options.disturbances.iter().any(|one| one.kind == DisturbanceKind::Height);
+        if heights && self.gait.as_ref().is_some_and(|gait| gait.ends_by_guard()) {
+            let message = "steps of this scenario end where the gait's guard vanishes, whatever the height of the ground";
+            let help = "leave --disturb height out, or take a gait that lifts its foot, without step_length = \"gait\"";
+            return Err(Diagnostic::error(message).in_file(&self.file).help(help).into());
+        }
         let model = bench.model()?;
         let chooser = chooser(&model, wishes.settings.clone(), run)
             .ok_or_else(|| Diagnostic::error("interrupted before the first walk began"))?;
@@ -137,7 +151,8 @@ impl Scene {
         ended.sort_by_key(|(job, _)| *job);
         let complete = ended.len() == count && !(run.stop)();
         let of = |index: usize, disturbance: &Disturbance| {
-            let own = || ended.iter().filter(move |(job, _)| job / options.trials == index).map(|(_, end)| end);
+            let own =
+                || ended.iter().filter(move |(job, _)| job / options.trials == index).map(|(_, end)| end);
             let only = |a: usize| own().filter(|end| end[a].is_ok() && end[1 - a].is_err()).count();
             Tried {
                 disturbance: *disturbance,

@@ -54,7 +54,11 @@ impl<C: Controller<f64>> Sampled<C> {
 }
 
 impl<C: Controller<f64>> Controller<f64> for Sampled<C> {
-    fn command(&mut self, _: &Observation<'_, f64>, commands: &mut [JointCommand<f64>]) -> Result<(), Refusal> {
+    fn command(
+        &mut self,
+        _: &Observation<'_, f64>,
+        commands: &mut [JointCommand<f64>],
+    ) -> Result<(), Refusal> {
         if self.held.len() != commands.len() {
             self.compute(commands.len())?;
         }

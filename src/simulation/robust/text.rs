@@ -17,7 +17,10 @@ fn failures(survival: &Survival) -> String {
 impl fmt::Display for Robust {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { robot, scenario, steps, seed, complete, tried } = self;
-        writeln!(f, "{robot}, {scenario}: walks that take all {steps} steps with every assumption kept; seed {seed}")?;
+        writeln!(
+            f,
+            "{robot}, {scenario}: walks that take all {steps} steps with every assumption kept; seed {seed}"
+        )?;
         writeln!(f, "95 % intervals of Wilson\n")?;
         let rows = tried.iter().map(|tried| {
             let kind = tried.disturbance.kind;
@@ -31,12 +34,24 @@ impl fmt::Display for Robust {
                 tried.only_chosen.to_string(),
             ]
         });
-        let heads =
-            ["disturbance", "up to", "trials", "fixed parameters", "chosen anew", "only fixed", "only chosen"];
+        let heads = [
+            "disturbance",
+            "up to",
+            "trials",
+            "fixed parameters",
+            "chosen anew",
+            "only fixed",
+            "only chosen",
+        ];
         f.write_str(&table(&heads, rows.collect(), 0))?;
         let rows = tried.iter().map(|tried| {
             let size = format!("{} {}", tried.disturbance.size, tried.disturbance.kind.unit());
-            vec![tried.disturbance.kind.name().to_owned(), size, failures(&tried.fixed), failures(&tried.chosen)]
+            vec![
+                tried.disturbance.kind.name().to_owned(),
+                size,
+                failures(&tried.fixed),
+                failures(&tried.chosen),
+            ]
         });
         writeln!(f, "\nwhy the others end")?;
         f.write_str(&table(&["disturbance", "up to", "fixed parameters", "chosen anew"], rows.collect(), 0))?;

@@ -30,6 +30,8 @@ pub enum DisturbanceKind {
     Mass,
     /// The ground falls or rises, rad.
     Slope,
+    /// Each foothold is higher or lower than the one before, m.
+    Height,
     /// Noise of positions (rad, m), ten times that of velocities (per s), in samples of 1 ms.
     Noise,
     /// Measurements are late, s, in samples of 1 ms.
@@ -38,7 +40,7 @@ pub enum DisturbanceKind {
 
 impl DisturbanceKind {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Push, Self::Mass, Self::Slope, Self::Noise, Self::Delay];
+    pub const ALL: [Self; 6] = [Self::Push, Self::Mass, Self::Slope, Self::Height, Self::Noise, Self::Delay];
 
     /// As it is asked for.
     pub fn name(self) -> &'static str {
@@ -46,6 +48,7 @@ impl DisturbanceKind {
             Self::Push => "push",
             Self::Mass => "mass",
             Self::Slope => "slope",
+            Self::Height => "height",
             Self::Noise => "noise",
             Self::Delay => "delay",
         }
@@ -57,6 +60,7 @@ impl DisturbanceKind {
             Self::Push => "N s",
             Self::Mass => "1",
             Self::Slope | Self::Noise => "rad",
+            Self::Height => "m",
             Self::Delay => "s",
         }
     }
@@ -67,6 +71,7 @@ impl DisturbanceKind {
             Self::Push => 5.0,
             Self::Mass => 0.1,
             Self::Slope => 0.02,
+            Self::Height => 5e-3,
             Self::Noise => 1e-3,
             Self::Delay => 2e-3,
         }
@@ -155,6 +160,11 @@ impl Trial<'_> {
                 let slope = scenario.world.slope + size * random.symmetric();
                 robot = in_world(robot, &World { slope, ..scenario.world });
             }
+            DisturbanceKind::Height => {
+                // The same for all sizes: as many as there can be steps.
+                let steps = scenario.events.as_ref().and_then(|events| events.steps).unwrap_or(0);
+                scenario.rises = (0..=steps).map(|_| size * random.symmetric()).collect();
+            }
             DisturbanceKind::Noise => {
                 instruments = Some(Instruments { period: PERIOD, late: 0, noise: [size, 10.0 * size] });
             }
@@ -217,6 +227,7 @@ fn ended(walked: Result<WalkSummary, Diagnostic>) -> Ended {
             (WalkEnd::Interrupted, None) => Err("interrupted".to_owned()),
             (_, None) => Err("does not get on".to_owned()),
         },
-        Err(error) => Err(error.message),
+        // Without time and phase, so that equal reasons are counted together.
+        Err(error) => Err(error.message.rsplit(": ").next().unwrap_or_default().to_owned()),
     }
 }

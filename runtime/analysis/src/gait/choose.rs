@@ -80,8 +80,8 @@ pub struct Chooser<'a, 'm> {
     halves: Vec<Half>,
     /// From each to each; the second one changes fastest.
     hops: Vec<Option<Hop>>,
-    /// Distance of neighbours of the grid, along its diagonals too.
-    neighbours: f64,
+    /// Pairs of neighbours of the grid, along its diagonals too.
+    neighbours: Vec<[usize; 2]>,
 }
 
 /// A way from the present mid-stance that was computed as it is.
@@ -121,10 +121,9 @@ impl<'a> GaitModel<'a> {
         rows.sort_by_key(|(job, _)| *job);
         let complete = complete && rows.len() == halves.len();
         let hops = rows.into_iter().flat_map(|(_, row)| row).collect();
-        let axes = settings.choices.axes.iter();
-        let diagonal: f64 = axes.map(|(_, values)| (values.len().max(2) as f64 - 1.0).powi(-2)).sum();
-        let neighbours = 1.01 * diagonal.sqrt();
-        complete.then_some(Chooser { gait: self, settings, halves, hops, neighbours })
+        let mut chooser = Chooser { gait: self, settings, halves, hops, neighbours: Vec::new() };
+        chooser.neighbours = chooser.pairs();
+        complete.then_some(chooser)
     }
 }
 
@@ -134,12 +133,8 @@ impl Chooser<'_, '_> {
     pub fn choose(&self, q: &[f64], v: &[f64], wished: f64, present: &[f64]) -> Choice {
         let [phase, rate] = self.gait.phase_at(q, v);
         let k = 0.5 * self.gait.momentum(q, v).powi(2);
-        let stays = Choice {
-            parameters: present.to_vec(),
-            predicted: None,
-            steps: None,
-            kind: ChoiceKind::None,
-        };
+        let stays =
+            Choice { parameters: present.to_vec(), predicted: None, steps: None, kind: ChoiceKind::None };
         if !(rate > 0.0 && k.is_finite()) {
             return stays;
         }
@@ -191,27 +186,36 @@ impl Chooser<'_, '_> {
             let trial = self.between(now, (&from.0, from.1), (&self.halves[node].parameters, far), wished)?;
             self.accepted(now, trial, wished)
         });
-        let allowed: Vec<(usize, f64)> =
-            allowed().filter_map(|(node, hop)| Some((node, miss(hop)?))).collect();
-        found.or_else(|| self.meeting_between(now, &allowed, wished))
+        found.or_else(|| self.meeting_between(now, first, wished))
     }
 
-    /// The same between neighbours of the grid, both of which keep everything: each comes with what it misses.
-    fn meeting_between(&self, now: &Now<'_>, allowed: &[(usize, f64)], wished: f64) -> Option<Trial> {
+    /// The same between neighbours of the grid, both of which keep everything.
+    fn meeting_between(&self, now: &Now<'_>, first: &[Option<Hop>], wished: f64) -> Option<Trial> {
         let of = |node: usize| &self.halves[node].parameters[..];
-        let mut pairs = Vec::new();
-        for (index, &(a, low)) in allowed.iter().enumerate() {
-            for &(b, high) in &allowed[index + 1..] {
-                if (low < 0.0) != (high < 0.0) && self.distance(of(a), of(b)) <= self.neighbours {
-                    let near = |node| self.distance(&self.settings.usual, of(node));
-                    pairs.push((near(a).min(near(b)), (a, low), (b, high)));
-                }
-            }
-        }
+        let near = |node| self.distance(&self.settings.usual, of(node));
+        let pair = |&[a, b]: &[usize; 2]| {
+            let [low, high] = [a, b].map(|node| missing(first[node].as_ref(), now.k, wished));
+            let (low, high) = (low?, high?);
+            ((low < 0.0) != (high < 0.0)).then(|| (near(a).min(near(b)), (a, low), (b, high)))
+        };
+        let mut pairs: Vec<_> = self.neighbours.iter().filter_map(pair).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
         pairs.iter().take(TRIED).find_map(|&(_, (a, low), (b, high))| {
             self.accepted(now, self.between(now, (of(a), low), (of(b), high), wished)?, wished)
         })
+    }
+
+    /// Pairs of neighbours of the grid.
+    fn pairs(&self) -> Vec<[usize; 2]> {
+        let axes = self.settings.choices.axes.iter();
+        let diagonal: f64 = axes.map(|(_, values)| (values.len().max(2) as f64 - 1.0).powi(-2)).sum();
+        let most = 1.01 * diagonal.sqrt();
+        let near = |a: usize, b: usize| {
+            self.distance(&self.halves[a].parameters, &self.halves[b].parameters) <= most
+        };
+        let count = self.halves.len();
+        let of = |a: usize| (a + 1..count).filter(move |&b| near(a, b)).map(move |b| [a, b]);
+        (0..count).flat_map(of).collect()
     }
 
     /// Where the speed is met on the straight line between two sets of parameters; each with what it misses.
@@ -253,8 +257,7 @@ impl Chooser<'_, '_> {
     /// Whether some further step is possible after one with K at its dead centre.
     fn goes_on(&self, half: &Half, k: f64) -> bool {
         let kept = &self.settings.kept;
-        let passes =
-            |hop: Hop| hop.keeps(k) && hop.next(k).is_some_and(|next| next > 0.0);
+        let passes = |hop: Hop| hop.keeps(k) && hop.next(k).is_some_and(|next| next > 0.0);
         let to = |to: &Half| self.gait.hop(half.mid_stance(), to, kept).is_ok_and(passes);
         to(half) || self.halves.iter().any(to)
     }
@@ -286,14 +289,14 @@ impl Chooser<'_, '_> {
         &self.hops[node * self.halves.len()..][..self.halves.len()]
     }
 
-    /// Whether steps of the grid after this one pass on both sides of a speed.
+    /// Whether steps to neighbours of the grid after this one pass on both sides of a speed.
     fn meets(&self, state: &Reached, wished: f64) -> bool {
-        let mut sides = [false; 2];
-        for hop in self.row(state.node).iter().flatten().filter(|hop| hop.keeps(state.k)) {
-            let Some(next) = hop.next(state.k) else { continue };
-            sides[usize::from(next >= hop.of_speed(wished))] = true;
-        }
-        sides == [true; 2]
+        let row = self.row(state.node);
+        let misses: Vec<Option<f64>> = row.iter().map(|hop| missing(hop.as_ref(), state.k, wished)).collect();
+        let sides = |&[a, b]: &[usize; 2]| {
+            misses[a].zip(misses[b]).is_some_and(|(low, high)| (low < 0.0) != (high < 0.0))
+        };
+        self.neighbours.iter().any(sides)
     }
 
     fn advance(&self, states: &[Reached]) -> Vec<Reached> {
@@ -348,6 +351,12 @@ impl Chooser<'_, '_> {
         };
         axes.map(part).sum::<f64>().sqrt()
     }
+}
+
+/// By how much K misses that of a speed after a step that keeps everything.
+fn missing(hop: Option<&Hop>, k: f64, wished: f64) -> Option<f64> {
+    let hop = hop.filter(|hop| hop.keeps(k))?;
+    Some(hop.next(k)? - hop.of_speed(wished))
 }
 
 /// The present mid-stance.

@@ -57,8 +57,7 @@ impl GaitModel<'_> {
             return Ok(Some(ANY));
         }
         let [start, end] = part.ends;
-        let phases: Vec<f64> =
-            (0..=PARTS).map(|k| start + (end - start) * k as f64 / PARTS as f64).collect();
+        let phases: Vec<f64> = (0..=PARTS).map(|k| start + (end - start) * k as f64 / PARTS as f64).collect();
         let dynamics = course.zero_dynamics_at(&phases)?;
         let potential = accumulated(course.potential(start)?, &dynamics, (end - start) / PARTS as f64);
         let weight = self.weight(&course.surface(start)?);
@@ -94,8 +93,7 @@ impl GaitModel<'_> {
             let v: Vec<f64> = point.slope.iter().map(|x| x * squared.sqrt()).collect();
             let bent = point.curvature.iter().map(|x| x * squared);
             let a: Vec<f64> = bent.zip(&point.slope).map(|(x, slope)| x + slope * acceleration).collect();
-            let state =
-                State::new().with(Argument::Q, &point.q).with(Argument::V, &v).with(Argument::A, &a);
+            let state = State::new().with(Argument::Q, &point.q).with(Argument::V, &v).with(Argument::A, &a);
             let mut found = self.call(self.functions.inverse_dynamics, &state);
             let (x, z) = (found[0], found[1]);
             // The force acts on the foot: what it does to the joints in between is not theirs to give.

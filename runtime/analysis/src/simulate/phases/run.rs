@@ -170,6 +170,7 @@ impl Walking<'_> {
             PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
                 .with_stops(stops)
                 .pushed(scenario.pushes.clone())
+                .on_steps(scenario.rises.clone())
                 .landing_where(ending);
         let (x, projected) = robot.standing(plant, scenario)?;
         robot.begin_phase(scenario.phase, 0.0, &x);

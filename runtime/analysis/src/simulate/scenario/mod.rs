@@ -57,6 +57,9 @@ pub struct Scenario {
     pub effects: Vec<Effect>,
     /// Pushes on the base, from event to event alone.
     pub pushes: Vec<Push>,
+    /// Rise of the ground from each foothold to the next, m, from event to event; no file says it: heights of the log are above the foot
+    /// that stands.
+    pub rises: Vec<f64>,
     /// How to walk from event to event; `None`: time stepping.
     pub events: Option<EventDriven>,
     /// Virtual constraints, if any.

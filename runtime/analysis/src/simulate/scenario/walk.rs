@@ -222,7 +222,11 @@ impl Reading<'_> {
     pub(super) fn pushes(&mut self, file: &File, plant: &Plant, event_driven: bool) -> Vec<Push> {
         if let Some(first) = file.push.first().map(|push| push.span().start) {
             if !event_driven {
-                self.wrong::<()>(first, "pushes are for method = \"event_driven\" alone", "leave [[push]] out");
+                self.wrong::<()>(
+                    first,
+                    "pushes are for method = \"event_driven\" alone",
+                    "leave [[push]] out",
+                );
             }
             if plant.layout.base == BaseKind::Floating {
                 let help = "leave [[push]] out, or choose --base planar";

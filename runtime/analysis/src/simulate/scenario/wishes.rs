@@ -58,7 +58,11 @@ impl Reading<'_> {
         let at = speeds.span().start;
         if file.method.as_ref().is_none_or(|method| method.get_ref() != "event_driven") {
             let help = "write method = \"event_driven\"";
-            self.wrong::<()>(at, "parameters are chosen at an event, mid-stance; time stepping has none", help);
+            self.wrong::<()>(
+                at,
+                "parameters are chosen at an event, mid-stance; time stepping has none",
+                help,
+            );
         }
         let none = Choice::default();
         let choice = control.choice.as_ref().map_or(&none, |choice| choice.get_ref());
@@ -101,10 +105,12 @@ impl Reading<'_> {
             let at = value.span().start;
             let between = match value.get_ref() {
                 Value::Boolean(true) => None,
-                Value::Array(list) => match list.iter().map(number).collect::<Option<Vec<f64>>>().as_deref() {
-                    Some(&[low, high]) if low < high => Some([low, high]),
-                    _ => self.no_range(at, name),
-                },
+                Value::Array(list) => {
+                    match list.iter().map(number).collect::<Option<Vec<f64>>>().as_deref() {
+                        Some(&[low, high]) if low < high => Some([low, high]),
+                        _ => self.no_range(at, name),
+                    }
+                }
                 _ => self.no_range(at, name),
             };
             found.push(Choosable { name: name.clone(), between, position: self.place(at) });
