@@ -16,6 +16,7 @@ const EXAMPLES: &str = "\
 Examples:
   bipedc simulate robots/tulip --scenario robots/tulip/scenarios/release.toml --out run.csv --report run.html
   bipedc simulate robots/five_link --scenario robots/five_link/scenarios/gait.toml --out run.csv --svg pictures
+  bipedc simulate robots/three_link --scenario robots/three_link/scenarios/speeds.toml --out run.csv --energies energies.svg
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv --energy
   bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
   bipedc diagnose robots/tulip run.csv         finds what the scenario hides
@@ -43,7 +44,8 @@ A scenario, all keys of which docs/simulation.md explains:
 
 With method = \"event_driven\" a robot with phases walks from event to event (thesis 4.4): each phase is integrated with error \
 control to the instant at which it ends, then come impact and relabelling. The assumptions are checked; one that does not hold \
-ends the run with phase, time, quantity and value, and exit code 3. [[control.output]] are virtual constraints.
+ends the run with phase, time, quantity and value, and exit code 3. [[control.output]] are virtual constraints; `gait` and `speeds` of [control] have the \
+parameters of a gait chosen at each mid-stance (docs/gaits.md).
 
 Otherwise rigid ground, dry friction and impacts are solved together in every step (Moreau's time stepping, 4.3). The log \
 has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log \
@@ -53,7 +55,8 @@ JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \
 event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\", \
 \"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}], \
 \"projected\": {\"position\", \"velocity\"} (onto the contacts of the first phase), \
-\"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}; \
+with wished speeds \"speeds\": {\"unit\", \"wished\", \"met\", \"largest_surprise\", \"steps\": [{\"step\", \"time\", \"wished\", \"predicted\", \"reached\", \"rests_before\", \
+\"choice\", \"steps_to_wished\", \"parameters\"}]}; \"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}; \
 with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\"; \
 losses \"viscous_friction\", \"dry_friction\", \"stops\", \"impacts\", \"sliding\", \"ground_dampers\", their sum \"lost\"; \"remainder\"}.";
 

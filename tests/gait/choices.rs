@@ -1,5 +1,10 @@
 //! Parameters chosen at mid-stance for wished speeds, on the whole robot: met as predicted, limits kept, mistakes named.
+use super::gait;
 use crate::cli::{Run, bipedc, scratch, text};
+use bipedc::gait::choice::{ChoiceOptions, chooser};
+use bipedc::progress::{Run as Progressing, Silent};
+use bipedc_analysis::gait::ChoiceKind;
+use bipedc_effects::random::Random;
 use serde_json::Value;
 use std::path::Path;
 
@@ -222,4 +227,49 @@ fn wrong_robustness_is_named() {
     }
     let run = bipedc(&["gait", "robust", "robots/three_link", "--scenario", "x.toml", "--disturb", "wind=3"]);
     assert!(run.code == Some(2) && run.err.contains("there is no disturbance `wind`"), "{}", run.err);
+}
+
+/// Forces and torques along the chosen steps, from the efforts of the motion itself at many phases: with 5 % left over of each limit. The
+/// predicted speed is that of the courses.
+#[test]
+fn chosen_steps_keep_their_limits_with_the_reserve() {
+    let bench = gait("robots/three_link", "thesis");
+    let (model, values) = (bench.model().unwrap(), bench.values(&[]).unwrap());
+    let options = ChoiceOptions { reserve: 0.05, ..ChoiceOptions::default() };
+    let settings = bench.choice_settings(&values, &options).unwrap();
+    let quiet = Progressing { progress: &Silent, stop: &|| false };
+    let chooser = chooser(&model, settings, &quiet).unwrap();
+    let usual = model.steady_course(&values).unwrap();
+    let point = usual.surface(usual.dead_centre).unwrap();
+    let mut random = Random::new(11);
+    let (mut met, mut tightest) = (0, [f64::INFINITY; 3]);
+    for _ in 0..40 {
+        let [speed, change] = [1.4 + 0.5 * random.symmetric(), 0.25 * random.symmetric()];
+        let v: Vec<f64> = point.slope.iter().map(|slope| slope * speed).collect();
+        let choice = chooser.choose(&point.q, &v, speed + change, &values);
+        if choice.kind != ChoiceKind::Meets {
+            continue;
+        }
+        met += 1;
+        let rest = model.course_from(&choice.parameters, &point.q, &v).unwrap();
+        let k = 0.5 * model.momentum(&point.q, &v).powi(2);
+        let next = model.course(&choice.parameters, &rest.landing).unwrap();
+        let energy = rest.landing.delta * (k - rest.p_minus);
+        assert!((next.speed(energy).unwrap() - speed - change).abs() < 1e-6);
+        let [tangential, normal] = rest.landing.impulse;
+        tightest[0] = tightest[0].min(0.95 * 0.6 - tangential.abs() / normal);
+        for (course, energy, end) in [(&rest, k, rest.landing.end), (&next, energy, next.dead_centre)] {
+            for part in 0..=200 {
+                let phase = course.start + (end - course.start) * f64::from(part) / 200.0;
+                let efforts = model.efforts(course, phase, energy).unwrap();
+                let largest = efforts[3..].iter().fold(0.0_f64, |most, torque| most.max(torque.abs()));
+                tightest[0] = tightest[0].min(0.95 * 0.6 - efforts[0].abs() / efforts[1]);
+                tightest[1] = tightest[1].min(efforts[1]);
+                tightest[2] = tightest[2].min(0.95 * 150.0 - largest);
+            }
+        }
+    }
+    println!("{met} of 40 met; left of friction, push, torque beyond the reserve: {tightest:.3?}");
+    // Between the phases that are looked at limits may be touched a little more closely.
+    assert!(met > 20 && tightest[0] > -1e-3 && tightest[1] > 0.0 && tightest[2] > -0.1, "{met} {tightest:?}");
 }
