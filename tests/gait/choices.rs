@@ -229,13 +229,14 @@ fn wrong_robustness_is_named() {
     assert!(run.code == Some(2) && run.err.contains("there is no disturbance `wind`"), "{}", run.err);
 }
 
-/// Forces and torques along the chosen steps, from the efforts of the motion itself at many phases: with 5 % left over of each limit. The
+/// Forces and torques along the chosen steps, from the efforts of the motion itself at many phases: with a fifth left over of each limit. The
 /// predicted speed is that of the courses.
 #[test]
 fn chosen_steps_keep_their_limits_with_the_reserve() {
     let bench = gait("robots/three_link", "thesis");
     let (model, values) = (bench.model().unwrap(), bench.values(&[]).unwrap());
-    let options = ChoiceOptions { reserve: 0.05, ..ChoiceOptions::default() };
+    // So much that limits count.
+    let options = ChoiceOptions { reserve: 0.2, ..ChoiceOptions::default() };
     let settings = bench.choice_settings(&values, &options).unwrap();
     let quiet = Progressing { progress: &Silent, stop: &|| false };
     let chooser = chooser(&model, settings, &quiet).unwrap();
@@ -257,19 +258,19 @@ fn chosen_steps_keep_their_limits_with_the_reserve() {
         let energy = rest.landing.delta * (k - rest.p_minus);
         assert!((next.speed(energy).unwrap() - speed - change).abs() < 1e-6);
         let [tangential, normal] = rest.landing.impulse;
-        tightest[0] = tightest[0].min(0.95 * 0.6 - tangential.abs() / normal);
+        tightest[0] = tightest[0].min(0.8 * 0.6 - tangential.abs() / normal);
         for (course, energy, end) in [(&rest, k, rest.landing.end), (&next, energy, next.dead_centre)] {
             for part in 0..=200 {
                 let phase = course.start + (end - course.start) * f64::from(part) / 200.0;
                 let efforts = model.efforts(course, phase, energy).unwrap();
                 let largest = efforts[3..].iter().fold(0.0_f64, |most, torque| most.max(torque.abs()));
-                tightest[0] = tightest[0].min(0.95 * 0.6 - efforts[0].abs() / efforts[1]);
+                tightest[0] = tightest[0].min(0.8 * 0.6 - efforts[0].abs() / efforts[1]);
                 tightest[1] = tightest[1].min(efforts[1]);
-                tightest[2] = tightest[2].min(0.95 * 150.0 - largest);
+                tightest[2] = tightest[2].min(0.8 * 150.0 - largest);
             }
         }
     }
     println!("{met} of 40 met; left of friction, push, torque beyond the reserve: {tightest:.3?}");
     // Between the phases that are looked at limits may be touched a little more closely.
-    assert!(met > 20 && tightest[0] > -1e-3 && tightest[1] > 0.0 && tightest[2] > -0.1, "{met} {tightest:?}");
+    assert!(met > 10 && tightest[0] > -1e-3 && tightest[1] > 0.0 && tightest[2] > -0.1, "{met} {tightest:?}");
 }
