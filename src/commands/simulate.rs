@@ -4,16 +4,19 @@ use crate::terminal::failure::Outcome;
 use crate::terminal::output;
 use crate::terminal::pages::Pages;
 use bipedc::Workbench;
-use bipedc::simulation::{Options, Scene};
+use bipedc::simulation::{Options, Scene, Simulated};
+use bipedc_analysis::report::curves_svg;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::write_with_folders;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
 Examples:
   bipedc simulate robots/tulip --scenario robots/tulip/scenarios/release.toml --out run.csv --report run.html
   bipedc simulate robots/five_link --scenario robots/five_link/scenarios/gait.toml --out run.csv --svg pictures
+  bipedc simulate robots/three_link --scenario robots/three_link/scenarios/speeds.toml --out run.csv --energies energies.svg
   bipedc simulate robots/tulip --scenario stand.toml --out run.csv --energy
   bipedc simulate robots/tulip --base fixed --scenario swing.toml --out run.csv --truth truth.json
   bipedc diagnose robots/tulip run.csv         finds what the scenario hides
@@ -41,7 +44,8 @@ A scenario, all keys of which docs/simulation.md explains:
 
 With method = \"event_driven\" a robot with phases walks from event to event (thesis 4.4): each phase is integrated with error \
 control to the instant at which it ends, then come impact and relabelling. The assumptions are checked; one that does not hold \
-ends the run with phase, time, quantity and value, and exit code 3. [[control.output]] are virtual constraints.
+ends the run with phase, time, quantity and value, and exit code 3. [[control.output]] are virtual constraints; `gait` and `speeds` of [control] have the \
+parameters of a gait chosen at each mid-stance (docs/gaits.md).
 
 Otherwise rigid ground, dry friction and impacts are solved together in every step (Moreau's time stepping, 4.3). The log \
 has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log \
@@ -51,7 +55,8 @@ JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \
 event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\", \
 \"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}], \
 \"projected\": {\"position\", \"velocity\"} (onto the contacts of the first phase), \
-\"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}; \
+with wished speeds \"speeds\": {\"unit\", \"wished\", \"met\", \"largest_surprise\", \"steps\": [{\"step\", \"time\", \"wished\", \"predicted\", \"reached\", \"rests_before\", \
+\"choice\", \"steps_to_wished\", \"parameters\"}]}; \"integration\", \"relative_tolerance\", \"wall_time\", \"real_time_factor\", \"log\"}; \
 with --energy also \"energy\" (J): {\"kinetic\", \"potential\", \"rotors\", \"ground_springs\": [start, end]; work \"drives\", \"laws\"; \
 losses \"viscous_friction\", \"dry_friction\", \"stops\", \"impacts\", \"sliding\", \"ground_dampers\", their sum \"lost\"; \"remainder\"}.";
 
@@ -78,6 +83,9 @@ pub struct Simulate {
     /// Also say where the energy went: work of the drives, losses in joints, impacts and sliding
     #[arg(long)]
     energy: bool,
+    /// Also draw the energies of the zero dynamics, of a scenario with wished speeds (thesis, figures 7.8 and 7.9)
+    #[arg(long, value_name = "OUT.svg")]
+    energies: Option<PathBuf>,
     #[command(flatten)]
     pages: Pages,
     /// Print the summary as JSON
@@ -91,10 +99,18 @@ impl Simulate {
         let bench = self.robot.open()?;
         let scene = bench.scene(&self.scenario)?;
         self.check_files(&bench, &scene)?;
-        let options = Options { truth: self.truth.clone(), energy: self.energy, film: self.pages.wanted() };
+        let options = Options {
+            truth: self.truth.clone(),
+            energy: self.energy,
+            film: self.pages.wanted(),
+            energies: self.energies.is_some(),
+        };
         let simulated = bench.simulate(&scene, &self.out, &options)?;
         if let Some(film) = &simulated.film {
             self.pages.write_film(film)?;
+        }
+        if let Some(path) = &self.energies {
+            self.draw(path, &bench, &simulated)?;
         }
         output::diagnostics(&simulated.messages);
         if self.json {
@@ -111,12 +127,27 @@ impl Simulate {
         })
     }
 
+    /// Energies of the zero dynamics.
+    fn draw(&self, path: &Path, bench: &Workbench, simulated: &Simulated) -> Result<(), Diagnostic> {
+        let Some(speeds) = simulated.speeds() else {
+            let message = "--energies draws the steps of a scenario with wished speeds; this one has none";
+            return Err(Diagnostic::error(message).help("add speeds = [1.5, 1.6] to [control] beside `gait`"));
+        };
+        let name = self.scenario.file_name().unwrap_or_default().to_string_lossy();
+        let robot = &bench.robot().description.name;
+        write_with_folders(
+            path,
+            &curves_svg(&speeds.figure(robot, &format!("{name}: energies of the zero dynamics"))),
+        )
+    }
+
     /// Before anything is computed.
     fn check_files(&self, bench: &Workbench, scene: &Scene) -> Result<(), Diagnostic> {
         let mut ledger = bench.ledger();
         scene.note(&mut ledger);
         ledger.writes("--out", &self.out)?;
         self.truth.as_ref().map_or(Ok(()), |path| ledger.writes("--truth", path))?;
+        self.energies.as_ref().map_or(Ok(()), |path| ledger.writes("--energies", path))?;
         self.pages.note(&mut ledger)
     }
 }

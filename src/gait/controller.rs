@@ -40,15 +40,15 @@ impl GaitBench {
         self.with(&defaults, set)
     }
 
-    /// The gait's guard as a function of q, with these parameters.
-    pub fn guard(&self, values: &[f64]) -> impl Fn(&[f64]) -> f64 {
+    /// The gait's guard as a function of q and of the parameters.
+    pub fn guard(&self) -> impl Fn(&[f64], &[f64]) -> f64 {
         let model = self.model.clone();
-        let mut arguments = vec![0.0; self.compiled.arguments.len()];
-        for (index, &value) in values.iter().enumerate() {
-            arguments[self.compiled.arguments.parameter(index)] = value;
-        }
+        let first = self.compiled.arguments.parameter(0);
+        let empty = vec![0.0; self.compiled.arguments.len()];
         let guard = Model::<f64>::function(&model, "guard");
-        move |q| {
+        move |q, values| {
+            let mut arguments = empty.clone();
+            arguments[first..][..values.len()].copy_from_slice(values);
             let state = State::new().with(Argument::Q, q).with(Argument::Parameters, &arguments);
             let mut value = [f64::NAN];
             // A refusal would be a fault of ours, seen in the number.

@@ -1,5 +1,6 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
 mod chain;
+pub mod choice;
 mod controller;
 pub mod cycle;
 pub mod map;

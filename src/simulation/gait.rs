@@ -1,10 +1,12 @@
 //! Scenarios that walk by a gait: its file, its controller, where the robot begins.
 use super::{in_world, walker};
+use crate::gait::choice::{ChoiceOptions, Present};
 use crate::gait::{
     AnyBench, Assignment, Chain, GaitBench, PhasedBench, PhasedProgramController, ProgramController,
 };
 use crate::progress::Silent;
-use bipedc_analysis::simulate::{GaitControl, Scenario, World};
+use bipedc_analysis::gait::ChoiceSettings;
+use bipedc_analysis::simulate::{Choosable, GaitControl, Scenario, Wishes, World};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
@@ -21,6 +23,16 @@ pub(super) struct Walker {
     values: Vec<f64>,
     /// Steps end where the gait's guard vanishes.
     guarded: bool,
+    /// What is chosen for each step, and the speeds that it is chosen for.
+    pub wishes: Option<Wished>,
+}
+
+/// Speeds of steps, and what may be chosen to meet them.
+#[derive(Debug, Clone)]
+pub(super) struct Wished {
+    pub settings: ChoiceSettings,
+    /// Of the second step, the third, …, per s.
+    pub speeds: Vec<f64>,
 }
 
 /// The controller of a gait of one phase or of several.
@@ -82,13 +94,19 @@ impl Walker {
         let values = bench.values(&set)?;
         let controller = bench.controller(control.feedback.unwrap_or_default(), &set)?;
         let controller = if control.limited { controller } else { controller.unlimited() };
+        let wishes =
+            control.wishes.as_ref().map(|wishes| wished(&bench, &values, (wishes, file))).transpose()?;
         if let Some((speed, place)) = control.speed {
             let state = bench.beginning(&values, speed);
             begin_at(scenario, state.map_err(|error| error.in_file(file).at(place.0, place.1))?, place);
         }
+        if let (Some(wishes), Some(events)) = (&wishes, &mut scenario.events) {
+            // Until the last one that is wished has passed its mid-stance and has landed.
+            events.steps = events.steps.or(Some(wishes.speeds.len() + 1));
+        }
         let controller = GaitDriver::OnePhase(Box::new(controller));
         let bench = AnyBench::OnePhase(Box::new(bench));
-        Ok(Self { guarded: control.guarded.is_some(), bench, controller, values })
+        Ok(Self { guarded: control.guarded.is_some(), bench, controller, values, wishes })
     }
 
     /// Phases end by the events of the description.
@@ -101,6 +119,12 @@ impl Walker {
         if let Some((line, column)) = control.guarded {
             let message = "a gait of several phases has no guard: its phases end by the events of biped.toml";
             let help = "leave `step_length` out";
+            return Err(Diagnostic::error(message).in_file(file).at(line, column).help(help).into());
+        }
+        if let Some(wishes) = &control.wishes {
+            let message = "parameters of a gait of several phases are not chosen while it walks";
+            let help = "leave `speeds` out";
+            let (line, column) = wishes.position;
             return Err(Diagnostic::error(message).in_file(file).at(line, column).help(help).into());
         }
         if scenario.world.gravity.is_none() {
@@ -118,7 +142,8 @@ impl Walker {
         }
         let controller = if control.limited { controller } else { controller.unlimited() };
         let controller = GaitDriver::Phased(Box::new(controller));
-        Ok(Self { guarded: false, bench: AnyBench::Phased(Box::new(bench)), controller, values })
+        let bench = AnyBench::Phased(Box::new(bench));
+        Ok(Self { guarded: false, bench, controller, values, wishes: None })
     }
 
     /// Notes the gait's file.
@@ -138,16 +163,63 @@ impl Walker {
         warnings.iter().cloned().chain(beyond).collect()
     }
 
-    /// Positive until a step ends, if the gait's guard ends it.
-    pub fn ending(&self) -> Option<impl Fn(&[f64]) -> f64> {
-        let (AnyBench::OnePhase(bench), GaitDriver::OnePhase(controller)) = (&self.bench, &self.controller)
-        else {
-            return None;
-        };
-        let guard = self.guarded.then(|| bench.guard(&self.values))?;
-        let negative = controller.clone().guard_before().is_some_and(|guard| guard < 0.0);
-        Some(move |q: &[f64]| if negative { -guard(q) } else { guard(q) })
+    /// The gait and its controller, if it has one phase.
+    pub fn one_phase(&self) -> Option<(&GaitBench, &ProgramController)> {
+        match (&self.bench, &self.controller) {
+            (AnyBench::OnePhase(bench), GaitDriver::OnePhase(controller)) => Some((bench, controller)),
+            _ => None,
+        }
     }
+
+    /// Whether steps end where the gait's guard vanishes.
+    pub fn ends_by_guard(&self) -> bool {
+        self.guarded
+    }
+
+    /// Parameters at the beginning.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Positive until a step ends with the parameters that hold then, if the gait's guard ends it.
+    pub fn ending(&self, present: Present) -> Option<impl Fn(&[f64]) -> f64> {
+        let (bench, controller) = self.one_phase()?;
+        let guard = self.guarded.then(|| bench.guard())?;
+        let negative = controller.clone().guard_before().is_some_and(|guard| guard < 0.0);
+        Some(move |q: &[f64]| {
+            let value = guard(q, &present.borrow());
+            if negative { -value } else { value }
+        })
+    }
+}
+
+/// What a scenario wishes of a gait, each part of it known to the gait.
+fn wished(
+    bench: &GaitBench,
+    values: &[f64],
+    (wishes, file): (&Wishes, &Path),
+) -> Result<Wished, Diagnostics> {
+    bench.choosable().map_err(|error| placed(error.into(), file, wishes.position))?;
+    let options = |parameters: &[Choosable]| ChoiceOptions {
+        parameters: parameters.iter().map(|found| (found.name.clone(), found.between)).collect(),
+        keep: wishes.keep.clone(),
+        friction: wishes.friction,
+        reserve: wishes.reserve,
+        values: wishes.values,
+    };
+    // One by one, so that each has its place.
+    let mut wrong = Vec::new();
+    for found in &wishes.parameters {
+        if let Err(error) = bench.values(&[(found.name.clone(), 0.0)]) {
+            wrong.extend(placed(error, file, found.position).0);
+        }
+    }
+    if !wrong.is_empty() {
+        return Err(Diagnostics(wrong));
+    }
+    let settings = bench.choice_settings(values, &options(&wishes.parameters));
+    let settings = settings.map_err(|errors| placed(errors, file, wishes.position))?;
+    Ok(Wished { settings, speeds: wishes.speeds.clone() })
 }
 
 /// A scenario begins in this state; `place` is where that is said.

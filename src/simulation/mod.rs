@@ -1,12 +1,16 @@
 //! Robots ready for [`bipedc_analysis::simulate`]: what is built into the true model, and what a simulation knows beside it.
 pub mod absolute;
+mod chosen;
 mod energies;
 mod gait;
 mod log;
+mod robust;
 mod run;
 mod stepping;
 mod walking;
 
+pub use chosen::{StepEnergy, WalkedSpeeds};
+pub use robust::{Disturbance, DisturbanceKind, Robust, RobustOptions, Survival, Tried, wilson};
 pub use run::{Options, Outcome, Scene, Simulated};
 
 use crate::robot::{feet, joint_layout};

@@ -1,4 +1,5 @@
 //! A scenario that is run: what is asked for, what comes of it.
+use super::chosen::WalkedSpeeds;
 use super::gait::Walker;
 use super::{in_world, plant, stepping, walking};
 use crate::progress::Run;
@@ -33,6 +34,8 @@ pub struct Options {
     pub energy: bool,
     /// Also keep the motion as a film.
     pub film: bool,
+    /// Also keep the energies of the zero dynamics, where parameters are chosen for each step.
+    pub energies: bool,
 }
 
 /// How a run went.
@@ -46,6 +49,8 @@ pub enum Outcome {
         summary: WalkSummary,
         /// Of the integration.
         relative_tolerance: f64,
+        /// Wished and reached speeds, where parameters were chosen for each step.
+        speeds: Option<WalkedSpeeds>,
     },
 }
 
@@ -151,6 +156,14 @@ impl Simulated {
         }
     }
 
+    /// Wished and reached speeds, where parameters were chosen for each step.
+    pub fn speeds(&self) -> Option<&WalkedSpeeds> {
+        match &self.outcome {
+            Outcome::Walked { speeds, .. } => speeds.as_ref(),
+            Outcome::Stepped(_) => None,
+        }
+    }
+
     /// Whether an assumption of the model did not hold and ended it.
     pub fn is_refuted(&self) -> bool {
         matches!(&self.outcome, Outcome::Walked { summary, .. } if summary.end == WalkEnd::Verdict)
@@ -162,7 +175,7 @@ impl fmt::Display for Simulated {
         let (factor, log) = (self.real_time_factor, self.log.as_path());
         f.write_str(&match &self.outcome {
             Outcome::Stepped(summary) => stepping::text(summary, factor, log),
-            Outcome::Walked { summary, .. } => walking::text(summary, factor, log),
+            Outcome::Walked { summary, speeds, .. } => walking::text((summary, speeds.as_ref()), factor, log),
         })
     }
 }
@@ -181,6 +194,8 @@ struct Walked<'a> {
     method: &'static str,
     #[serde(flatten)]
     summary: &'a WalkSummary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    speeds: Option<&'a WalkedSpeeds>,
     relative_tolerance: f64,
     wall_time: f64,
     real_time_factor: f64,
@@ -195,9 +210,10 @@ impl Serialize for Simulated {
             Outcome::Stepped(summary) => {
                 Stepped { summary, wall_time, real_time_factor, log }.serialize(serializer)
             }
-            Outcome::Walked { summary, relative_tolerance } => {
-                let (method, relative_tolerance) = ("event_driven", *relative_tolerance);
-                Walked { method, summary, relative_tolerance, wall_time, real_time_factor, log }
+            Outcome::Walked { summary, relative_tolerance, speeds } => {
+                let (method, relative_tolerance, speeds) =
+                    ("event_driven", *relative_tolerance, speeds.as_ref());
+                Walked { method, summary, speeds, relative_tolerance, wall_time, real_time_factor, log }
                     .serialize(serializer)
             }
         }

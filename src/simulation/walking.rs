@@ -1,4 +1,5 @@
 //! From event to event (thesis 4.4): phases, their changes, the verdict.
+use super::chosen::{Chosen, WalkedSpeeds};
 use super::log::Log;
 use super::stepping::at_place;
 use super::{Options, Outcome, Scene, Simulated, true_walker};
@@ -12,8 +13,10 @@ use bipedc_analysis::simulate::{self, EventDriven, Mechanics, Sample};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::control::{Borrowed, Controller};
 use comfy_table::{CellAlignment, Table};
+use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::rc::Rc;
 use std::time::Instant;
 
 /// Changes of phase that the table shows.
@@ -43,7 +46,12 @@ impl Scene {
         let mut log = Log::begin(out, &columns(plant, scenario)?)?;
         let start = Instant::now();
         let walking = Walking { model: &walker.model, phases: &walker.phases, plant, scenario };
-        let summary = run.progress.counted("walking", |progress| {
+        let own_gait = self.gait.as_ref().filter(|_| own.is_none());
+        let model = own_gait.and_then(|gait| gait.wishes.as_ref().and(gait.one_phase()));
+        let model = model.map(|(bench, _)| bench.model()).transpose()?;
+        let choosing = own_gait.zip(model.as_ref());
+        let choosing = choosing.map(|(gait, model)| Chosen::begin(gait, model, run)).transpose()?;
+        let (summary, speeds) = run.progress.counted("walking", |progress| {
             let mut row = |values: &[f64]| log.row(values);
             let mut run = simulate::Run { row: &mut row, progress, stop: run.stop };
             let mut watch = |sample: &Sample| {
@@ -51,14 +59,17 @@ impl Scene {
                     recorder.take(sample);
                 }
             };
-            self.walked_by(&walking, own, (&mut run, &mut watch))
+            match &choosing {
+                Some(chosen) => chosen.walk(&walking, (&mut run, &mut watch), options.energies),
+                None => (self.walked_by(&walking, own, (&mut run, &mut watch)), None),
+            }
         });
         let summary = summary.map_err(in_file)?;
         log.commit_with(truth)?;
         let film = recorder.map(|recorder| self.walked(recorder.finish(), events, out, &summary));
         let (film, mut messages) = (film.transpose()?, self.warnings());
         messages.extend(self.verdict(&summary));
-        let outcome = Outcome::Walked { summary, relative_tolerance: events.relative };
+        let outcome = Outcome::Walked { summary, relative_tolerance: events.relative, speeds };
         Ok(Simulated::new(outcome, (out, start), film, messages))
     }
 
@@ -72,7 +83,7 @@ impl Scene {
         match (own, &self.gait) {
             (Some(own), _) => walking.run_with(Borrowed(own), run, watch),
             (None, Some(gait)) => {
-                let ending = gait.ending();
+                let ending = gait.ending(Rc::new(RefCell::new(gait.values().to_vec())));
                 let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
                 walking.run_until(gait.controller.clone(), ending, run, watch)
             }
@@ -121,7 +132,11 @@ impl Scene {
 }
 
 /// What happened, for people.
-pub(super) fn text(summary: &WalkSummary, real_time_factor: f64, log: &Path) -> String {
+pub(super) fn text(
+    (summary, speeds): (&WalkSummary, Option<&WalkedSpeeds>),
+    real_time_factor: f64,
+    log: &Path,
+) -> String {
     let mut text = format!("{}, {real_time_factor:.0} times as fast as real time\n", sentence(summary));
     let Projected { position, velocity } = summary.projected;
     if position > 0.0 || velocity > 0.0 {
@@ -137,6 +152,9 @@ pub(super) fn text(summary: &WalkSummary, real_time_factor: f64, log: &Path) -> 
         if summary.changes.len() > SHOWN {
             let _ = writeln!(text, "… and {} more: see --json", summary.changes.len() - SHOWN);
         }
+    }
+    if let Some(speeds) = speeds {
+        let _ = write!(text, "{speeds}");
     }
     let integration = &summary.integration;
     let _ = writeln!(

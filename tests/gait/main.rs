@@ -1,5 +1,6 @@
 //! Gaits: zero dynamics against an independent derivation, against whole simulations, against identities; the file format, the
 //! command.
+mod choices;
 mod command;
 mod cycles;
 mod files;

@@ -35,7 +35,13 @@ fn all_commands_of_the_page_run() {
     let folder = scratch("gaits_page");
     let robots = concat!(env!("CARGO_MANIFEST_DIR"), "/robots/");
     let mut count = 0;
-    for words in ["gait step ", "gait map", "gait steps", "gait cycle"] {
+    for words in [
+        "gait step ",
+        "gait map",
+        "gait steps",
+        "simulate robots/three_link --scenario robots/three_link/scenarios/speeds",
+        "gait cycle",
+    ] {
         for line in block(&page(), "sh", words).lines() {
             // Fewer cells are the same commands; files go to a folder of their own.
             let line = line.replace(":200", ":12").replace(":159", ":9").replace("robots/", robots);
@@ -43,7 +49,7 @@ fn all_commands_of_the_page_run() {
             count += 1;
         }
     }
-    assert_eq!(count, 11);
+    assert_eq!(count, 13);
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::landing::Landing;
 use super::search::zero;
 use super::step::Refusal;
 use super::surface::SurfacePoint;
+use bipedc_runtime::model::{Argument, State};
 use std::cell::RefCell;
 
 /// Outputs (m, rad) that are zero but for rounding.
@@ -35,6 +36,26 @@ pub struct Course<'a, 'm> {
     last: RefCell<Vec<f64>>,
 }
 
+/// Where a step begins, on its constraints or not: h_p takes up what is left.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beginning<'q> {
+    /// Legs named by their roles.
+    pub q: &'q [f64],
+    /// In the unit in which `rate` is the phase velocity.
+    pub v: &'q [f64],
+    /// φ₊.
+    pub start: f64,
+    /// φ̇.
+    pub rate: f64,
+}
+
+impl Landing {
+    /// Just after it.
+    pub(super) fn beginning(&self) -> Beginning<'_> {
+        Beginning { q: &self.q, v: &self.v, start: self.start, rate: self.eta }
+    }
+}
+
 impl<'a> GaitModel<'a> {
     /// The step with these parameters that begins after a landing.
     ///
@@ -46,22 +67,50 @@ impl<'a> GaitModel<'a> {
         } else {
             self.landing(parameters, after.start)?
         };
-        self.course_to(parameters, after, landing)
+        self.course_to(parameters, after.beginning(), landing)
+    }
+
+    /// The rest of a step that takes these parameters in a state (q: nq, v: nv), from its φ on.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn course_from(&self, parameters: &[f64], q: &[f64], v: &[f64]) -> Result<Course<'a, '_>, Refusal> {
+        let [start, rate] = self.phase_at(q, v);
+        let landing = self.landing(parameters, start)?;
+        self.course_to(parameters, Beginning { q, v, start, rate }, landing)
+    }
+
+    /// φ and φ̇ of a state.
+    pub fn phase_at(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
+        self.controlled(q, v).first().copied().unwrap_or([f64::NAN; 2])
+    }
+
+    /// A state (q: nq, v: nv) with left and right exchanged.
+    pub fn relabelled(&self, q: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
+        let functions = &self.functions;
+        let q = self.call(functions.relabelled_configuration, &State::new().with(Argument::Q, q));
+        let v = self.call(functions.relabelled_velocity, &State::new().with(Argument::V, v));
+        [q, v]
+    }
+
+    /// The angular momentum σ about the foot that stands, kg m²/s.
+    pub fn momentum(&self, q: &[f64], v: &[f64]) -> f64 {
+        self.zero_dynamics(q, v, v)[0]
     }
 
     /// The same where its own landing is known.
     pub(super) fn course_to(
         &self,
         parameters: &[f64],
-        after: &Landing,
+        after: Beginning<'_>,
         landing: Landing,
     ) -> Result<Course<'a, '_>, Refusal> {
         let (start, end) = (after.start, landing.end);
-        if !start.is_finite() || !after.eta.is_finite() || start >= end {
+        if !start.is_finite() || !after.rate.is_finite() || start >= end {
             return Err(Refusal::NoPhaseLeft([start, end]));
         }
         let mut arguments = self.arguments(parameters, [start, end]);
-        self.match_impact(&mut arguments, after)?;
+        self.match_impact(&mut arguments, &after)?;
         let mut course = Course {
             gait: self,
             landing,
@@ -73,7 +122,7 @@ impl<'a> GaitModel<'a> {
             p_max: 0.0,
             p_minus: 0.0,
             alpha_m: f64::NAN,
-            last: RefCell::new(after.q.clone()),
+            last: RefCell::new(after.q.to_vec()),
         };
         let ends = course.samples_at(&[start, end])?;
         let mut samples = vec![ends[0]];
@@ -101,8 +150,8 @@ impl<'a> GaitModel<'a> {
 
     /// Value and slope of h_p at φ₊: what is left of the outputs and their rates there (below 6.2). Without it the outputs themselves
     /// have to vanish; their rates are then made to, by torques, which leave the angular momentum as it is.
-    fn match_impact(&self, arguments: &mut [f64], after: &Landing) -> Result<(), Refusal> {
-        let controlled = self.controlled(&after.q, &after.v);
+    fn match_impact(&self, arguments: &mut [f64], after: &Beginning<'_>) -> Result<(), Refusal> {
+        let controlled = self.controlled(after.q, after.v);
         let wanted = self.wanted(arguments);
         let first = 3 + self.settings.parameters;
         let mut jump = 0.0_f64;
@@ -111,7 +160,7 @@ impl<'a> GaitModel<'a> {
             jump = if jump.is_nan() { jump } else { (value - goal).abs().max(jump) };
             if self.settings.impact_matching {
                 arguments[first + 2 * index] = value - goal;
-                arguments[first + 2 * index + 1] = rate / after.eta - slope;
+                arguments[first + 2 * index + 1] = rate / after.rate - slope;
             }
         }
         if self.settings.impact_matching || jump <= CLOSE { Ok(()) } else { Err(Refusal::OutputsJump(jump)) }

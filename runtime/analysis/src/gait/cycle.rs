@@ -129,7 +129,7 @@ impl GaitModel<'_> {
     }
 
     /// M g, N: what holds the robot at rest.
-    fn weight(&self, point: &SurfacePoint) -> f64 {
+    pub(super) fn weight(&self, point: &SurfacePoint) -> f64 {
         let rest = vec![0.0; self.size()];
         let state =
             State::new().with(Argument::Q, &point.q).with(Argument::V, &rest).with(Argument::A, &rest);

@@ -80,7 +80,7 @@ impl GaitModel<'_> {
     }
 
     /// Height of the lowest point in the air, m.
-    fn lowest(&self, point: &SurfacePoint) -> f64 {
+    pub(super) fn lowest(&self, point: &SurfacePoint) -> f64 {
         let heights = self.heights(&point.q);
         let air = heights.iter().enumerate().filter(|(index, _)| *index != self.settings.points[0]);
         air.map(|(_, &height)| height).fold(f64::INFINITY, f64::min)

@@ -4,10 +4,13 @@
 //! [`GaitModel`] wraps a model that has the functions of a gait; [`GaitModel::step`] is what a command asks. Everything that can
 //! go wrong with a step is a [`Refusal`] among its numbers, no error.
 mod alike;
+mod choose;
 mod course;
 mod cycle;
 mod functions;
+mod hop;
 mod integral;
+mod kept;
 mod landing;
 mod map;
 mod margins;
@@ -22,10 +25,12 @@ mod wide;
 mod workers;
 
 pub use alike::Alike;
+pub use choose::{Choice, ChoiceKind, ChoiceSettings, Chooser};
 pub use course::Course;
 pub use cycle::{Cycle, NoCycle};
 pub use functions::{GaitModel, GaitSettings};
 pub use integral::{Integral, Places};
+pub use kept::Kept;
 pub use landing::Landing;
 pub use map::{Cell, MapRequest};
 pub use margins::Margins;
@@ -35,4 +40,4 @@ pub use reach::{Choices, Reach, Unreached};
 pub use reason::{Assumptions, Reason};
 pub use step::{Refusal, Step, ThisStep};
 pub use surface::{SurfaceFailure, SurfacePoint};
-pub use workers::Watch;
+pub use workers::{Watch, in_parallel};

@@ -127,7 +127,7 @@ impl<'a> GaitModel<'a> {
         let mut rows = in_parallel(nodes.len() + 1, watch, |job| {
             let after = if job == 0 { Some(&present) } else { landings[job - 1].as_ref() };
             let step = |(node, own): (&Vec<f64>, &Option<Landing>)| {
-                let course = self.course_to(node, after?, own.clone()?).ok()?;
+                let course = self.course_to(node, after?.beginning(), own.clone()?).ok()?;
                 Transition::of(&course)
             };
             nodes.iter().zip(&landings).map(step).collect::<Vec<_>>()

@@ -17,7 +17,7 @@ pub struct Watch<'a> {
 
 /// Results of `work(job)` for jobs from 0 to `count`, each with its job, in no order. After the question for an end is answered
 /// with yes no job begins.
-pub(super) fn in_parallel<T: Send>(
+pub fn in_parallel<T: Send>(
     count: usize,
     watch: &Watch<'_>,
     work: impl Fn(usize) -> T + Sync,

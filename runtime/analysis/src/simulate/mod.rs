@@ -55,7 +55,10 @@ pub use problem::{Block, Cone, Law, Problem};
 pub use proximal::{Solved, Solver, Tolerance};
 pub use reference::{Reference, Sine};
 pub use run::{Run, Simulation, Summary, csv_line};
-pub use scenario::{EventDriven, GaitControl, GaitValue, Initial, JointServo, Scenario, Sensors, World};
+pub use scenario::{
+    Choosable, EventDriven, GaitControl, GaitValue, Initial, JointServo, Push, Scenario, Sensors, Wishes,
+    World,
+};
 pub use sensing::Sample;
 pub use servo::DriveServo;
 pub use stepper::{MotionState, Stepped, Stepper};

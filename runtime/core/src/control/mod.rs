@@ -183,6 +183,20 @@ pub trait Controller<T> {
     fn begin_phase(&mut self, _observed: &Observation<'_, T>) -> Result<(), Refusal> {
         Ok(())
     }
+
+    /// Positive until something happens within a phase that the controller wants to be told of, such as mid-stance: where this falls
+    /// through zero [`Controller::at_event`] is called once. `None`: there is nothing.
+    fn before_event(&mut self, _observed: &Observation<'_, T>) -> Option<T> {
+        None
+    }
+
+    /// What [`Controller::before_event`] waited for happens in this state. From here on commands may be others.
+    ///
+    /// # Errors
+    /// There will be no commands in the rest of this phase.
+    fn at_event(&mut self, _observed: &Observation<'_, T>) -> Result<(), Refusal> {
+        Ok(())
+    }
 }
 
 impl<T, F> Controller<T> for F
@@ -212,6 +226,14 @@ impl<T> Controller<T> for Borrowed<'_, T> {
 
     fn begin_phase(&mut self, observed: &Observation<'_, T>) -> Result<(), Refusal> {
         self.0.begin_phase(observed)
+    }
+
+    fn before_event(&mut self, observed: &Observation<'_, T>) -> Option<T> {
+        self.0.before_event(observed)
+    }
+
+    fn at_event(&mut self, observed: &Observation<'_, T>) -> Result<(), Refusal> {
+        self.0.at_event(observed)
     }
 }
 

@@ -185,7 +185,11 @@ impl PhasedRobot<'_> {
         }
         self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
         let air = work.points.iter().enumerate().filter(|(point, _)| !spec.standing.contains(point));
-        let (point, &value) = air.min_by(|a, b| a.1.total_cmp(b.1))?;
+        let air: Vec<(usize, f64)> = air.map(|(point, &height)| (point, height)).collect();
+        let (point, value) = air
+            .into_iter()
+            .map(|(point, height)| (point, height - self.ground_below(spec, q, point, work)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))?;
         (value < -self.assumptions.scuffing).then(|| Breach {
             quantity: format!("height of {}", self.point_name(point)),
             value,
@@ -193,6 +197,15 @@ impl PhasedRobot<'_> {
             unit: "m",
             meaning: "the swing foot scuffs",
         })
+    }
+
+    /// Height of the ground below a point, m.
+    fn ground_below(&self, spec: &PhaseSpec, q: &[f64], point: usize, work: &mut Work) -> f64 {
+        match self.ground() {
+            [0.0, 0.0] => 0.0,
+            [_, ahead] if self.ahead(q, &[point], &spec.standing, work) > 0.0 => ahead,
+            [behind, _] => behind,
+        }
     }
 
     /// Joints between their stops.

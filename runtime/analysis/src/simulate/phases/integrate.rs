@@ -16,6 +16,12 @@ pub trait Phased {
     fn glimpse(&self, _phase: usize, _time: f64, _x: &[f64]) -> Option<Violation> {
         None
     }
+    /// Positive until something happens within a phase that changes the dynamics, not the state; `None`: nothing will.
+    fn before_event(&self, _phase: usize, _time: f64, _x: &[f64]) -> Option<f64> {
+        None
+    }
+    /// It happens: the dynamics may be others from here on.
+    fn at_event(&self, _phase: usize, _time: f64, _x: &[f64]) {}
     /// At the end of a phase: the state just after, and the phase that follows. Impulses go into `impulse`.
     ///
     /// # Errors
@@ -219,6 +225,11 @@ pub fn walk_watched(
             PhaseEnd::Nothing => break,
             PhaseEnd::Stopped => End::Stopped,
             PhaseEnd::Violated(violation) => End::Violated(violation),
+            PhaseEnd::Event => {
+                let Start { time, phase, x } = &walk.last;
+                system.at_event(*phase, *time, x);
+                continue;
+            }
             PhaseEnd::Guard => match changed(system, &mut walk, watcher) {
                 Ok(true) => continue,
                 Ok(false) => End::Changes,
@@ -260,6 +271,7 @@ fn phase(
         system,
         phase: number,
         armed: system.guard(number, last.time, &last.x) > ARMED,
+        awaits: system.before_event(number, last.time, &last.x).is_some_and(|before| before > 0.0),
         largest_look: precision.largest_look,
         guards: 1,
         time: last.time,

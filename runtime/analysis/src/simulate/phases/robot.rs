@@ -6,6 +6,7 @@ use super::spec::{Ending, LandingGuard, PhaseSpec};
 use super::support::{Load, before_line};
 use crate::robot::{BaseKind, Foot};
 use crate::simulate::mechanics::rotate;
+use crate::simulate::scenario::Push;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::{Argument, Model, State};
@@ -24,6 +25,11 @@ pub struct PhasedRobot<'a> {
     relabelled: Option<[usize; 2]>,
     pub(super) assumptions: Assumptions,
     pub(super) stops: Vec<Option<[f64; 2]>>,
+    pushes: Vec<Push>,
+    /// Rise of the ground from each foothold to the next, m; flat behind the last.
+    rises: Vec<f64>,
+    /// Footholds that were reached.
+    reached: Cell<usize>,
     /// Positive until a foot is taken to land, of a configuration.
     ending: Option<&'a LandingGuard<'a>>,
     controller: RefCell<Box<dyn Controller<f64> + 'a>>,
@@ -110,6 +116,9 @@ impl<'a> PhasedRobot<'a> {
             phases: phases.into_iter().map(functions).collect::<Result<_, Diagnostic>>()?,
             assumptions,
             stops: Vec::new(),
+            pushes: Vec::new(),
+            rises: Vec::new(),
+            reached: Cell::new(0),
             ending: None,
             controller: RefCell::new(Box::new(controller)),
             refusal: Cell::new(None),
@@ -122,6 +131,27 @@ impl<'a> PhasedRobot<'a> {
     #[must_use]
     pub fn with_stops(self, stops: Vec<Option<[f64; 2]>>) -> Self {
         Self { stops, ..self }
+    }
+
+    /// The same with pushes on its base.
+    #[must_use]
+    pub fn pushed(self, pushes: Vec<Push>) -> Self {
+        Self { pushes, ..self }
+    }
+
+    /// The same on ground that rises by so much (m) from each foothold to the next: in the plane. The world's origin moves up with the
+    /// foot that stands.
+    #[must_use]
+    pub fn on_steps(self, rises: Vec<f64>) -> Self {
+        Self { rises, ..self }
+    }
+
+    /// Height of the ground behind the foot that stands and ahead of it, m.
+    pub(super) fn ground(&self) -> [f64; 2] {
+        let rise =
+            |foothold: Option<usize>| foothold.and_then(|at| self.rises.get(at)).copied().unwrap_or(0.0);
+        let reached = self.reached.get();
+        [-rise(reached.checked_sub(1)), rise(Some(reached))]
     }
 
     /// The same with landings where this function of the configuration falls through zero, whatever the heights of the feet are.
@@ -189,6 +219,9 @@ impl<'a> PhasedRobot<'a> {
         for ((tau, command), (q, v)) in work.tau[first..].iter_mut().zip(&work.commands).zip(q.iter().zip(v))
         {
             *tau = if given.is_ok() { command.torque(*q, *v) } else { f64::NAN };
+        }
+        if first > 0 {
+            work.tau[0] += self.pushes.iter().map(|push| push.force(observed.time)).sum::<f64>();
         }
         if let (Err(refusal), None) = (given, self.refusal.get()) {
             self.refusal.set(Some((observed.phase, observed.time, refusal)));
@@ -265,7 +298,7 @@ impl<'a> PhasedRobot<'a> {
     }
 
     /// How far the foremost of some points is ahead of the foremost of others, m.
-    fn ahead(&self, q: &[f64], landing: &[usize], standing: &[usize], work: &mut Work) -> f64 {
+    pub(super) fn ahead(&self, q: &[f64], landing: &[usize], standing: &[usize], work: &mut Work) -> f64 {
         let mut foremost = |points: &[usize]| {
             let places = self.places(q, points, work);
             places.iter().map(|place| place[0]).fold(f64::NEG_INFINITY, f64::max)
@@ -284,6 +317,11 @@ impl<'a> PhasedRobot<'a> {
         }
         self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
         let height = points.iter().map(|&point| work.points[point]).fold(f64::INFINITY, f64::min);
+        if !self.rises.is_empty() {
+            // A foothold is ahead.
+            let ahead = self.ahead(q, points, &spec.standing, work);
+            return (height - self.ground()[1]).max(shortest_step.max(0.0) - ahead);
+        }
         if shortest_step == f64::NEG_INFINITY {
             return height;
         }
@@ -374,6 +412,20 @@ impl Phased for PhasedRobot<'_> {
         self.broken_in_the_air(phase, time, x)
     }
 
+    fn before_event(&self, phase: usize, time: f64, x: &[f64]) -> Option<f64> {
+        let (q, v) = self.split(x);
+        self.controller.borrow_mut().before_event(&Observation::new(time, phase, q, v))
+    }
+
+    fn at_event(&self, phase: usize, time: f64, x: &[f64]) {
+        let (q, v) = self.split(x);
+        *self.memory.borrow_mut() = Memory::default();
+        let told = self.controller.borrow_mut().at_event(&Observation::new(time, phase, q, v));
+        if let (Err(refusal), None) = (told, self.refusal.get()) {
+            self.refusal.set(Some((phase, time, refusal)));
+        }
+    }
+
     fn change(
         &self,
         phase: usize,
@@ -386,6 +438,11 @@ impl Phased for PhasedRobot<'_> {
         let mut out = Vec::new();
         *self.memory.borrow_mut() = Memory::default();
         if let (Some(impact), Some(landing)) = (functions.impact, &spec.impact) {
+            if !self.rises.is_empty() {
+                // From here on heights are those above the new foothold.
+                x[1] -= self.ground()[1];
+                self.reached.set(self.reached.get() + 1);
+            }
             let (q, v) = x.split_at_mut(nq);
             self.call(impact, &State::new().with(Argument::Q, q).with(Argument::V, v), &mut out);
             impulse.extend_from_slice(&out[v.len()..]);

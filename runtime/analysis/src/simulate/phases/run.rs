@@ -169,6 +169,8 @@ impl Walking<'_> {
         let robot =
             PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
                 .with_stops(stops)
+                .pushed(scenario.pushes.clone())
+                .on_steps(scenario.rises.clone())
                 .landing_where(ending);
         let (x, projected) = robot.standing(plant, scenario)?;
         robot.begin_phase(scenario.phase, 0.0, &x);
@@ -216,6 +218,14 @@ impl<C: Controller<f64>> Controller<f64> for OverServos<'_, C> {
 
     fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
         self.controller.begin_phase(observed)
+    }
+
+    fn before_event(&mut self, observed: &Observation<'_, f64>) -> Option<f64> {
+        self.controller.before_event(observed)
+    }
+
+    fn at_event(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
+        self.controller.at_event(observed)
     }
 }
 

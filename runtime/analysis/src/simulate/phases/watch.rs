@@ -18,6 +18,7 @@ pub(super) const VERDICT: f64 = 1e-9;
 pub(super) enum PhaseEnd {
     Nothing,
     Guard,
+    Event,
     Violated(Violation),
     Stopped,
 }
@@ -40,6 +41,8 @@ pub(super) struct Watch<'s> {
     pub phase: usize,
     /// Whether the guard was positive in this phase.
     pub armed: bool,
+    /// Whether an event within the phase is still to come.
+    pub awaits: bool,
     pub largest_look: f64,
     pub guards: usize,
     pub time: f64,
@@ -70,10 +73,19 @@ impl SolOut for Watch<'_> {
             }
             self.guards += 1;
             let guard = self.system.guard(self.phase, later, &self.work);
-            if self.armed && guard <= 0.0 {
-                let instant = self.instant(dense, earlier, later);
-                self.found = Ok(PhaseEnd::Guard);
-                return self.arrive(dense, from, instant);
+            let ends = self.armed && guard <= 0.0;
+            let end = ends.then(|| self.instant(dense, earlier, later, Self::guard_at));
+            let event = self.event(dense, (earlier, later), x, last);
+            match (end, event) {
+                (end, Some(event)) if end.is_none_or(|end| event < end) => {
+                    self.found = Ok(PhaseEnd::Event);
+                    return self.arrive(dense, from, event);
+                }
+                (Some(end), _) => {
+                    self.found = Ok(PhaseEnd::Guard);
+                    return self.arrive(dense, from, end);
+                }
+                (None, _) => {}
             }
             self.armed |= guard > ARMED;
             if !last && self.system.glimpse(self.phase, later, &self.work).is_some() {
@@ -92,9 +104,39 @@ impl Watch<'_> {
         self.system.guard(self.phase, time, &self.work)
     }
 
-    /// Where the guard falls through zero between two times: regula falsi with halved weights (Illinois), then halving.
-    fn instant(&mut self, dense: &StepInterpolant<'_>, mut positive: f64, mut negative: f64) -> f64 {
-        let (mut above, mut below) = (self.guard_at(dense, positive), self.guard_at(dense, negative));
+    fn before_event_at(&mut self, dense: &StepInterpolant<'_>, time: f64) -> f64 {
+        dense.interpolate(time, &mut self.work);
+        self.system.before_event(self.phase, time, &self.work).unwrap_or(f64::NAN)
+    }
+
+    /// When what is awaited happens between two times, at the later of which the state is `x` where it is the last.
+    fn event(
+        &mut self,
+        dense: &StepInterpolant<'_>,
+        (earlier, later): (f64, f64),
+        x: &[f64],
+        last: bool,
+    ) -> Option<f64> {
+        if !self.awaits {
+            return None;
+        }
+        if !last {
+            dense.interpolate(later, &mut self.work);
+        }
+        let state = if last { x } else { &self.work };
+        let falls = self.system.before_event(self.phase, later, state).is_some_and(|before| before <= 0.0);
+        falls.then(|| self.instant(dense, earlier, later, Self::before_event_at))
+    }
+
+    /// Where a function falls through zero between two times: regula falsi with halved weights (Illinois), then halving.
+    fn instant(
+        &mut self,
+        dense: &StepInterpolant<'_>,
+        mut positive: f64,
+        mut negative: f64,
+        of: fn(&mut Self, &StepInterpolant<'_>, f64) -> f64,
+    ) -> f64 {
+        let (mut above, mut below) = (of(self, dense, positive), of(self, dense, negative));
         // Which end stayed in the last round: its weight is halved.
         let mut stayed = 0;
         for round in 0..200 {
@@ -108,7 +150,7 @@ impl Watch<'_> {
             if time <= positive || time >= negative {
                 break;
             }
-            let guard = self.guard_at(dense, time);
+            let guard = of(self, dense, time);
             if guard > 0.0 {
                 (positive, above) = (time, guard);
                 if stayed == 1 {

@@ -32,6 +32,16 @@ pub(super) struct File {
     pub assumptions: Option<Spanned<Checks>>,
     pub gravity: Option<Number>,
     pub slope: Option<Number>,
+    #[serde(default)]
+    pub push: Vec<Spanned<Push>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Push {
+    pub time: Number,
+    pub duration: Option<Number>,
+    pub impulse: Number,
 }
 
 #[derive(Deserialize, Default)]
@@ -60,6 +70,19 @@ pub(super) struct Control {
     pub quantities: BTreeMap<String, Spanned<String>>,
     pub output: Vec<Spanned<Output>>,
     pub servo: Option<Spanned<String>>,
+    pub speeds: Option<Spanned<toml::Value>>,
+    pub choice: Option<Spanned<Choice>>,
+}
+
+/// What may be chosen for each step of a gait.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Choice {
+    pub parameters: BTreeMap<String, Spanned<toml::Value>>,
+    pub keep: Option<Vec<Spanned<String>>>,
+    pub friction: Option<Number>,
+    pub reserve: Option<Number>,
+    pub values: Option<Spanned<i64>>,
 }
 
 #[derive(Deserialize, Default)]

@@ -1,6 +1,7 @@
 //! `gait` of `[control]`: the name of a gait that drives the robot. What the name means is known to whoever has gaits.
 use super::file::{Control, File, Number, Start};
 use super::reading::{POSITIVE, Reading};
+use super::wishes::Wishes;
 use crate::simulate::Plant;
 use crate::simulate::control::Feedback;
 
@@ -22,6 +23,8 @@ pub struct GaitControl {
     /// The robot begins at the beginning of a step that passes its dead centre at this speed of the phase variable, per s, with line
     /// and column; `None`: where the scenario says.
     pub speed: Option<(f64, (usize, usize))>,
+    /// Speeds of further steps, for which parameters are chosen.
+    pub wishes: Option<Wishes>,
 }
 
 /// A gait parameter with its value, SI units.
@@ -41,7 +44,7 @@ impl Reading<'_> {
         let none = Start::default();
         let start = file.initial.as_ref().map_or(&none, |start| start.get_ref());
         let Some(named) = &control.gait else {
-            self.without_gait(file, start);
+            self.without_gait(file, control, start);
             return None;
         };
         let at = named.span().start;
@@ -67,6 +70,7 @@ impl Reading<'_> {
             limited: control.effort_limits.unwrap_or(true),
             speed: self.mid_stance_speed(file, start),
             guarded: ends_by_gait(file).map(|at| self.place(at)),
+            wishes: self.wishes(file, control),
         })
     }
 
@@ -83,7 +87,13 @@ impl Reading<'_> {
     }
 
     /// Keys that mean something only with a gait.
-    fn without_gait(&mut self, file: &File, start: &Start) {
+    fn without_gait(&mut self, file: &File, control: &Control, start: &Start) {
+        let speeds = control.speeds.as_ref().map(|speeds| (speeds.span().start, "`speeds`"));
+        let choice = control.choice.as_ref().map(|choice| (choice.span().start, "[control.choice]"));
+        if let Some((at, key)) = speeds.or(choice) {
+            let help = "name a gait in [control], or leave it out";
+            self.wrong::<()>(at, format!("{key} is about the steps of a gait; there is none"), help);
+        }
         if let Some(speed) = &start.mid_stance_speed {
             let help = "name a gait in [control], or leave it out";
             self.wrong::<()>(speed.span().start, "`mid_stance_speed` is that of a gait; there is none", help);

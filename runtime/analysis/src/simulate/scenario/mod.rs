@@ -12,8 +12,10 @@ mod reading;
 mod sensors;
 mod servos;
 mod walk;
+mod wishes;
 
 pub use gait::{GaitControl, GaitValue};
+pub use wishes::{Choosable, Wishes};
 
 use super::actuation::EffortSensor;
 use super::actuator::Actuator;
@@ -53,6 +55,11 @@ pub struct Scenario {
     pub sensors: Sensors,
     /// What the model does not know.
     pub effects: Vec<Effect>,
+    /// Pushes on the base, from event to event alone.
+    pub pushes: Vec<Push>,
+    /// Rise of the ground from each foothold to the next, m, from event to event; no file says it: heights of the log are above the foot
+    /// that stands.
+    pub rises: Vec<f64>,
     /// How to walk from event to event; `None`: time stepping.
     pub events: Option<EventDriven>,
     /// Virtual constraints, if any.
@@ -69,6 +76,29 @@ pub struct Scenario {
     pub imu: Option<Imu>,
     /// Controllers work inside the drives, all the time, not once per step.
     pub inside: bool,
+}
+
+/// A horizontal push on the origin of the base along x: half a sine over its duration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Push {
+    /// When it begins, s.
+    pub time: f64,
+    /// s
+    pub duration: f64,
+    /// N s
+    pub impulse: f64,
+}
+
+impl Push {
+    /// Force along x at a time, N.
+    pub fn force(&self, time: f64) -> f64 {
+        let part = (time - self.time) / self.duration;
+        if !(0.0..=1.0).contains(&part) {
+            return 0.0;
+        }
+        let pi = std::f64::consts::PI;
+        self.impulse * pi / (2.0 * self.duration) * (pi * part).sin()
+    }
 }
 
 /// What belongs to the event-driven method alone.

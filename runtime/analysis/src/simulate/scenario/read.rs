@@ -86,6 +86,8 @@ impl Reading<'_> {
             joint_stops: control.joint_stops.unwrap_or(true),
             sensors: self.sensors(file.sensors.as_ref()),
             effects,
+            pushes: self.pushes(file, plant, event_driven),
+            rises: Vec::new(),
             events,
             phase: self.first_phase(file, plant, event_driven || outputs.is_some() || gait.is_some()),
             outputs,

@@ -1,7 +1,7 @@
 //! Keys of a scenario that say how a robot walks from event to event.
 use super::file::{Checks, File};
 use super::reading::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
-use super::{EventDriven, World};
+use super::{EventDriven, Push, World};
 use crate::robot::BaseKind;
 use crate::simulate::Plant;
 use crate::simulate::phases::Assumptions;
@@ -216,6 +216,32 @@ impl Reading<'_> {
             self.wrong::<()>(named.span().start, format!("the robot has no phase `{name}`"), help);
         }
         found
+    }
+
+    /// Pushes on the base.
+    pub(super) fn pushes(&mut self, file: &File, plant: &Plant, event_driven: bool) -> Vec<Push> {
+        if let Some(first) = file.push.first().map(|push| push.span().start) {
+            if !event_driven {
+                self.wrong::<()>(
+                    first,
+                    "pushes are for method = \"event_driven\" alone",
+                    "leave [[push]] out",
+                );
+            }
+            if plant.layout.base == BaseKind::Floating {
+                let help = "leave [[push]] out, or choose --base planar";
+                self.wrong::<()>(first, "pushes are for robots in the plane", help);
+            }
+        }
+        let each = file.push.iter().map(|push| {
+            let push = push.get_ref();
+            Push {
+                time: self.number("time", Some(&push.time), 0.0, NOT_NEGATIVE, "s"),
+                duration: self.number("duration", push.duration.as_ref(), 0.1, POSITIVE, "s"),
+                impulse: self.number("impulse", Some(&push.impulse), 0.0, ANY, "N s"),
+            }
+        });
+        each.collect()
     }
 
     /// Gravity and slope.

@@ -1,0 +1,211 @@
+//! Energies at which a part of a step keeps what is assumed of it.
+//!
+//! Along a step forces and torques are affine in φ̇² = 2 (E − P(φ))/α² (6.6, 6.12): each limit at each phase bounds E from one side.
+use super::course::Course;
+use super::functions::GaitModel;
+use super::landing::Landing;
+use super::reason::Assumptions;
+use super::step::Refusal;
+use bipedc_runtime::model::{Argument, State};
+
+/// Intervals of the phase at whose ends limits are asked for.
+const PARTS: usize = 16;
+/// Part of the phase after a beginning and before an end in which the foot in the air may be near the ground.
+const NEAR: f64 = 0.1;
+
+/// What is to be kept, and how far from its limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kept {
+    /// Which limits.
+    pub assumptions: Assumptions,
+    /// Coulomb's coefficient; without one there is no limit of friction.
+    pub friction: Option<f64>,
+    /// Part of each limit that is left over: of the coefficient of friction, of the efforts, of the weight as a force that pushes.
+    pub reserve: f64,
+}
+
+/// Energies between which everything is kept.
+pub(super) type Between = [f64; 2];
+
+/// Any energy.
+pub(super) const ANY: Between = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// The ends of a part of a step, and whether it begins and ends in the air's way: with a foot on the ground.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    /// φ at both ends.
+    pub ends: [f64; 2],
+    /// A foot leaves the ground at the beginning.
+    pub lifts: bool,
+    /// A foot lands at the end.
+    pub lands: bool,
+}
+
+impl GaitModel<'_> {
+    /// Energies E of a course with which a part of it keeps everything; `None`: with none.
+    ///
+    /// # Errors
+    /// There is no posture at a phase.
+    pub(super) fn between(
+        &self,
+        course: &Course<'_, '_>,
+        part: Part,
+        kept: &Kept,
+    ) -> Result<Option<Between>, Refusal> {
+        let Assumptions { friction, pull, clearance, torque } = kept.assumptions;
+        if !(friction || pull || clearance || torque) {
+            return Ok(Some(ANY));
+        }
+        let [start, end] = part.ends;
+        let phases: Vec<f64> = (0..=PARTS).map(|k| start + (end - start) * k as f64 / PARTS as f64).collect();
+        let dynamics = course.zero_dynamics_at(&phases)?;
+        let potential = accumulated(course.potential(start)?, &dynamics, (end - start) / PARTS as f64);
+        let weight = self.weight(&course.surface(start)?);
+        let mut between = ANY;
+        for ((&phase, zero), potential) in phases.iter().zip(&dynamics).zip(potential) {
+            let forces = self.forces(course, phase, *zero)?;
+            // φ̇² = 2 (E − P)/α².
+            let per_energy = 2.0 / (zero[0] * zero[0]);
+            for [constant, slope] in self.spare(&forces, weight, kept) {
+                bound(&mut between, constant - slope * per_energy * potential, slope * per_energy);
+            }
+        }
+        if clearance && self.scuffs(course, part)? {
+            return Ok(None);
+        }
+        Ok(Some(between).filter(|[low, high]| low < high))
+    }
+
+    /// Force on the foot that stands and torques of the joints, at φ̇² = 0 and their slope along φ̇².
+    fn forces(
+        &self,
+        course: &Course<'_, '_>,
+        phase: f64,
+        [alpha, beta, gamma]: [f64; 3],
+    ) -> Result<[Vec<f64>; 2], Refusal> {
+        let point = course.surface(phase)?;
+        let arguments = course.arguments(phase);
+        let state = State::new().with(Argument::Q, &point.q);
+        let jacobian = self.call(self.functions.jacobian, &state.with(Argument::Parameters, &arguments));
+        let at = |squared: f64| {
+            // (6.6)
+            let acceleration = -(beta * squared + gamma) / alpha;
+            let v: Vec<f64> = point.slope.iter().map(|x| x * squared.sqrt()).collect();
+            let bent = point.curvature.iter().map(|x| x * squared);
+            let a: Vec<f64> = bent.zip(&point.slope).map(|(x, slope)| x + slope * acceleration).collect();
+            let state = State::new().with(Argument::Q, &point.q).with(Argument::V, &v).with(Argument::A, &a);
+            let mut found = self.call(self.functions.inverse_dynamics, &state);
+            let (x, z) = (found[0], found[1]);
+            // The force acts on the foot: what it does to the joints in between is not theirs to give.
+            for (torque, foot) in found.iter_mut().zip(jacobian.chunks(self.size())).skip(3) {
+                *torque -= foot[0] * x + foot[1] * z;
+            }
+            found
+        };
+        let rest = at(0.0);
+        let slope = at(1.0).iter().zip(&rest).map(|(moving, rest)| moving - rest).collect();
+        Ok([rest, slope])
+    }
+
+    /// What is left of each limit, as a constant and a slope along φ̇²: not below zero where it is kept.
+    fn spare(&self, [rest, slope]: &[Vec<f64>; 2], weight: f64, kept: &Kept) -> Vec<[f64; 2]> {
+        let part = 1.0 - kept.reserve;
+        let mut found = Vec::new();
+        if kept.assumptions.pull {
+            found.push([rest[1] - kept.reserve * weight, slope[1]]);
+        }
+        if let Some(friction) = kept.friction.filter(|_| kept.assumptions.friction) {
+            let most = friction * part;
+            found.extend([1.0, -1.0].map(|sign| [rest, slope].map(|of| most * of[1] + sign * of[0])));
+        }
+        if kept.assumptions.torque {
+            for (joint, limit) in self.settings.effort_limits.iter().enumerate() {
+                let Some(limit) = limit else { continue };
+                let [rest, slope] = [rest[3 + joint], slope[3 + joint]];
+                found.extend([1.0, -1.0].map(|sign| [limit * part + sign * rest, sign * slope]));
+            }
+        }
+        found
+    }
+
+    /// Whether a point in the air is below the ground where it should be clear of it.
+    fn scuffs(&self, course: &Course<'_, '_>, part: Part) -> Result<bool, Refusal> {
+        let [start, end] = part.ends;
+        let low = if part.lifts { start + NEAR * (end - start) } else { start };
+        let high = if part.lands { end - NEAR * (end - start) } else { end };
+        for k in 0..=PARTS {
+            let point = course.surface(low + (high - low) * k as f64 / PARTS as f64)?;
+            if self.lowest(&point) < 0.0 {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Whether an impact keeps what is assumed, at whatever speed: its impulses grow with φ̇₋.
+    pub(super) fn impact_keeps(&self, landing: &Landing, kept: &Kept) -> bool {
+        let Assumptions { friction, pull, .. } = kept.assumptions;
+        let [tangential, normal] = landing.impulse;
+        let pushes = normal > 0.0;
+        let comes_off = landing.lift_off > 0.0;
+        let most = kept.friction.map(|friction| friction * (1.0 - kept.reserve));
+        let holds = most.is_none_or(|most| pushes && tangential.abs() <= most * normal);
+        (!pull || (pushes && comes_off)) && (!friction || holds)
+    }
+}
+
+/// E for which `constant + slope E` is not below zero.
+fn bound([low, high]: &mut Between, constant: f64, slope: f64) {
+    let place = -constant / slope;
+    match () {
+        () if slope > 0.0 => *low = low.max(place),
+        () if slope < 0.0 => *high = high.min(place),
+        // Neither: kept always or never. What is no number is never kept.
+        () if constant >= 0.0 => {}
+        () => (*low, *high) = (f64::INFINITY, f64::NEG_INFINITY),
+    }
+}
+
+/// P at equally distant phases from α γ there: cubics through four places.
+fn accumulated(start: f64, dynamics: &[[f64; 3]], step: f64) -> Vec<f64> {
+    let slope: Vec<f64> = dynamics.iter().map(|[alpha, _, gamma]| alpha * gamma).collect();
+    let last = slope.len() - 1;
+    let mut found = vec![start];
+    for k in 0..last {
+        let of = |weights: [f64; 4], first: usize| -> f64 {
+            weights.iter().zip(&slope[first..first + 4]).map(|(w, f)| w * f).sum()
+        };
+        let sum = match k {
+            0 => of([9.0, 19.0, -5.0, 1.0], 0),
+            _ if k + 1 == last => of([1.0, -5.0, 19.0, 9.0], last - 3),
+            _ => of([-1.0, 13.0, 13.0, -1.0], k - 1),
+        };
+        found.push(found[k] + step / 24.0 * sum);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_potential_is_accumulated_exactly_for_cubics() {
+        let at = |k: usize| 0.3 + 0.1 * k as f64;
+        let dynamics: Vec<[f64; 3]> = (0..9).map(|k| [1.0, 0.0, at(k).powi(3) - 2.0 * at(k)]).collect();
+        let primitive = |x: f64| 0.25 * x.powi(4) - x * x;
+        let found = accumulated(primitive(at(0)), &dynamics, 0.1);
+        assert!(found.iter().enumerate().all(|(k, p)| (p - primitive(at(k))).abs() < 1e-14), "{found:?}");
+    }
+
+    #[test]
+    fn limits_bound_the_energy_from_both_sides() {
+        let mut between = ANY;
+        bound(&mut between, -2.0, 1.0);
+        bound(&mut between, 6.0, -2.0);
+        bound(&mut between, 0.5, 0.0);
+        assert_eq!(between, [2.0, 3.0]);
+        bound(&mut between, f64::NAN, 0.0);
+        assert!(between[0] > between[1]);
+    }
+}

@@ -1,0 +1,233 @@
+//! One disturbed walk, with fixed and with chosen parameters.
+use super::sampled::{Instruments, Sampled};
+use crate::gait::choice::Choosing;
+use crate::simulation::gait::GaitDriver;
+use crate::simulation::{Scene, Walker, in_world, true_walker};
+use bipedc_analysis::gait::{Chooser, GaitModel};
+use bipedc_analysis::simulate::phases::{LandingGuard, WalkEnd, WalkSummary, Walking};
+use bipedc_analysis::simulate::{Push, Run, Scenario, World};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::random::Random;
+use bipedc_runtime::control::{Borrowed, Controller};
+use serde::Serialize;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// How long a push lasts, s.
+const PUSHING: f64 = 0.1;
+/// Pushes begin between these times, s.
+const PUSHED: [f64; 2] = [0.0, 1.0];
+/// Between samples of a controller with noisy, late measurements, s.
+const PERIOD: f64 = 1e-3;
+
+/// A way to disturb a walk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DisturbanceKind {
+    /// A horizontal push on the base, N s.
+    Push,
+    /// Masses and inertias of all links, each by its own part, 1.
+    Mass,
+    /// The ground falls or rises, rad.
+    Slope,
+    /// Each foothold is higher or lower than the one before, m.
+    Height,
+    /// Noise of positions (rad, m), ten times that of velocities (per s), in samples of 1 ms.
+    Noise,
+    /// Measurements are late, s, in samples of 1 ms.
+    Delay,
+}
+
+impl DisturbanceKind {
+    /// All of them.
+    pub const ALL: [Self; 6] = [Self::Push, Self::Mass, Self::Slope, Self::Height, Self::Noise, Self::Delay];
+
+    /// As it is asked for.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Push => "push",
+            Self::Mass => "mass",
+            Self::Slope => "slope",
+            Self::Height => "height",
+            Self::Noise => "noise",
+            Self::Delay => "delay",
+        }
+    }
+
+    /// Unit of its size.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Push => "N s",
+            Self::Mass => "1",
+            Self::Slope | Self::Noise => "rad",
+            Self::Height => "m",
+            Self::Delay => "s",
+        }
+    }
+
+    /// Its size unless another one is asked for.
+    pub fn usual(self) -> f64 {
+        match self {
+            Self::Push => 5.0,
+            Self::Mass => 0.1,
+            Self::Slope => 0.02,
+            Self::Height => 5e-3,
+            Self::Noise => 1e-3,
+            Self::Delay => 2e-3,
+        }
+    }
+}
+
+/// A disturbance of a size: random ones are uniform up to it on both sides, noise has it as its standard deviation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Disturbance {
+    /// What it does.
+    pub kind: DisturbanceKind,
+    /// How much.
+    pub size: f64,
+}
+
+/// How a walk ended: with all its steps, or why not.
+pub(super) type Ended = Result<(), String>;
+
+/// What trials share.
+pub(super) struct Trial<'t> {
+    pub scene: &'t Scene,
+    pub model: &'t GaitModel<'t>,
+    pub chooser: &'t Chooser<'t, 't>,
+    pub seed: u64,
+}
+
+/// What a trial's walk meets.
+struct Met {
+    walker: Walker,
+    scenario: Scenario,
+    instruments: Option<Instruments>,
+    seed: u64,
+}
+
+impl Trial<'_> {
+    /// The walk without any disturbance has to come to its end both ways.
+    pub fn undisturbed(&self) -> Result<(), Diagnostics> {
+        let walker = true_walker(&self.scene.robot, &self.scene.scenario.effects, false)?;
+        let met = Met { walker, scenario: self.quiet(), instruments: None, seed: 0 };
+        for (chosen, words) in [(false, "the parameters of the scenario"), (true, "chosen parameters")] {
+            if let Err(why) = self.walk(&met, chosen) {
+                let message = format!("with {words} the undisturbed walk does not come to its end: {why}");
+                let help = "disturbances tell something of walks that succeed without them: `bipedc simulate` shows this one";
+                return Err(Diagnostic::error(message).in_file(&self.scene.file).help(help).into());
+            }
+        }
+        Ok(())
+    }
+
+    /// A trial with fixed parameters, then with chosen ones.
+    pub fn both(&self, disturbance: &Disturbance, number: usize) -> [Ended; 2] {
+        match self.met(disturbance, number) {
+            Ok(met) => [false, true].map(|chosen| self.walk(&met, chosen)),
+            Err(error) => [0, 1].map(|_| Err(error.message.clone())),
+        }
+    }
+
+    /// The scenario without rows of a log.
+    fn quiet(&self) -> Scenario {
+        let mut scenario = self.scene.scenario.clone();
+        scenario.step = scenario.duration;
+        scenario
+    }
+
+    fn met(&self, disturbance: &Disturbance, number: usize) -> Result<Met, Diagnostic> {
+        let Disturbance { kind, size } = *disturbance;
+        // Of the same seed and number whatever the size, so that sizes can be compared.
+        let seed = self.seed.wrapping_mul(0x9e37_79b9).wrapping_add(number as u64);
+        let mut random = Random::new(seed);
+        let (mut robot, mut scenario) = (self.scene.robot.clone(), self.quiet());
+        let mut instruments = None;
+        match kind {
+            DisturbanceKind::Push => {
+                let [first, last] = PUSHED;
+                let time = first + (last - first) * random.unit();
+                scenario.pushes.push(Push { time, duration: PUSHING, impulse: size * random.symmetric() });
+            }
+            DisturbanceKind::Mass => {
+                for inertial in robot.description.links.iter_mut().filter_map(|link| link.inertial.as_mut()) {
+                    let factor = 1.0 + size * random.symmetric();
+                    inertial.mass *= factor;
+                    inertial.inertia = inertial.inertia.map(|x| x * factor);
+                }
+            }
+            DisturbanceKind::Slope => {
+                let slope = scenario.world.slope + size * random.symmetric();
+                robot = in_world(robot, &World { slope, ..scenario.world });
+            }
+            DisturbanceKind::Height => {
+                // The same for all sizes: as many as there can be steps.
+                let steps = scenario.events.as_ref().and_then(|events| events.steps).unwrap_or(0);
+                scenario.rises = (0..=steps).map(|_| size * random.symmetric()).collect();
+            }
+            DisturbanceKind::Noise => {
+                instruments = Some(Instruments { period: PERIOD, late: 0, noise: [size, 10.0 * size] });
+            }
+            DisturbanceKind::Delay => {
+                let late = (size / PERIOD).round() as usize;
+                instruments = Some(Instruments { period: PERIOD, late, noise: [0.0; 2] });
+            }
+        }
+        let walker = true_walker(&robot, &scenario.effects, false)?;
+        Ok(Met { walker, scenario, instruments, seed })
+    }
+
+    fn walk(&self, met: &Met, chosen: bool) -> Ended {
+        let Scene { plant, gait, .. } = self.scene;
+        let (Some(gait), Met { walker, scenario, .. }) = (gait, met) else { return Err(String::new()) };
+        let Some((bench, controller)) = gait.one_phase() else { return Err(String::new()) };
+        let walking = Walking { model: &walker.model, phases: &walker.phases, plant, scenario };
+        let speeds = gait.wishes.as_ref().map_or(&[][..], |wishes| &wishes.speeds);
+        let names = bench.gait.parameters.iter().map(|parameter| parameter.name.clone()).collect();
+        let controllers = (self.model, self.chooser);
+        if chosen {
+            let mut choosing = Choosing::new(controller.clone(), controllers, (names, gait.values()), speeds);
+            let ending = gait.ending(choosing.present());
+            let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
+            return ended(met.instrumented(&mut choosing, &walking, ending));
+        }
+        let ending = gait.ending(Rc::new(RefCell::new(gait.values().to_vec())));
+        let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
+        let mut fixed = GaitDriver::OnePhase(Box::new(controller.clone()));
+        ended(met.instrumented(&mut fixed, &walking, ending))
+    }
+}
+
+impl Met {
+    fn instrumented(
+        &self,
+        controller: &mut dyn Controller<f64>,
+        walking: &Walking<'_>,
+        ending: Option<&LandingGuard<'_>>,
+    ) -> Result<WalkSummary, Diagnostic> {
+        // A trial is short: an interruption waits for it.
+        let (mut row, progress, stop) = (|_: &[f64]| Ok(()), |_: f64| (), || false);
+        let mut run = Run { row: &mut row, progress: &progress, stop: &stop };
+        match self.instruments {
+            Some(instruments) => {
+                let sampled = Sampled::new(Borrowed(controller), instruments, self.seed ^ 0x5eed);
+                walking.run_until(sampled, ending, &mut run, &mut |_| ())
+            }
+            None => walking.run_until(Borrowed(controller), ending, &mut run, &mut |_| ()),
+        }
+    }
+}
+
+/// All steps, or why not.
+fn ended(walked: Result<WalkSummary, Diagnostic>) -> Ended {
+    match walked {
+        Ok(summary) => match (summary.end, summary.verdict) {
+            (WalkEnd::Steps, _) => Ok(()),
+            (_, Some(verdict)) => Err(verdict.meaning.to_owned()),
+            (WalkEnd::Interrupted, None) => Err("interrupted".to_owned()),
+            (_, None) => Err("does not get on".to_owned()),
+        },
+        // Without time and phase, so that equal reasons are counted together.
+        Err(error) => Err(error.message.rsplit(": ").next().unwrap_or_default().to_owned()),
+    }
+}
