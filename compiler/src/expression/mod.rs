@@ -6,12 +6,14 @@ mod display;
 mod formula;
 mod graph;
 mod linear;
+mod adjoint;
 mod node;
 mod purpose;
 mod rewrite;
 mod symbol;
 mod vector;
 
+pub use adjoint::{gradient, inputs};
 pub use angle::exact_sin_cos;
 pub use display::{Written, write_infix};
 pub(crate) use formula::{Sloped, ValuedFormula};

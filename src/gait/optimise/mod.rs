@@ -1,0 +1,121 @@
+//! Gaits found by direct collocation: the whole robot's dynamics at nodes of all phases, impacts, periodicity, margins, and virtual
+//! constraints whose coefficients are variables too, so that what is found is a gait file.
+mod constraints;
+mod demands;
+mod guess;
+mod layout;
+mod transcription;
+
+pub use constraints::RowName;
+pub use demands::Demands;
+
+use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};
+use bipedc_compiler::compile::Collocation;
+use constraints::Builder;
+use layout::Layout;
+use transcription::Transcription;
+
+/// A motion that all demands hold of, or as near as the search came.
+#[derive(Debug, Clone)]
+pub struct Optimum {
+    /// All variables, in their units.
+    x: Vec<f64>,
+    layout: Layout,
+    /// Parts of the step that the phases took in the first guess.
+    parts: Vec<f64>,
+    rates: Vec<f64>,
+    /// How the search ended.
+    pub ending: Ending,
+    /// Mean squared torque over the squared twentieth of the weight.
+    pub cost: f64,
+    /// Iterations of all stages.
+    pub iterations: usize,
+    /// Violated constraints, the worst first, with by how much.
+    pub violations: Vec<(RowName, f64)>,
+}
+
+/// Which of the stages of a search runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Motion without virtual constraints.
+    Motion,
+    /// With them.
+    Gait,
+}
+
+/// Finds a gait from nothing but the robot.
+pub fn from_nothing(of: &Collocation, demands: &Demands, watch: &mut dyn FnMut(Stage, &Iteration) -> bool) -> Optimum {
+    let layout = Layout::new(of, &vec![demands.intervals; of.phases.len()]);
+    let guess = guess::naive(of, &layout, demands.speed);
+    let start = Optimum {
+        x: guess.x,
+        layout,
+        parts: guess.parts,
+        rates: guess.rates,
+        ending: Ending::Infeasible,
+        cost: 0.0,
+        iterations: 0,
+        violations: Vec::new(),
+    };
+    let mut found = solve(of, demands, &start, Stage::Motion, watch);
+    for p in 0..of.phases.len() {
+        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, 2 * demands.intervals));
+        let ends = found.layout.phases[p].ends();
+        (found.x[ends[0]], found.x[ends[1]]) = (first, last);
+        guess::fit(of, &found.layout.clone(), &mut found.x, p);
+    }
+    solve(of, demands, &found, Stage::Gait, watch)
+}
+
+impl Optimum {
+    fn phase_at(&self, of: &Collocation, p: usize, node: usize) -> f64 {
+        let local: Vec<f64> = self.layout.node(p, node).iter().map(|&k| self.x[k]).collect();
+        let phase = &of.phases[p];
+        let mut values = vec![0.0; phase.node.rows()];
+        phase.node.values(&local, &mut values);
+        let place = phase.rows.iter().find(|row| row.0 == bipedc_compiler::compile::NodeRow::Phase);
+        values[place.map_or(0, |row| row.1)]
+    }
+
+    /// Duration of each phase, s.
+    pub fn durations(&self) -> Vec<f64> {
+        self.layout.phases.iter().map(|phase| self.x[phase.duration]).collect()
+    }
+}
+
+/// Solves one stage from a motion that is known.
+pub fn solve(
+    of: &Collocation,
+    demands: &Demands,
+    from: &Optimum,
+    stage: Stage,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Optimum {
+    let layout = from.layout.clone();
+    let rates: Vec<f64> = from.rates.iter().map(|rate| 0.3 * rate).collect();
+    let builder = Builder {
+        of,
+        layout: &layout,
+        demands,
+        outputs: stage == Stage::Gait,
+        rates: &rates,
+        parts: &from.parts,
+    };
+    let rows = builder.rows();
+    let program = Transcription::new(of, layout, rows, demands, &from.x);
+    let start = program.scaled(&from.x);
+    let start = Start { x: &start, multipliers: None };
+    let solver = InteriorPoint { iterations: 500, ..InteriorPoint::default() };
+    let found: Solution = solver.minimise(&program, &start, &mut |iteration| watch(stage, iteration));
+    let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by);
+    Optimum {
+        x: program.unscaled(&found.x),
+        cost: program.objective(&found.x),
+        ending: found.ending,
+        iterations: from.iterations + found.iterations,
+        violations: found.violations.iter().map(name).collect(),
+        parts: from.parts.clone(),
+        rates: from.rates.clone(),
+        layout: program.layout.clone(),
+    }
+}
