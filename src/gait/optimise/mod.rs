@@ -4,10 +4,14 @@ mod constraints;
 mod demands;
 mod guess;
 mod layout;
+mod margins;
 mod transcription;
+mod write;
 
 pub use constraints::RowName;
 pub use demands::Demands;
+pub use margins::MotionMargins;
+pub use write::gait_text;
 
 use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};
 use bipedc_compiler::compile::Collocation;
@@ -77,6 +81,43 @@ impl Optimum {
         values[place.map_or(0, |row| row.1)]
     }
 
+    /// φ at the first and at the last node of a phase.
+    pub fn ends(&self, p: usize) -> [f64; 2] {
+        self.layout.phases[p].ends().map(|k| self.x[k])
+    }
+
+    /// Bezier coefficients of an output.
+    pub fn coefficients(&self, of: &Collocation, p: usize, output: usize) -> &[f64] {
+        let (first, count) = (self.layout.phases[p].coefficients.start, of.phases[p].coefficients);
+        &self.x[first + output * count..first + (output + 1) * count]
+    }
+
+    /// q at a node.
+    pub fn configuration(&self, p: usize, node: usize) -> &[f64] {
+        let first = self.layout.motion(p, node, 0);
+        &self.x[first..first + self.layout.nv]
+    }
+
+    /// φ at the nodes of a phase, and the torques of each joint there, N m.
+    pub fn torques(&self, of: &Collocation, p: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let nodes = 0..self.layout.phases[p].nodes();
+        let at = nodes.clone().map(|node| self.phase_at(of, p, node)).collect();
+        let torque = |joint: usize| nodes.clone().map(move |node| self.x[self.layout.torques(p, node) + joint]);
+        (at, (0..self.layout.joints).map(|joint| torque(joint).collect()).collect())
+    }
+
+    /// How far the motion stays from limits.
+    pub fn margins(&self, of: &Collocation) -> MotionMargins {
+        margins::margins(of, &self.layout, &self.x)
+    }
+
+    /// Distance that the robot goes in a step, m.
+    pub fn step_length(&self) -> f64 {
+        let last = self.layout.phases.len() - 1;
+        let end = self.configuration(last, self.layout.phases[last].nodes() - 1)[0];
+        end - self.configuration(0, 0)[0]
+    }
+
     /// Duration of each phase, s.
     pub fn durations(&self) -> Vec<f64> {
         self.layout.phases.iter().map(|phase| self.x[phase.duration]).collect()
@@ -92,7 +133,7 @@ pub fn solve(
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
     let layout = from.layout.clone();
-    let rates: Vec<f64> = from.rates.iter().map(|rate| 0.3 * rate).collect();
+    let rates: Vec<f64> = from.rates.iter().map(|rate| 0.5 * rate).collect();
     let builder = Builder {
         of,
         layout: &layout,
@@ -105,7 +146,12 @@ pub fn solve(
     let program = Transcription::new(of, layout, rows, demands, &from.x);
     let start = program.scaled(&from.x);
     let start = Start { x: &start, multipliers: None };
-    let solver = InteriorPoint { iterations: 500, ..InteriorPoint::default() };
+    let usual = InteriorPoint { iterations: 500, ..InteriorPoint::default() };
+    // The first stage is a guess for the second.
+    let solver = match stage {
+        Stage::Motion => InteriorPoint { tolerance: 1e-3, patience: (5, 0.02), ..usual },
+        Stage::Gait => usual,
+    };
     let found: Solution = solver.minimise(&program, &start, &mut |iteration| watch(stage, iteration));
     let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by);
     Optimum {

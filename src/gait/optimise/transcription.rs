@@ -18,6 +18,10 @@ pub(super) struct Transcription<'c> {
     hessian: Vec<[usize; 2]>,
 }
 
+/// Squared accelerations that count as much as a squared torque, over the squared mass, m⁴. Among motions of nearly the same torques the smooth
+/// one is wanted; without it valleys are so flat that a search does not end.
+const SMOOTH: f64 = 2.5e-4;
+
 /// A function of the program with its variables and rows.
 struct Part<'a> {
     function: &'a LocalFunction,
@@ -48,7 +52,7 @@ impl<'c> Transcription<'c> {
         let weight = self.of.mass * 9.81;
         let (nv, layout) = (self.layout.nv, self.layout.clone());
         for (p, phase) in layout.phases.iter().enumerate() {
-            self.bounds[phase.duration] = [0.3, 3.0].map(|part| part * guess[phase.duration]);
+            self.bounds[phase.duration] = [0.4, 2.0].map(|part| part * guess[phase.duration]);
             self.scale[phase.duration] = guess[phase.duration];
             for node in 0..phase.nodes() {
                 let [q, v, a] = [0, 1, 2].map(|order| layout.motion(p, node, order));
@@ -180,10 +184,11 @@ impl<'c> Transcription<'c> {
         (total, (0..self.layout.phases.len()).map(of).collect())
     }
 
-    /// Torques of a phase with their weights (Simpson).
+    /// Torques of a phase with their weights (Simpson), and accelerations with theirs.
     fn each_torque(&self, p: usize, mut tell: impl FnMut(usize, f64)) {
         let phase = &self.layout.phases[p];
         let last = phase.nodes() - 1;
+        let smooth = SMOOTH * self.of.mass * self.of.mass;
         for node in 0..=last {
             let weight = match node {
                 0 => 1.0,
@@ -193,6 +198,8 @@ impl<'c> Transcription<'c> {
             } / (6.0 * phase.intervals as f64);
             let torques = self.layout.torques(p, node);
             (torques..torques + self.layout.joints).for_each(|k| tell(k, weight));
+            let accelerations = self.layout.motion(p, node, 2);
+            (accelerations..accelerations + self.layout.nv).for_each(|k| tell(k, smooth * weight));
         }
     }
 

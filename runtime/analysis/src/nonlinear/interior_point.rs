@@ -15,11 +15,13 @@ pub struct InteriorPoint {
     pub iterations: usize,
     /// The first barrier's parameter, without and with multipliers to start from.
     pub barriers: [f64; 2],
+    /// A search ends where so many iterations near the last barrier changed the objective by less than this part.
+    pub patience: (usize, f64),
 }
 
 impl Default for InteriorPoint {
     fn default() -> Self {
-        Self { tolerance: 1e-6, feasible: 1e-6, iterations: 1000, barriers: [0.1, 1e-3] }
+        Self { tolerance: 1e-6, feasible: 1e-6, iterations: 1000, barriers: [0.1, 1e-3], patience: (20, 2e-3) }
     }
 }
 
@@ -38,6 +40,8 @@ struct Search<'p, 's> {
     smallest_violation: f64,
     step: f64,
     iterations: usize,
+    /// Objectives of the last iterations near the last barrier.
+    recent: Vec<f64>,
 }
 
 /// A Newton step.
@@ -89,6 +93,7 @@ impl<'p, 's> Search<'p, 's> {
             smallest_violation: 1e-4 * violation,
             step: 1.0,
             iterations: 0,
+            recent: Vec::new(),
         }
     }
 
@@ -98,7 +103,8 @@ impl<'p, 's> Search<'p, 's> {
             if dual.max(primal).max(complementary) <= self.settings.tolerance {
                 return Ending::Minimum;
             }
-            if self.iterations >= self.settings.iterations {
+            if self.iterations >= self.settings.iterations || self.is_slow(primal) {
+                self.polish();
                 return Ending::Iterations;
             }
             self.lower_barrier();
@@ -115,6 +121,37 @@ impl<'p, 's> Search<'p, 's> {
             if !self.tell(watch, false) {
                 return Ending::Stopped;
             }
+        }
+    }
+
+    /// Whether nothing is to be gained any more: constraints hold nearly, and the objective stays.
+    fn is_slow(&mut self, violation: f64) -> bool {
+        let (count, part) = self.settings.patience;
+        if self.barrier > 100.0 * self.settings.tolerance || violation > 1e-3 {
+            self.recent.clear();
+            return false;
+        }
+        self.recent.push(self.values.objective);
+        let Some(first) = self.recent.len().checked_sub(count + 1) else { return false };
+        let last = &self.recent[first..];
+        let [low, high] = [last.iter().copied().fold(f64::MAX, f64::min), last.iter().copied().fold(f64::MIN, f64::max)];
+        high - low <= part * high.abs()
+    }
+
+    /// Steps that make constraints hold, and nothing else.
+    fn polish(&mut self) {
+        for _ in 0..20 {
+            let now: f64 = total(&self.values.residual);
+            if now < 1e-9 {
+                return;
+            }
+            let Some(d) = self.restoring_step(1e-8, now * now) else { return };
+            let x = self.moved(&d, self.of.longest(&self.at.x, &d, 0.01));
+            if !(total(&self.of.residual(&x)) < now) {
+                return;
+            }
+            self.at.x = x;
+            self.values = self.of.values(&self.at.x);
         }
     }
 
