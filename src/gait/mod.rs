@@ -3,6 +3,7 @@ mod chain;
 mod controller;
 pub mod cycle;
 pub mod map;
+pub mod optimise;
 mod over;
 mod phased;
 pub mod plan;

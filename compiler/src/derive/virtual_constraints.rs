@@ -230,8 +230,12 @@ pub fn controlled_of<'g>(
     quantities: &BTreeMap<String, Formula>,
     (variable, outputs): (&Formula, &[GaitOutput]),
 ) -> Result<Vec<Sym<'g>>, Diagnostic> {
-    let reader =
-        reader(model, &points(model), (&[], quantities), GaitArguments { parameters: 0, outputs: outputs.len() });
+    let reader = reader(
+        model,
+        &points(model),
+        (&[], quantities),
+        GaitArguments { parameters: 0, outputs: outputs.len() },
+    );
     let variable = reader.of("the phase variable", variable)?;
     Ok(std::iter::once(variable).chain(reader.controlled(outputs)?).collect())
 }

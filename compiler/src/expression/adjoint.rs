@@ -93,9 +93,8 @@ mod tests {
         assert_eq!(inputs(f).len(), 2);
         let mut outputs: Vec<Expr> = gradient.values().map(|g| g.expr).collect();
         for k in 0..2 {
-            let along = slopes_along(&[f], |input| {
-                Some(f.constant(if input.index == k { 1.0 } else { 0.0 }))
-            });
+            let along =
+                slopes_along(&[f], |input| Some(f.constant(if input.index == k { 1.0 } else { 0.0 })));
             outputs.push(along[0].expr);
         }
         let evaluator = Evaluator::new(&lower(&graph, &outputs, Order::Derivation));

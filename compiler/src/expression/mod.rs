@@ -1,12 +1,12 @@
 //! Expressions as one hash-consed graph: equal expressions share one node, so common subexpressions are
 //! found while deriving.
+mod adjoint;
 mod angle;
 pub mod decimal;
 mod display;
 mod formula;
 mod graph;
 mod linear;
-mod adjoint;
 mod node;
 mod purpose;
 mod rewrite;

@@ -1,6 +1,7 @@
 //! `bipedc gait`: steps on the zero dynamics of a gait.
 mod cycle;
 mod map;
+mod optimise;
 mod step;
 mod steps;
 mod values;
@@ -16,6 +17,7 @@ Examples:
   bipedc gait steps robots/three_link --gait thesis --from-speed 1 --to 2
   bipedc gait capture robots/three_link --gait thesis --speed 0.5:4:141
   bipedc gait cycle robots/five_link --gait thesis --over step_length=0.15:0.7:23
+  bipedc gait optimise robots/five_link --gait optimised --speed 0.7 --out new.toml
 
 A gait is a file of virtual constraints, gaits/NAME.toml beside the robot's description; docs/gaits.md explains it. \
 `bipedc gait step --help` says what a step is.";
@@ -35,6 +37,7 @@ enum GaitCommand {
     Steps(steps::Steps),
     Capture(steps::Capture),
     Cycle(cycle::Cycle),
+    Optimise(optimise::Optimise),
 }
 
 impl Gait {
@@ -46,6 +49,7 @@ impl Gait {
             GaitCommand::Steps(command) => command.run(),
             GaitCommand::Capture(command) => command.run(),
             GaitCommand::Cycle(command) => command.run(),
+            GaitCommand::Optimise(command) => command.run(),
         }
     }
 }

@@ -43,6 +43,8 @@ pub(super) struct Builder<'a> {
     pub rates: &'a [f64],
     /// Parts of the step that the phases take in the guess.
     pub parts: &'a [f64],
+    /// Height of the base at ease, m.
+    pub height: f64,
 }
 
 impl Builder<'_> {
@@ -59,7 +61,11 @@ impl Builder<'_> {
             self.change(&mut rows, phase);
             let [first, last] = self.layout.phases[phase].ends();
             if self.outputs {
-                rows.sum(("φ does not grow", phase, None), [0.02, f64::INFINITY], vec![(last, 1.0), (first, -1.0)]);
+                rows.sum(
+                    ("φ does not grow", phase, None),
+                    [0.02, f64::INFINITY],
+                    vec![(last, 1.0), (first, -1.0)],
+                );
             }
         }
         self.speed(&mut rows);
@@ -91,7 +97,9 @@ impl Builder<'_> {
         match kind {
             NodeRow::Dynamics => equal("equations of motion".to_owned()),
             NodeRow::Contact => equal(format!("acceleration of what stands, {}", of.forces[k])),
-            NodeRow::OutputAcceleration if self.outputs => equal(format!("virtual constraint {}", of.outputs[k])),
+            NodeRow::OutputAcceleration if self.outputs => {
+                equal(format!("virtual constraint {}", of.outputs[k]))
+            }
             NodeRow::Output | NodeRow::OutputRate if self.outputs && first => {
                 equal(format!("beginning of virtual constraint {}", of.outputs[k]))
             }
@@ -132,9 +140,8 @@ impl Builder<'_> {
         let part = node as f64 / (nodes - 1) as f64;
         let ramp = (0.1 / self.parts[phase]).min(1.0);
         let left = self.stood_before(phase, point);
-        let [rise, fall] = [(left, part), (lands, 1.0 - part)].map(|(near, part)| {
-            if near { (part / ramp).min(1.0) } else { 1.0 }
-        });
+        let [rise, fall] = [(left, part), (lands, 1.0 - part)]
+            .map(|(near, part)| if near { (part / ramp).min(1.0) } else { 1.0 });
         let rolls = of.standing.iter().any(|&other| self.foot(other) == self.foot(point));
         if left && node == 0 {
             return None;
@@ -155,9 +162,12 @@ impl Builder<'_> {
     fn mirrored(&self, point: usize) -> usize {
         let name = self.point(point);
         let (foot, part) = name.split_once('/').unwrap_or((name, ""));
-        let other = self.of.description.feet.iter().find(|other| {
-            other.name != foot && other.points.iter().any(|p| p.name == part)
-        });
+        let other = self
+            .of
+            .description
+            .feet
+            .iter()
+            .find(|other| other.name != foot && other.points.iter().any(|p| p.name == part));
         let wanted = other.map(|other| format!("{}/{part}", other.name));
         let points = &self.of.tree.points;
         wanted.and_then(|wanted| points.iter().position(|p| p.name == wanted)).unwrap_or(point)
@@ -250,6 +260,8 @@ impl Builder<'_> {
         let count = self.of.phases.len();
         let last = self.layout.motion(count - 1, self.layout.phases[count - 1].nodes() - 1, 0);
         let mut sum = vec![(last, 1.0), (self.layout.motion(0, 0, 0), -1.0)];
+        let longest = self.demands.longest_step * self.height;
+        rows.sum(("length of the step", 0, None), [0.02, longest], sum.clone());
         sum.extend(self.layout.phases.iter().map(|phase| (phase.duration, -self.demands.speed)));
         rows.sum(("walking speed", 0, None), EQUAL, sum);
     }

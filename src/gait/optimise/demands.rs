@@ -23,7 +23,9 @@ pub struct Demands {
     pub lift_off: f64,
     /// Slowest and fastest vertical landing of a point, m/s.
     pub landing: [f64; 2],
-    /// Intervals of each phase.
+    /// Longest step, as a part of the base's height.
+    pub longest_step: f64,
+    /// Intervals of a step; each phase has as many of them as it takes of the first guess, at least 6.
     pub intervals: usize,
 }
 
@@ -40,8 +42,9 @@ impl Demands {
             joint: 0.02,
             impulse: 0.15,
             lift_off: 0.05,
-            landing: [0.05, 1.0],
-            intervals: 8,
+            landing: [0.2, 1.0],
+            longest_step: 0.75,
+            intervals: 24,
         }
     }
 }

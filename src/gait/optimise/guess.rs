@@ -10,6 +10,8 @@ pub(super) struct Guess {
     pub parts: Vec<f64>,
     /// Mean rate of each phase variable.
     pub rates: Vec<f64>,
+    /// Height of the base at ease, m.
+    pub height: f64,
 }
 
 /// Part of the leg's length that a step has.
@@ -31,11 +33,7 @@ type Feet = Vec<[f64; 2]>;
 pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
     let postures = Postures { of, layout, ease: ease(of) };
     let count = of.phases.len();
-    let all: f64 = count as f64 + 2.0;
-    let parts: Vec<f64> = match count {
-        1 => vec![1.0],
-        _ => (0..count).map(|p| if p == 0 { 3.0 } else { 1.0 } / all).collect(),
-    };
+    let parts = parts(count);
     let step = STEP * postures.height();
     let duration = step / speed;
     let mut x = vec![0.0; layout.variables];
@@ -59,7 +57,15 @@ pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
             feet.swap(0, 1);
         }
     }
-    Guess { x, parts, rates }
+    Guess { x, parts, rates, height: postures.height() }
+}
+
+/// Parts of a step that its phases take: the first as much as three others.
+pub(super) fn parts(count: usize) -> Vec<f64> {
+    match count {
+        1 => vec![1.0],
+        _ => (0..count).map(|p| if p == 0 { 3.0 } else { 1.0 } / (count as f64 + 2.0)).collect(),
+    }
 }
 
 /// Positions of the joints away from their limits.
@@ -128,7 +134,8 @@ impl Postures<'_> {
     /// Where feet are at the end of a phase: those in the air go their part of the way.
     fn moved(&self, feet: &Feet, p: usize, step: f64) -> Feet {
         let count = self.of.phases.len();
-        let flights: Vec<usize> = (0..count).filter(|&p| (0..feet.len()).any(|foot| !self.stands(p, foot))).collect();
+        let flights: Vec<usize> =
+            (0..count).filter(|&p| (0..feet.len()).any(|foot| !self.stands(p, foot))).collect();
         let rest = flights.iter().filter(|&&other| other >= p).count().max(1);
         let standing = (0..feet.len()).find(|&foot| self.stands(p, foot)).map_or(0.0, |foot| feet[foot][0]);
         let moved = |foot: usize| match self.stands(p, foot) {

@@ -59,7 +59,13 @@ pub(super) fn margins(of: &Collocation, layout: &Layout, x: &[f64]) -> MotionMar
     found
 }
 
-fn forces(found: &mut MotionMargins, of: &Collocation, layout: &Layout, (p, node): (usize, usize), x: &[f64]) {
+fn forces(
+    found: &mut MotionMargins,
+    of: &Collocation,
+    layout: &Layout,
+    (p, node): (usize, usize),
+    x: &[f64],
+) {
     let first = layout.forces(p, node);
     for foot in of.phases[p].feet.iter().flatten() {
         let [along, up] = foot.force.map(|k| x[first + k]);
@@ -76,7 +82,13 @@ fn forces(found: &mut MotionMargins, of: &Collocation, layout: &Layout, (p, node
     }
 }
 
-fn joints(found: &mut MotionMargins, of: &Collocation, layout: &Layout, (p, node): (usize, usize), x: &[f64]) {
+fn joints(
+    found: &mut MotionMargins,
+    of: &Collocation,
+    layout: &Layout,
+    (p, node): (usize, usize),
+    x: &[f64],
+) {
     for (k, joint) in of.tree.joints.iter().enumerate() {
         let named = of.description.joints.iter().find(|other| other.name == joint.name);
         let torque = x[layout.torques(p, node) + k].abs();
@@ -91,7 +103,13 @@ fn joints(found: &mut MotionMargins, of: &Collocation, layout: &Layout, (p, node
     }
 }
 
-fn clearance(found: &mut MotionMargins, of: &Collocation, layout: &Layout, (p, node): (usize, usize), x: &[f64]) {
+fn clearance(
+    found: &mut MotionMargins,
+    of: &Collocation,
+    layout: &Layout,
+    (p, node): (usize, usize),
+    x: &[f64],
+) {
     let phase = &of.phases[p];
     let part = node as f64 / (layout.phases[p].nodes() - 1) as f64;
     let foot = |point: usize| of.tree.points[point].name.split('/').next().unwrap_or("").to_owned();

@@ -5,6 +5,8 @@ mod demands;
 mod guess;
 mod layout;
 mod margins;
+#[cfg(test)]
+mod tests;
 mod transcription;
 mod write;
 
@@ -14,7 +16,7 @@ pub use margins::MotionMargins;
 pub use write::gait_text;
 
 use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};
-use bipedc_compiler::compile::Collocation;
+use bipedc_compiler::compile::{Collocation, NodeRow};
 use constraints::Builder;
 use layout::Layout;
 use transcription::Transcription;
@@ -28,6 +30,7 @@ pub struct Optimum {
     /// Parts of the step that the phases took in the first guess.
     parts: Vec<f64>,
     rates: Vec<f64>,
+    height: f64,
     /// How the search ended.
     pub ending: Ending,
     /// Mean squared torque over the squared twentieth of the weight.
@@ -47,15 +50,33 @@ pub enum Stage {
     Gait,
 }
 
+/// Finds a gait at another speed from one that was found.
+pub fn from_neighbour(
+    of: &Collocation,
+    demands: &Demands,
+    neighbour: &Optimum,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Optimum {
+    let from = Optimum { iterations: 0, ..neighbour.clone() };
+    solve(of, demands, &from, Stage::Gait, watch)
+}
+
 /// Finds a gait from nothing but the robot.
-pub fn from_nothing(of: &Collocation, demands: &Demands, watch: &mut dyn FnMut(Stage, &Iteration) -> bool) -> Optimum {
-    let layout = Layout::new(of, &vec![demands.intervals; of.phases.len()]);
+pub fn from_nothing(
+    of: &Collocation,
+    demands: &Demands,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Optimum {
+    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(6);
+    let intervals: Vec<usize> = guess::parts(of.phases.len()).into_iter().map(share).collect();
+    let layout = Layout::new(of, &intervals);
     let guess = guess::naive(of, &layout, demands.speed);
     let start = Optimum {
         x: guess.x,
         layout,
         parts: guess.parts,
         rates: guess.rates,
+        height: guess.height,
         ending: Ending::Infeasible,
         cost: 0.0,
         iterations: 0,
@@ -63,7 +84,7 @@ pub fn from_nothing(of: &Collocation, demands: &Demands, watch: &mut dyn FnMut(S
     };
     let mut found = solve(of, demands, &start, Stage::Motion, watch);
     for p in 0..of.phases.len() {
-        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, 2 * demands.intervals));
+        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, 2 * intervals[p]));
         let ends = found.layout.phases[p].ends();
         (found.x[ends[0]], found.x[ends[1]]) = (first, last);
         guess::fit(of, &found.layout.clone(), &mut found.x, p);
@@ -73,12 +94,16 @@ pub fn from_nothing(of: &Collocation, demands: &Demands, watch: &mut dyn FnMut(S
 
 impl Optimum {
     fn phase_at(&self, of: &Collocation, p: usize, node: usize) -> f64 {
+        self.first_row(of, (p, node), NodeRow::Phase)
+    }
+
+    /// The first row of a kind at a node.
+    fn first_row(&self, of: &Collocation, (p, node): (usize, usize), kind: NodeRow) -> f64 {
         let local: Vec<f64> = self.layout.node(p, node).iter().map(|&k| self.x[k]).collect();
         let phase = &of.phases[p];
         let mut values = vec![0.0; phase.node.rows()];
         phase.node.values(&local, &mut values);
-        let place = phase.rows.iter().find(|row| row.0 == bipedc_compiler::compile::NodeRow::Phase);
-        values[place.map_or(0, |row| row.1)]
+        values[phase.rows.iter().find(|row| row.0 == kind).map_or(0, |row| row.1)]
     }
 
     /// φ at the first and at the last node of a phase.
@@ -98,17 +123,49 @@ impl Optimum {
         &self.x[first..first + self.layout.nv]
     }
 
+    /// q at the last node of a phase.
+    pub fn last_configuration(&self, p: usize) -> &[f64] {
+        self.configuration(p, self.layout.phases[p].nodes() - 1)
+    }
+
+    /// φ̇ at a node.
+    pub fn rate(&self, of: &Collocation, p: usize, node: usize) -> f64 {
+        self.first_row(of, (p, node), NodeRow::PhaseRate)
+    }
+
+    /// The slowest φ̇ of a phase, per s: that near its dead centre.
+    pub fn slowest_rate(&self, of: &Collocation, p: usize) -> f64 {
+        let nodes = 0..self.layout.phases[p].nodes();
+        nodes.map(|node| self.rate(of, p, node)).fold(f64::INFINITY, f64::min)
+    }
+
     /// φ at the nodes of a phase, and the torques of each joint there, N m.
     pub fn torques(&self, of: &Collocation, p: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
         let nodes = 0..self.layout.phases[p].nodes();
         let at = nodes.clone().map(|node| self.phase_at(of, p, node)).collect();
-        let torque = |joint: usize| nodes.clone().map(move |node| self.x[self.layout.torques(p, node) + joint]);
+        let torque =
+            |joint: usize| nodes.clone().map(move |node| self.x[self.layout.torques(p, node) + joint]);
         (at, (0..self.layout.joints).map(|joint| torque(joint).collect()).collect())
     }
 
     /// How far the motion stays from limits.
     pub fn margins(&self, of: &Collocation) -> MotionMargins {
         margins::margins(of, &self.layout, &self.x)
+    }
+
+    /// Largest distance of an output from its curve at any node, rad or m: what the nodes leave of the virtual constraints.
+    pub fn drift(&self, of: &Collocation) -> Vec<f64> {
+        let at = |p: usize, node: usize| {
+            let local: Vec<f64> = self.layout.node(p, node).iter().map(|&k| self.x[k]).collect();
+            let mut values = vec![0.0; of.phases[p].node.rows()];
+            of.phases[p].node.values(&local, &mut values);
+            let place = of.phases[p].rows.iter().find(|row| row.0 == NodeRow::Output);
+            let (first, count) = place.map_or((0, 0), |&(_, first, count)| (first, count));
+            values[first..first + count].iter().fold(0.0, |a: f64, y| a.max(y.abs()))
+        };
+        let of_phase =
+            |p: usize| (0..self.layout.phases[p].nodes()).map(|node| at(p, node)).fold(0.0, f64::max);
+        (0..of.phases.len()).map(of_phase).collect()
     }
 
     /// Distance that the robot goes in a step, m.
@@ -141,6 +198,7 @@ pub fn solve(
         outputs: stage == Stage::Gait,
         rates: &rates,
         parts: &from.parts,
+        height: from.height,
     };
     let rows = builder.rows();
     let program = Transcription::new(of, layout, rows, demands, &from.x);
@@ -162,6 +220,7 @@ pub fn solve(
         violations: found.violations.iter().map(name).collect(),
         parts: from.parts.clone(),
         rates: from.rates.clone(),
+        height: from.height,
         layout: program.layout.clone(),
     }
 }

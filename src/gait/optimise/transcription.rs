@@ -52,7 +52,7 @@ impl<'c> Transcription<'c> {
         let weight = self.of.mass * 9.81;
         let (nv, layout) = (self.layout.nv, self.layout.clone());
         for (p, phase) in layout.phases.iter().enumerate() {
-            self.bounds[phase.duration] = [0.4, 2.0].map(|part| part * guess[phase.duration]);
+            self.bounds[phase.duration] = [0.5, 1.6].map(|part| part * guess[phase.duration]);
             self.scale[phase.duration] = guess[phase.duration];
             for node in 0..phase.nodes() {
                 let [q, v, a] = [0, 1, 2].map(|order| layout.motion(p, node, order));
@@ -68,7 +68,8 @@ impl<'c> Transcription<'c> {
                     self.bounds[q + joint.v_index] = [low + margin, high - margin];
                     let fastest = named.and_then(|joint| joint.velocity_limit).unwrap_or(30.0);
                     self.bounds[v + joint.v_index] = [-fastest, fastest];
-                    let effort = named.and_then(|joint| joint.effort_limit).map_or(500.0, |x| x * demands.effort);
+                    let effort =
+                        named.and_then(|joint| joint.effort_limit).map_or(500.0, |x| x * demands.effort);
                     self.bounds[layout.torques(p, node) + k] = [-effort, effort];
                     self.scale[layout.torques(p, node) + k] = 0.05 * weight;
                 }
@@ -168,7 +169,9 @@ impl<'c> Transcription<'c> {
             let pairs = part.function.hessian_structure().iter();
             found.extend(pairs.map(|&[i, j]| [part.variables[i], part.variables[j]]));
         }
-        self.each_between(|_, duration, _, slopes| found.extend(slopes.map(|(variable, _)| [variable, duration])));
+        self.each_between(|_, duration, _, slopes| {
+            found.extend(slopes.map(|(variable, _)| [variable, duration]))
+        });
         self.each_cost(&vec![1.0; self.layout.variables], |place, _| found.push(place));
         found
     }
@@ -249,7 +252,9 @@ impl Program for Transcription<'_> {
         for (p, phase) in self.layout.phases.iter().enumerate() {
             let own = phase.duration;
             gradient[own] = self.weight * (squares[p] / total - all / (total * total));
-            self.each_torque(p, |k, weight| gradient[k] += self.weight * 2.0 * weight * x[k] * x[own] / total);
+            self.each_torque(p, |k, weight| {
+                gradient[k] += self.weight * 2.0 * weight * x[k] * x[own] / total
+            });
         }
         gradient.iter_mut().zip(&self.scale).for_each(|(g, scale)| *g *= scale);
     }

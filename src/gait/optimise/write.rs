@@ -28,7 +28,11 @@ pub fn gait_text(
     text.insert("limits", Item::Table(limits));
     if let Some(phases) = text.get_mut("phase").and_then(Item::as_array_of_tables_mut) {
         for (p, phase) in phases.iter_mut().enumerate() {
-            if of.phases.len() == 1 { one_phase(phase, of, found) } else { several(phase, (p, of), found) };
+            if of.phases.len() == 1 {
+                one_phase(phase, of, found)
+            } else {
+                several(phase, (p, of), found)
+            };
             outputs(phase, p, of, found);
         }
     }
@@ -39,9 +43,8 @@ pub fn gait_text(
 /// Quantities that formulas of the configuration need.
 fn keep_quantities(text: &mut DocumentMut, form: &GaitForm) {
     let phases = form.phases.iter();
-    let formulas = phases.flat_map(|phase| {
-        phase.outputs.iter().map(|output| &output.controlled).chain([&phase.variable])
-    });
+    let formulas = phases
+        .flat_map(|phase| phase.outputs.iter().map(|output| &output.controlled).chain([&phase.variable]));
     let mut open: Vec<String> = formulas.flat_map(|formula| formula.names().to_vec()).collect();
     let mut needed = BTreeSet::new();
     while let Some(name) = open.pop() {
@@ -62,9 +65,8 @@ fn keep_quantities(text: &mut DocumentMut, form: &GaitForm) {
 /// The step ends where the foot in the air comes to the ground.
 fn one_phase(phase: &mut Table, of: &Collocation, found: &Optimum) {
     let [first, last] = found.ends(0);
-    let point = |index: Option<&usize>| {
-        index.map_or_else(String::new, |&k| of.tree.points[k].name.replace('/', "_"))
-    };
+    let point =
+        |index: Option<&usize>| index.map_or_else(String::new, |&k| of.tree.points[k].name.replace('/', "_"));
     let (lands, stands) = (point(of.changes[0].landing.first()), point(of.phases[0].standing.first()));
     let mut guard = InlineTable::new();
     guard.insert("zero", format!("{lands}_z - {stands}_z").into());
@@ -72,7 +74,7 @@ fn one_phase(phase: &mut Table, of: &Collocation, found: &Optimum) {
     guard.insert("between", Value::Array(between.into_iter().collect()));
     phase.insert("guard", value(guard));
     phase.insert("impact_matching", value(true));
-    posture(phase, 0, of, found);
+    posture(phase, found.configuration(0, 0), of);
 }
 
 fn several(phase: &mut Table, (p, of): (usize, &Collocation), found: &Optimum) {
@@ -80,7 +82,8 @@ fn several(phase: &mut Table, (p, of): (usize, &Collocation), found: &Optimum) {
     phase.insert("end", value(last));
     phase.insert("impact_matching", value(true));
     if p == 0 {
-        posture(phase, p, of, found);
+        // A chain of phases looks for the end of the first one.
+        posture(phase, found.last_configuration(p), of);
     }
     phase.remove("feedforward");
     let (at, torques) = found.torques(of, p);
@@ -94,9 +97,8 @@ fn several(phase: &mut Table, (p, of): (usize, &Collocation), found: &Optimum) {
     phase.insert("feedforward", Item::Table(table));
 }
 
-/// Joints at the first node, where searches for a posture begin.
-fn posture(phase: &mut Table, p: usize, of: &Collocation, found: &Optimum) {
-    let q = found.configuration(p, 0);
+/// Joints where searches for a posture begin.
+fn posture(phase: &mut Table, q: &[f64], of: &Collocation) {
     let mut table = InlineTable::new();
     for joint in &of.tree.joints {
         table.insert(&joint.name, ((q[joint.v_index] * 100.0).round() / 100.0).into());

@@ -74,6 +74,9 @@ impl GaitForm {
     }
 }
 
+/// How fast deviations of outputs from zero decay over the nodes, 1/s.
+const STABLE: f64 = 15.0;
+
 /// A kind of rows of a node, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NodeRow {
@@ -81,7 +84,7 @@ pub enum NodeRow {
     Dynamics,
     /// Accelerations of what the ground holds, by force; m/s² or rad/s². (4.23)
     Contact,
-    /// ÿ by output, y = h₀(q) − h_d(φ(q)). (6.27)
+    /// ÿ by output with a little of ẏ and y, so that these stay zero; y = h₀(q) − h_d(φ(q)). (6.27)
     OutputAcceleration,
     /// y.
     Output,
@@ -161,7 +164,10 @@ pub struct Collocation {
 ///
 /// # Errors
 /// A base that is not planar, formulas without a value, contacts that are not independent.
-pub fn compile_collocation(description: &RobotDescription, form: &GaitForm) -> Result<Collocation, Diagnostic> {
+pub fn compile_collocation(
+    description: &RobotDescription,
+    form: &GaitForm,
+) -> Result<Collocation, Diagnostic> {
     let description = in_its_world(description, (form.gravity, &form.effects));
     let tree = Tree::new(&description, &description.base)?;
     if tree.base != BaseKind::Planar {
@@ -283,7 +289,7 @@ fn node(
     let kinds = [
         (NodeRow::Dynamics, loads),
         (NodeRow::Contact, contact),
-        (NodeRow::OutputAcceleration, rate(&model, &output_rates)),
+        (NodeRow::OutputAcceleration, held_accelerations(&model, &outputs, &output_rates)),
         (NodeRow::Output, outputs),
         (NodeRow::OutputRate, output_rates),
         (NodeRow::Phase, vec![variable, variable - first, variable - last]),
@@ -313,6 +319,19 @@ fn node(
     })
 }
 
+/// ÿ + 2 ω ẏ + ω² y: what is left of outputs between nodes decays.
+fn held_accelerations<'g>(
+    model: &RobotModel<'g, '_>,
+    outputs: &[Sym<'g>],
+    rates: &[Sym<'g>],
+) -> Vec<Sym<'g>> {
+    let accelerations = rate(model, rates);
+    let held = |((&y, &rate), acceleration): ((&Sym<'g>, &Sym<'g>), Sym<'g>)| {
+        acceleration + rate * (2.0 * STABLE) + y * (STABLE * STABLE)
+    };
+    outputs.iter().zip(rates).zip(accelerations).map(held).collect()
+}
+
 /// Contact points that contacts hold, by index.
 fn on_the_ground(description: &RobotDescription, tree: &Tree, contacts: &[Contact]) -> Vec<usize> {
     let of_foot = |foot| {
@@ -323,14 +342,19 @@ fn on_the_ground(description: &RobotDescription, tree: &Tree, contacts: &[Contac
     (0..tree.points.len()).filter(|&k| names.contains(&tree.points[k].name)).collect()
 }
 
-fn change(description: &RobotDescription, tree: &Tree, phase: &Phase) -> Result<CollocationChange, Diagnostic> {
+fn change(
+    description: &RobotDescription,
+    tree: &Tree,
+    phase: &Phase,
+) -> Result<CollocationChange, Diagnostic> {
     let graph = Graph::new();
     let model = RobotModel::new(&graph, tree, InertiaMode::Folded);
     let nv = tree.nv;
     let relabel = Relabelling::new(tree, description)?;
     let legs = (&relabel, phase.relabel);
     let inputs = |argument| (0..nv).map(|k| model.input(argument, k)).collect::<Vec<_>>();
-    let given = |first: usize| (first..first + nv).map(|k| model.input(Argument::Parameters, k)).collect::<Vec<_>>();
+    let given =
+        |first: usize| (first..first + nv).map(|k| model.input(Argument::Parameters, k)).collect::<Vec<_>>();
     let (q, v) = (inputs(Argument::Q), inputs(Argument::V));
     let [next_q, next_v] = [0, nv].map(given);
     let after = swapped(legs, next_v.clone(), true);

@@ -21,7 +21,13 @@ pub struct InteriorPoint {
 
 impl Default for InteriorPoint {
     fn default() -> Self {
-        Self { tolerance: 1e-6, feasible: 1e-6, iterations: 1000, barriers: [0.1, 1e-3], patience: (20, 2e-3) }
+        Self {
+            tolerance: 1e-6,
+            feasible: 1e-6,
+            iterations: 1000,
+            barriers: [0.1, 1e-3],
+            patience: (20, 2e-3),
+        }
     }
 }
 
@@ -134,7 +140,8 @@ impl<'p, 's> Search<'p, 's> {
         self.recent.push(self.values.objective);
         let Some(first) = self.recent.len().checked_sub(count + 1) else { return false };
         let last = &self.recent[first..];
-        let [low, high] = [last.iter().copied().fold(f64::MAX, f64::min), last.iter().copied().fold(f64::MIN, f64::max)];
+        let [low, high] =
+            [last.iter().copied().fold(f64::MAX, f64::min), last.iter().copied().fold(f64::MIN, f64::max)];
         high - low <= part * high.abs()
     }
 
