@@ -23,7 +23,7 @@ steps that repeat themselves, and with margins from the ground, friction, torque
 squared accelerations. Coefficients of the Bezier polynomials are unknowns of the search, so that what is found is a gait file.
 
 What is written was tried under its own controller on its zero dynamics: that a motion is possible does not say that the robot walks by it. A \
-motion that is found but does not walk is written all the same, and the exit code is 3. Where none is found, the violated constraints are told \
+motion that is found but does not walk is written all the same, and the exit code is 3. Whether the ground holds all that is for `bipedc simulate` with [assumptions] to say. Where none is found, the violated constraints are told \
 with phase and node; exit code 4, nothing is written.
 
 Several speeds make a library: --out is a folder, each search begins where the one before ended. Ctrl-C leaves what is done; \
