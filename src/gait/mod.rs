@@ -4,6 +4,7 @@ pub mod choice;
 mod controller;
 pub mod cycle;
 pub mod map;
+pub mod optimise;
 mod over;
 mod phased;
 pub mod plan;

@@ -1,8 +1,10 @@
 //! A robot on the bench: compared with logs, diagnosed, amended, identified, simulated, filmed.
 mod explaining;
 mod identified;
+mod optimised;
 
 pub use explaining::{Event, Explained};
+pub use optimised::{ClosedLoop, OptimiseOptions, OptimisedGait, OptimisedGaits};
 
 use crate::amendment::diagnosis::{Selection, propose};
 use crate::amendment::history::History;

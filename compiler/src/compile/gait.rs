@@ -1,9 +1,13 @@
 //! A robot with a gait: the functions of its zero dynamics and of its controller beside those of the model that a step needs.
+mod collocation;
 mod controller;
 mod in_process;
 mod phased;
 mod phased_in_process;
 
+pub use collocation::{
+    Collocation, CollocationChange, CollocationPhase, GaitForm, NodeRow, PhaseForm, compile_collocation,
+};
 pub use in_process::GaitPrograms;
 pub use phased::{CompiledPhases, compile_phases};
 pub use phased_in_process::PhasePrograms;

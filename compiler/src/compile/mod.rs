@@ -12,7 +12,10 @@ mod solvable;
 
 pub use catalogue::{Entry, Scope, catalogue, entry, entry_and_subject};
 pub use families::regressors::parameter_names;
-pub use gait::{CompiledGait, CompiledPhases, GaitPrograms, PhasePrograms, compile_gait, compile_phases};
+pub use gait::{
+    Collocation, CollocationChange, CollocationPhase, CompiledGait, CompiledPhases, GaitForm, GaitPrograms,
+    NodeRow, PhaseForm, PhasePrograms, compile_collocation, compile_gait, compile_phases,
+};
 pub use in_process::ProgramModel;
 pub use names::{crate_name, distinct, identifier};
 pub use quantity::Quantity;

@@ -221,6 +221,25 @@ pub fn phase_constraints<'g>(
     Ok(PhaseConstraints { controlled, wanted, outputs, end, feedforward })
 }
 
+/// φ(q), then h₀(q) by output: formulas of the configuration and of quantities alone.
+///
+/// # Errors
+/// Formulas without a value.
+pub fn controlled_of<'g>(
+    model: &RobotModel<'g, '_>,
+    quantities: &BTreeMap<String, Formula>,
+    (variable, outputs): (&Formula, &[GaitOutput]),
+) -> Result<Vec<Sym<'g>>, Diagnostic> {
+    let reader = reader(
+        model,
+        &points(model),
+        (&[], quantities),
+        GaitArguments { parameters: 0, outputs: outputs.len() },
+    );
+    let variable = reader.of("the phase variable", variable)?;
+    Ok(std::iter::once(variable).chain(reader.controlled(outputs)?).collect())
+}
+
 fn feedforward<'g>(model: &RobotModel<'g, '_>, of: Option<&Feedforward>, phase: Sym<'g>) -> Vec<Sym<'g>> {
     let mut torques = vec![model.constant(0.0); model.tree.joints.len()];
     let Some(of) = of else { return torques };

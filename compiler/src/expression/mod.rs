@@ -1,5 +1,6 @@
 //! Expressions as one hash-consed graph: equal expressions share one node, so common subexpressions are
 //! found while deriving.
+mod adjoint;
 mod angle;
 pub mod decimal;
 mod display;
@@ -12,6 +13,7 @@ mod rewrite;
 mod symbol;
 mod vector;
 
+pub use adjoint::{gradient, inputs};
 pub use angle::exact_sin_cos;
 pub use display::{Written, write_infix};
 pub(crate) use formula::{Sloped, ValuedFormula};

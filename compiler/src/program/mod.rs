@@ -3,6 +3,7 @@ mod batch;
 mod count;
 mod dual;
 mod evaluate;
+mod local;
 mod lower;
 mod schedule;
 
@@ -10,6 +11,7 @@ pub use batch::{BatchColumns, BatchStates};
 pub use count::Operations;
 pub use dual::Dual;
 pub use evaluate::Evaluator;
+pub use local::LocalFunction;
 pub use lower::{Order, lower};
 pub use schedule::schedule;
 

@@ -6,6 +6,7 @@ pub mod gait;
 pub mod identify;
 pub mod log;
 pub mod measure;
+pub mod nonlinear;
 pub mod number;
 pub mod physical;
 pub mod report;

@@ -72,7 +72,7 @@ impl CompiledPhases {
 }
 
 /// The feet that stand in a phase; `forces` are the names of its forces.
-fn feet(
+pub(super) fn feet(
     description: &RobotDescription,
     phase: &Phase,
     forces: &[String],
@@ -113,7 +113,7 @@ fn kept<'d>(description: &'d RobotDescription, phase: &Phase, foot: &'d Foot) ->
 }
 
 /// Names of the points of a foot that contacts hold.
-fn standing<'d>(foot: &'d Foot, contacts: &[Contact]) -> Vec<&'d str> {
+pub(super) fn standing<'d>(foot: &'d Foot, contacts: &[Contact]) -> Vec<&'d str> {
     let own = || contacts.iter().filter(|contact| contact.foot == foot.name);
     let holds = |point: &str| {
         own().any(|contact| match &contact.part {

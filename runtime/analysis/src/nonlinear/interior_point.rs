@@ -1,0 +1,499 @@
+//! The interior point method: one barrier after the other, Newton steps, a filter, restoration.
+use super::filter::Filter;
+use super::iterate::{Iterate, Slacked, Values, largest, total};
+use super::kkt::Kkt;
+use super::{Ending, Iteration, Minimiser, Program, Solution, Start};
+
+/// A primal-dual interior point method with a filter line search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InteriorPoint {
+    /// Largest error of the scaled conditions of a minimum.
+    pub tolerance: f64,
+    /// Largest violation of a constraint, in its own unit, in what is called feasible.
+    pub feasible: f64,
+    /// Iterations at most.
+    pub iterations: usize,
+    /// The first barrier's parameter, without and with multipliers to start from.
+    pub barriers: [f64; 2],
+    /// A search ends where so many iterations near the last barrier changed the objective by less than this part.
+    pub patience: (usize, f64),
+}
+
+impl Default for InteriorPoint {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            feasible: 1e-6,
+            iterations: 1000,
+            barriers: [0.1, 1e-3],
+            patience: (20, 2e-3),
+        }
+    }
+}
+
+/// A search under way.
+struct Search<'p, 's> {
+    settings: &'s InteriorPoint,
+    of: Slacked<'p>,
+    kkt: Kkt,
+    filter: Filter,
+    barrier: f64,
+    at: Iterate,
+    values: Values,
+    /// What was last added to the Hessian's diagonal.
+    last_primal: f64,
+    primal: f64,
+    smallest_violation: f64,
+    step: f64,
+    iterations: usize,
+    /// Objectives of the last iterations near the last barrier.
+    recent: Vec<f64>,
+}
+
+/// A Newton step.
+struct Direction {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    z: Vec<[f64; 2]>,
+}
+
+/// Additions to the diagonal of the constraints, removed again by refinement.
+const DUAL: f64 = 1e-9;
+/// The same of the Hessian.
+const PRIMAL: f64 = 1e-9;
+const LARGEST_PRIMAL: f64 = 1e20;
+
+impl Minimiser for InteriorPoint {
+    fn minimise(
+        &self,
+        program: &dyn Program,
+        start: &Start<'_>,
+        watch: &mut dyn FnMut(&Iteration) -> bool,
+    ) -> Solution {
+        let mut search = Search::new(self, program, start);
+        let ending = search.run(watch);
+        search.solution(ending)
+    }
+}
+
+impl<'p, 's> Search<'p, 's> {
+    fn new(settings: &'s InteriorPoint, program: &'p dyn Program, start: &Start<'_>) -> Self {
+        let of = Slacked::new(program, start.x);
+        let warm = usize::from(start.multipliers.is_some());
+        let barrier = settings.barriers[warm];
+        let at = of.begin(start, barrier, [1e-2, 1e-4][warm]);
+        let values = of.values(&at.x);
+        let kkt = Kkt::new(of.n, of.m, &of.hessian, &of.jacobian);
+        let violation = total(&values.residual).max(1.0);
+        let filter = Filter::below(1e4 * violation);
+        Self {
+            settings,
+            of,
+            kkt,
+            filter,
+            barrier,
+            at,
+            values,
+            last_primal: 0.0,
+            primal: 0.0,
+            smallest_violation: 1e-4 * violation,
+            step: 1.0,
+            iterations: 0,
+            recent: Vec::new(),
+        }
+    }
+
+    fn run(&mut self, watch: &mut dyn FnMut(&Iteration) -> bool) -> Ending {
+        loop {
+            let [dual, primal, complementary] = self.of.errors(&self.at, &self.values, 0.0);
+            if dual.max(primal).max(complementary) <= self.settings.tolerance {
+                return Ending::Minimum;
+            }
+            if self.iterations >= self.settings.iterations || self.is_slow(primal) {
+                self.polish();
+                return Ending::Iterations;
+            }
+            self.lower_barrier();
+            let Some(direction) = self.direction() else {
+                if !self.restore(watch) {
+                    return Ending::Infeasible;
+                }
+                continue;
+            };
+            if !self.search_along(&direction) && !self.restore(watch) {
+                return Ending::Infeasible;
+            }
+            self.iterations += 1;
+            if !self.tell(watch, false) {
+                return Ending::Stopped;
+            }
+        }
+    }
+
+    /// Whether nothing is to be gained any more: constraints hold nearly, and the objective stays.
+    fn is_slow(&mut self, violation: f64) -> bool {
+        let (count, part) = self.settings.patience;
+        if self.barrier > 100.0 * self.settings.tolerance || violation > 1e-3 {
+            self.recent.clear();
+            return false;
+        }
+        self.recent.push(self.values.objective);
+        let Some(first) = self.recent.len().checked_sub(count + 1) else { return false };
+        let last = &self.recent[first..];
+        let [low, high] =
+            [last.iter().copied().fold(f64::MAX, f64::min), last.iter().copied().fold(f64::MIN, f64::max)];
+        high - low <= part * high.abs()
+    }
+
+    /// Steps that make constraints hold, and nothing else.
+    fn polish(&mut self) {
+        for _ in 0..20 {
+            let now: f64 = total(&self.values.residual);
+            if now < 1e-9 {
+                return;
+            }
+            let Some(d) = self.restoring_step(1e-8, now * now) else { return };
+            let x = self.moved(&d, self.of.longest(&self.at.x, &d, 0.01));
+            let falls = total(&self.of.residual(&x)) < now;
+            if !falls {
+                return;
+            }
+            self.at.x = x;
+            self.values = self.of.values(&self.at.x);
+        }
+    }
+
+    fn tell(&self, watch: &mut dyn FnMut(&Iteration) -> bool, restoring: bool) -> bool {
+        let [stationarity, ..] = self.of.errors(&self.at, &self.values, self.barrier);
+        let worst = self.violations(0.0).first().map_or(0.0, |(_, by)| by.abs());
+        watch(&Iteration {
+            number: self.iterations,
+            objective: self.values.objective / self.of.scaling.objective,
+            violation: worst,
+            stationarity,
+            barrier: self.barrier,
+            restoring,
+            step: self.step,
+            regularisation: self.primal,
+        })
+    }
+
+    fn lower_barrier(&mut self) {
+        let least = self.settings.tolerance / 10.0;
+        loop {
+            let errors = self.of.errors(&self.at, &self.values, self.barrier);
+            let error = errors.into_iter().fold(0.0, f64::max);
+            if error > 10.0 * self.barrier || self.barrier <= least {
+                return;
+            }
+            self.barrier = (0.2 * self.barrier).min(self.barrier.powf(1.5)).max(least);
+            self.filter.clear();
+        }
+    }
+
+    /// Σ of variables and slacks.
+    fn curvature(&self, k: usize) -> f64 {
+        let [low, high] = self.of.distances(&self.at.x, k);
+        self.at.z[k][0] / low + self.at.z[k][1] / high
+    }
+
+    /// Factorises the system of a Newton step, its inertia made right; false: no addition does that.
+    fn factorise(&mut self) -> bool {
+        let hessian = self.of.second(&self.at.x, &self.at.y);
+        if hessian.iter().any(|h| !h.is_finite()) {
+            return false;
+        }
+        let mut primal = 0.0;
+        loop {
+            let sigma: Vec<f64> = (0..self.of.n).map(|k| self.curvature(k)).collect();
+            let delta: Vec<f64> = (0..self.of.m)
+                .map(|row| match self.of.equation(row) {
+                    true => 0.0,
+                    false => 1.0 / (self.curvature(self.of.n + row) + primal),
+                })
+                .collect();
+            self.kkt.fill(&hessian, &self.values.jacobian, &sigma, &delta);
+            if self.kkt.factorise(primal + PRIMAL, DUAL) {
+                self.primal = primal;
+                if primal > 0.0 {
+                    self.last_primal = primal;
+                }
+                return true;
+            }
+            primal = match (primal, self.last_primal) {
+                (0.0, 0.0) => 1e-4,
+                (0.0, last) => (last / 3.0).max(1e-12),
+                (x, 0.0) => 100.0 * x,
+                (x, _) => 8.0 * x,
+            };
+            if primal > LARGEST_PRIMAL {
+                self.last_primal = 0.0;
+                return false;
+            }
+        }
+    }
+
+    fn direction(&mut self) -> Option<Direction> {
+        if !self.factorise() {
+            return None;
+        }
+        let residual = self.values.residual.clone();
+        self.step_for(&residual)
+    }
+
+    /// The step that the factorised system gives with these residuals of the constraints.
+    fn step_for(&mut self, residual: &[f64]) -> Option<Direction> {
+        let (n, m) = (self.of.n, self.of.m);
+        let gradient = self.of.lagrangian_gradient(&self.values, &self.at.y);
+        let lack = |k: usize| gradient[k] + self.of.barrier_slope(&self.at.x, k, self.barrier);
+        let mut right: Vec<f64> = (0..n).map(|k| -lack(k)).collect();
+        let soft: Vec<f64> = (0..m).map(|row| self.curvature(n + row) + self.primal).collect();
+        for row in 0..m {
+            let slack = if self.of.equation(row) { 0.0 } else { lack(n + row) / soft[row] };
+            right.push(-residual[row] - slack);
+        }
+        let mut solved = Vec::new();
+        let error = self.kkt.solve(&right, self.primal, &mut solved);
+        let solves = error < 1e-2;
+        if !solves {
+            return None;
+        }
+        let y = solved.split_off(n);
+        for row in 0..m {
+            let slack = if self.of.equation(row) { 0.0 } else { (y[row] - lack(n + row)) / soft[row] };
+            solved.push(slack);
+        }
+        let along = |k: usize| {
+            let distances = self.of.distances(&self.at.x, k);
+            let [zl, zu] = self.at.z[k];
+            let of = |d: f64, z: f64, dx: f64| match d.is_finite() {
+                true => (self.barrier - z * dx) / d - z,
+                false => 0.0,
+            };
+            [of(distances[0], zl, solved[k]), of(distances[1], zu, -solved[k])]
+        };
+        let z = (0..n + m).map(along).collect();
+        let found = Direction { x: solved, y, z };
+        found.x.iter().chain(&found.y).all(|d| d.is_finite()).then_some(found)
+    }
+
+    fn moved(&self, d: &[f64], step: f64) -> Vec<f64> {
+        self.at.x.iter().zip(d).map(|(x, d)| x + step * d).collect()
+    }
+
+    /// A step of acceptable length along a direction, if there is one.
+    fn search_along(&mut self, direction: &Direction) -> bool {
+        let kept = self.barrier.min(0.01);
+        let longest = self.of.longest(&self.at.x, &direction.x, kept);
+        let violation = total(&self.values.residual);
+        let barrier_now = self.of.barrier_function(&self.at.x, self.values.objective, self.barrier);
+        let slope: f64 = (0..direction.x.len())
+            .map(|k| {
+                let own = if k < self.of.n { self.values.gradient[k] } else { 0.0 };
+                (own + self.of.barrier_slope(&self.at.x, k, self.barrier)) * direction.x[k]
+            })
+            .sum();
+        let here = [violation, barrier_now];
+        let mut step = longest;
+        let mut first = true;
+        while step > 1e-7 * longest.min(1.0) && step > 1e-12 {
+            let x = self.moved(&direction.x, step);
+            if let Some(by_barrier) = self.acceptable(&x, here, slope, step) {
+                self.take(x, direction, step, (here, by_barrier));
+                return true;
+            }
+            if first && self.corrected(direction, longest, (here, slope)) {
+                return true;
+            }
+            first = false;
+            step *= 0.5;
+        }
+        false
+    }
+
+    /// Whether a place is acceptable, and if so, whether because of the barrier function.
+    fn acceptable(&self, x: &[f64], here: [f64; 2], slope: f64, step: f64) -> Option<bool> {
+        let violation = total(&self.of.residual(x));
+        let barrier = self.of.barrier_function(x, self.of.objective(x), self.barrier);
+        let rounding = 1e-14 * here[1].abs();
+        if !violation.is_finite()
+            || !barrier.is_finite()
+            || !self.filter.accepts(violation, barrier - rounding)
+        {
+            return None;
+        }
+        let by_barrier = slope < 0.0
+            && step * (-slope).powf(2.3) > here[0].powf(1.1)
+            && here[0] <= self.smallest_violation;
+        let better = match by_barrier {
+            true => barrier - here[1] - rounding <= 1e-4 * step * slope,
+            false => Filter::improves([violation, barrier - rounding], here),
+        };
+        better.then_some(by_barrier)
+    }
+
+    /// Second-order corrections of the full step: the constraints' curvature taken in.
+    fn corrected(&mut self, direction: &Direction, longest: f64, (here, slope): ([f64; 2], f64)) -> bool {
+        let trial = self.of.residual(&self.moved(&direction.x, longest));
+        let mut before = total(&trial);
+        if !before.is_finite() || before < here[0] {
+            return false;
+        }
+        let mut residual: Vec<f64> =
+            self.values.residual.iter().zip(&trial).map(|(a, b)| longest * a + b).collect();
+        for _ in 0..4 {
+            let Some(found) = self.step_for(&residual) else { return false };
+            let step = self.of.longest(&self.at.x, &found.x, self.barrier.min(0.01));
+            let x = self.moved(&found.x, step);
+            if let Some(by_barrier) = self.acceptable(&x, here, slope, longest) {
+                self.take(x, &found, step, (here, by_barrier));
+                return true;
+            }
+            let trial = self.of.residual(&x);
+            let violation = total(&trial);
+            let falls = violation < 0.99 * before;
+            if !falls {
+                return false;
+            }
+            before = violation;
+            residual.iter_mut().zip(&trial).for_each(|(a, b)| *a = step * *a + b);
+        }
+        false
+    }
+
+    fn take(&mut self, x: Vec<f64>, direction: &Direction, step: f64, (here, by_barrier): ([f64; 2], bool)) {
+        if !by_barrier {
+            self.filter.add((1.0 - 1e-5) * here[0], here[1] - 1e-5 * here[0]);
+        }
+        let kept = self.barrier.min(0.01);
+        let mut dual: f64 = 1.0;
+        for (z, d) in self.at.z.iter().zip(&direction.z) {
+            for side in 0..2 {
+                if d[side] < 0.0 {
+                    dual = dual.min(-(1.0 - kept) * z[side] / d[side]);
+                }
+            }
+        }
+        self.at.x = x;
+        self.at.y.iter_mut().zip(&direction.y).for_each(|(y, d)| *y += step * d);
+        for k in 0..self.at.x.len() {
+            let distances = self.of.distances(&self.at.x, k);
+            for (side, distance) in distances.into_iter().enumerate() {
+                let z = self.at.z[k][side] + dual * direction.z[k][side];
+                let central = self.barrier / distance;
+                self.at.z[k][side] = z.clamp(central * 1e-10, central * 1e10);
+            }
+        }
+        self.step = step;
+        self.values = self.of.values(&self.at.x);
+    }
+
+    /// Makes constraints smaller until the filter accepts the place; false: they stay.
+    fn restore(&mut self, watch: &mut dyn FnMut(&Iteration) -> bool) -> bool {
+        let begin = total(&self.values.residual);
+        if begin < 0.1 * self.settings.tolerance {
+            return false;
+        }
+        let here = self.of.barrier_function(&self.at.x, self.values.objective, self.barrier);
+        self.filter.add((1.0 - 1e-5) * begin, here - 1e-5 * begin);
+        let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+        let mut damping = 1e-4;
+        let mut slow = 0;
+        while self.iterations < self.settings.iterations {
+            self.iterations += 1;
+            let now = squares(&self.values.residual);
+            let Some(d) = self.restoring_step(damping, now) else { return false };
+            let step = self.of.longest(&self.at.x, &d, 0.01);
+            let x = self.moved(&d, step);
+            let found = squares(&self.of.residual(&x));
+            let falls = found < now;
+            if !falls {
+                damping *= 8.0;
+                if damping > 1e12 {
+                    return false;
+                }
+                continue;
+            }
+            slow = if found > (1.0 - 1e-4) * now { slow + 1 } else { 0 };
+            damping = (damping / if step > 0.3 { 4.0 } else { 1.5 }).max(1e-10);
+            self.at.x = x;
+            self.step = step;
+            self.primal = damping;
+            self.values = self.of.values(&self.at.x);
+            if !self.tell(watch, true) || slow > 20 {
+                return false;
+            }
+            let violation = total(&self.values.residual);
+            let barrier = self.of.barrier_function(&self.at.x, self.values.objective, self.barrier);
+            if violation <= 0.9 * begin && self.filter.accepts(violation, barrier) {
+                self.at.z = self.of.central(&self.at.x, self.barrier);
+                self.at.y.fill(0.0);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// A damped Gauss–Newton step of the squared residuals.
+    fn restoring_step(&mut self, damping: f64, squares: f64) -> Option<Vec<f64>> {
+        let (n, m) = (self.of.n, self.of.m);
+        let barrier = (1e-3 * squares / (n + m) as f64).min(self.barrier);
+        let curvature = |k: usize| {
+            let [low, high] = self.of.distances(&self.at.x, k);
+            damping + barrier / (low * low) + barrier / (high * high)
+        };
+        let sigma: Vec<f64> = (0..n).map(curvature).collect();
+        let soft: Vec<f64> = (n..n + m).map(curvature).collect();
+        let stiff = |row: usize| if self.of.equation(row) { 0.0 } else { 1.0 / soft[row] };
+        let delta: Vec<f64> = (0..m).map(|row| 1.0 + stiff(row)).collect();
+        self.kkt.fill(&vec![0.0; self.of.hessian.len()], &self.values.jacobian, &sigma, &delta);
+        if !self.kkt.factorise(0.0, 0.0) {
+            return None;
+        }
+        let slope = |k: usize| self.of.barrier_slope(&self.at.x, k, barrier);
+        let mut right: Vec<f64> = (0..n).map(|k| -slope(k)).collect();
+        right.extend((0..m).map(|row| -self.values.residual[row] - slope(n + row) * stiff(row)));
+        let mut d = Vec::new();
+        self.kkt.solve(&right, 0.0, &mut d);
+        let y = d.split_off(n);
+        d.extend((0..m).map(|row| (y[row] - slope(n + row)) * stiff(row)));
+        d.iter().all(|d| d.is_finite()).then_some(d)
+    }
+
+    /// Constraints that do not hold within a tolerance in their own unit, the worst first.
+    fn violations(&self, tolerance: f64) -> Vec<(usize, f64)> {
+        let mut values = vec![0.0; self.of.m];
+        self.of.program.constraints(&self.at.x[..self.of.n], &mut values);
+        let limits = self.of.program.limits();
+        let by = |(row, (value, [low, high])): (usize, (&f64, &[f64; 2]))| {
+            let by = if value < low { value - low } else { (value - high).max(0.0) };
+            let met = by.abs() <= tolerance;
+            (!met).then_some((row, by))
+        };
+        let mut found: Vec<(usize, f64)> = values.iter().zip(&limits).enumerate().filter_map(by).collect();
+        found.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+        found
+    }
+
+    fn solution(mut self, ending: Ending) -> Solution {
+        let violations = self.violations(self.settings.feasible);
+        let ending = match ending {
+            Ending::Minimum | Ending::Stopped => ending,
+            other if largest(&self.values.residual).is_nan() => other,
+            _ if violations.is_empty() => Ending::Feasible,
+            other => other,
+        };
+        let of = &self.of;
+        let y = self.at.y.iter().zip(&of.scaling.rows).map(|(y, factor)| y * factor / of.scaling.objective);
+        let multipliers = y.collect();
+        self.at.x.truncate(of.n);
+        Solution {
+            ending,
+            objective: of.program.objective(&self.at.x),
+            x: self.at.x,
+            multipliers,
+            iterations: self.iterations,
+            violations,
+        }
+    }
+}

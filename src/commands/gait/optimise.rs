@@ -1,0 +1,169 @@
+//! `bipedc gait optimise`: gaits found by direct collocation.
+use super::values::INTERRUPTED;
+use crate::terminal::arguments::RobotArguments;
+use crate::terminal::failure::Outcome;
+use crate::terminal::output;
+use bipedc::gait::optimise::Demands;
+use bipedc::workbench::OptimiseOptions;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::files::write_with_folders;
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const OPTIMISE: &str = "\
+Examples:
+  bipedc gait optimise robots/five_link --gait optimised --speed 0.7 --out faster.toml
+  bipedc gait optimise robots/five_link --gait optimised --speed 0.6 0.7 0.8 0.9 --out library
+  bipedc gait optimise robots/seven_link_v1 --gait collocated --speed 0.4 --friction 0.4 --out gait.toml --json
+
+--gait names a gait whose phases, phase variables and outputs are kept; curves, torques and ends are found anew, from nothing but the \
+robot: its posture at ease, feet on straight lines. The whole dynamics hold at the nodes of every phase, with impacts, with \
+steps that repeat themselves, and with margins from the ground, friction, torques and joints. The mean squared torque is made small, with a little of the \
+squared accelerations. Coefficients of the Bezier polynomials are unknowns of the search, so that what is found is a gait file.
+
+What is written was tried under its own controller on its zero dynamics: that a motion is possible does not say that the robot walks by it. A \
+motion that is found but does not walk is written all the same, and the exit code is 3. Whether the ground holds all that is for `bipedc simulate` with [assumptions] to say. Where none is found, the violated constraints are told \
+with phase and node; exit code 4, nothing is written.
+
+Several speeds make a library: --out is a folder, each search begins where the one before ended. Ctrl-C leaves what is done; \
+exit code 130.
+
+JSON: {\"form\", \"robot\", \"complete\", \"gaits\": [{\"speed\" (m/s), \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \
+\"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\"}, \"violations\": \
+[{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s)}}]}.";
+
+/// Finds gaits: the least torques at a walking speed, within all limits
+#[derive(Args)]
+#[command(after_help = OPTIMISE)]
+pub struct Optimise {
+    #[command(flatten)]
+    robot: RobotArguments,
+    /// The gait whose form is kept: a name in gaits/ beside the robot's description, or a file
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    gait: String,
+    /// Mean walking speed, m/s; several make a library
+    #[arg(long, value_name = "V", num_args = 1.., required = true, allow_negative_numbers = true)]
+    speed: Vec<f64>,
+    /// The gait file to write; of several speeds the folder
+    #[arg(long, value_name = "NEW.toml|FOLDER")]
+    out: PathBuf,
+    /// Coulomb's coefficient that forces and impulses stay below
+    #[arg(long, value_name = "MU", default_value_t = 0.5)]
+    friction: f64,
+    /// Height of feet in the air, m
+    #[arg(long, value_name = "H", default_value_t = 0.012)]
+    clearance: f64,
+    /// Distance of centres of pressure from the ends of a sole, m
+    #[arg(long, value_name = "D", default_value_t = 0.012)]
+    zmp: f64,
+    /// Smallest vertical impulse on a foot that an impact holds, N s
+    #[arg(long, value_name = "P", default_value_t = 0.15)]
+    impulse: f64,
+    /// Longest step, as a part of the height of the base
+    #[arg(long, value_name = "PART", default_value_t = 0.75)]
+    longest_step: f64,
+    /// Bezier coefficients of each output
+    #[arg(long, value_name = "N", default_value_t = 7)]
+    coefficients: usize,
+    /// Intervals of a step; each has three nodes
+    #[arg(long, value_name = "N", default_value_t = 24)]
+    intervals: usize,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+const DOES_NOT_WALK: u8 = 3;
+const NOT_FOUND: u8 = 4;
+
+impl Optimise {
+    pub fn run(self) -> Outcome {
+        let bench = self.robot.open()?;
+        let options = self.options()?;
+        let library = self.speed.len() > 1;
+        let place = |speed: f64| match library {
+            true => self.out.join(format!("{speed}.toml")),
+            false => self.out.clone(),
+        };
+        let mut ledger = bench.ledger();
+        for &speed in &self.speed {
+            ledger.writes("--out", &place(speed))?;
+        }
+        let found = bench.optimise_gaits(&options, &mut |gait| {
+            let Some(text) = &gait.text else { return Ok(()) };
+            write_found(&place(gait.speed), text)
+        })?;
+        if self.json {
+            output::print_json(&found)?;
+        } else {
+            output::print(&found.to_string())?;
+        }
+        Ok(match (found.complete, found.gaits.iter().all(|gait| gait.feasible), found.all_walk()) {
+            (false, ..) => ExitCode::from(INTERRUPTED),
+            (true, false, _) => ExitCode::from(NOT_FOUND),
+            (true, true, false) => ExitCode::from(DOES_NOT_WALK),
+            (true, true, true) => ExitCode::SUCCESS,
+        })
+    }
+
+    fn options(&self) -> Result<OptimiseOptions, Diagnostics> {
+        let mut wrong = Vec::new();
+        let mut within = |name: &str, value: f64, [low, high]: [f64; 2]| {
+            if !(low..=high).contains(&value) {
+                let message = format!("{name}: {value} is not possible");
+                wrong.push(Diagnostic::error(message).help(format!("write a number from {low} to {high}")));
+            }
+        };
+        self.speed.iter().for_each(|&speed| within("--speed", speed, [0.01, 10.0]));
+        within("--friction", self.friction, [0.05, 5.0]);
+        within("--clearance", self.clearance, [0.0, 1.0]);
+        within("--zmp", self.zmp, [0.0, 1.0]);
+        within("--impulse", self.impulse, [0.0, 1e3]);
+        within("--longest-step", self.longest_step, [0.05, 2.0]);
+        within("--coefficients", self.coefficients as f64, [5.0, 16.0]);
+        within("--intervals", self.intervals as f64, [6.0, 200.0]);
+        if !wrong.is_empty() {
+            return Err(Diagnostics(wrong));
+        }
+        let usual = Demands::new(self.speed[0]);
+        Ok(OptimiseOptions {
+            form: self.gait.clone(),
+            speeds: self.speed.clone(),
+            coefficients: self.coefficients,
+            demands: Demands {
+                friction: self.friction,
+                clearance: self.clearance,
+                zmp: self.zmp,
+                impulse: self.impulse,
+                longest_step: self.longest_step,
+                intervals: self.intervals,
+                ..usual
+            },
+            command: self.command(),
+        })
+    }
+
+    /// As it would be typed again.
+    fn command(&self) -> String {
+        let speeds: Vec<String> = self.speed.iter().map(ToString::to_string).collect();
+        format!(
+            "bipedc gait optimise … --gait {} --speed {} --friction {} --clearance {} --zmp {} --impulse {} --longest-step {} --coefficients {} --intervals {}",
+            self.gait,
+            speeds.join(" "),
+            self.friction,
+            self.clearance,
+            self.zmp,
+            self.impulse,
+            self.longest_step,
+            self.coefficients,
+            self.intervals
+        )
+    }
+}
+
+fn write_found(path: &Path, text: &str) -> Result<(), Diagnostics> {
+    write_with_folders(path, text)?;
+    output::remark(&format!("wrote {}", path.display()));
+    Ok(())
+}

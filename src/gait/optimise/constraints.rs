@@ -1,0 +1,281 @@
+//! The rows of the program: which quantity has to lie where, with the names that a failure is told by.
+use super::demands::Demands;
+use super::layout::Layout;
+use bipedc_compiler::compile::{Collocation, CollocationChange, CollocationPhase, NodeRow};
+use bipedc_runtime::control::StandingFoot;
+
+/// All rows with their limits.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Rows {
+    pub limits: Vec<[f64; 2]>,
+    pub names: Vec<RowName>,
+    /// By phase, node and row of the node's function: the row of the program.
+    pub nodes: Vec<Vec<Vec<Option<usize>>>>,
+    /// By phase and row of the change's function.
+    pub changes: Vec<Vec<Option<usize>>>,
+    /// By phase: the first row of the equations between nodes, 4 nv for each interval.
+    pub between: Vec<usize>,
+    /// Sums: row, then variable and factor.
+    pub sums: Vec<(usize, Vec<(usize, f64)>)>,
+}
+
+/// What a row is about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RowName {
+    /// What is violated.
+    pub what: String,
+    /// Phase by index.
+    pub phase: usize,
+    /// Node; `None`: the change behind the phase, or the whole of it.
+    pub node: Option<usize>,
+}
+
+const EQUAL: [f64; 2] = [0.0, 0.0];
+const ABOVE: [f64; 2] = [0.0, f64::INFINITY];
+
+pub(super) struct Builder<'a> {
+    pub of: &'a Collocation,
+    pub layout: &'a Layout,
+    pub demands: &'a Demands,
+    /// Whether virtual constraints are asked for.
+    pub outputs: bool,
+    /// Smallest rate of each phase variable.
+    pub rates: &'a [f64],
+    /// Parts of the step that the phases take in the guess.
+    pub parts: &'a [f64],
+    /// Height of the base at ease, m.
+    pub height: f64,
+}
+
+impl Builder<'_> {
+    pub fn rows(&self) -> Rows {
+        let mut rows = Rows::default();
+        for phase in 0..self.of.phases.len() {
+            let nodes = (0..self.layout.phases[phase].nodes()).map(|node| self.node(&mut rows, phase, node));
+            let nodes = nodes.collect();
+            rows.nodes.push(nodes);
+            self.between(&mut rows, phase);
+            for node in 0..self.layout.phases[phase].nodes() {
+                self.forces(&mut rows, phase, node);
+            }
+            self.change(&mut rows, phase);
+            let [first, last] = self.layout.phases[phase].ends();
+            if self.outputs {
+                rows.sum(
+                    ("φ does not grow", phase, None),
+                    [0.02, f64::INFINITY],
+                    vec![(last, 1.0), (first, -1.0)],
+                );
+            }
+        }
+        self.speed(&mut rows);
+        rows
+    }
+
+    fn node(&self, rows: &mut Rows, phase: usize, node: usize) -> Vec<Option<usize>> {
+        let of = &self.of.phases[phase];
+        let mut places = vec![None; of.node.rows()];
+        for &(kind, first, count) in &of.rows {
+            for k in 0..count {
+                if let Some((limits, what)) = self.asked(kind, k, phase, node) {
+                    places[first + k] = Some(rows.add((&what, phase, Some(node)), limits));
+                }
+            }
+        }
+        places
+    }
+
+    fn point(&self, index: usize) -> &str {
+        &self.of.tree.points[index].name
+    }
+
+    /// What is asked of a row of a node, if anything.
+    fn asked(&self, kind: NodeRow, k: usize, phase: usize, node: usize) -> Option<([f64; 2], String)> {
+        let of = &self.of.phases[phase];
+        let (first, last) = (node == 0, node + 1 == self.layout.phases[phase].nodes());
+        let equal = |what: String| Some((EQUAL, what));
+        match kind {
+            NodeRow::Dynamics => equal("equations of motion".to_owned()),
+            NodeRow::Contact => equal(format!("acceleration of what stands, {}", of.forces[k])),
+            NodeRow::OutputAcceleration if self.outputs => {
+                equal(format!("virtual constraint {}", of.outputs[k]))
+            }
+            NodeRow::Output | NodeRow::OutputRate if self.outputs && first => {
+                equal(format!("beginning of virtual constraint {}", of.outputs[k]))
+            }
+            NodeRow::Phase if self.outputs && (k == 1 && first || k == 2 && last) => {
+                equal("ends of the phase variable".to_owned())
+            }
+            NodeRow::PhaseRate => {
+                Some(([self.rates[phase], f64::INFINITY], "rate of the phase variable".to_owned()))
+            }
+            NodeRow::Height => self.height(k, phase, node),
+            NodeRow::HeightRate if last && self.of.changes[phase].landing.contains(&k) => {
+                let [slow, fast] = self.demands.landing;
+                Some(([-fast, -slow], format!("landing speed of {}", self.point(k))))
+            }
+            NodeRow::Place if phase == 0 && first && of.standing.first() == Some(&k) => {
+                equal(format!("place of {}", self.point(k)))
+            }
+            _ => None,
+        }
+    }
+
+    fn foot(&self, point: usize) -> &str {
+        self.point(point).split('/').next().unwrap_or("")
+    }
+
+    /// How high a contact point has to be.
+    fn height(&self, point: usize, phase: usize, node: usize) -> Option<([f64; 2], String)> {
+        let of = &self.of.phases[phase];
+        let nodes = self.layout.phases[phase].nodes();
+        let last = node + 1 == nodes;
+        let lands = self.of.changes[phase].landing.contains(&point);
+        if of.standing.contains(&point) {
+            return None;
+        }
+        if last && lands {
+            return Some((EQUAL, format!("{} on the ground", self.point(point))));
+        }
+        let part = node as f64 / (nodes - 1) as f64;
+        let ramp = (0.1 / self.parts[phase]).min(1.0);
+        let left = self.stood_before(phase, point);
+        let [rise, fall] = [(left, part), (lands, 1.0 - part)]
+            .map(|(near, part)| if near { (part / ramp).min(1.0) } else { 1.0 });
+        let rolls = of.standing.iter().any(|&other| self.foot(other) == self.foot(point));
+        if left && node == 0 {
+            return None;
+        }
+        let height = if rolls { 0.0 } else { self.demands.clearance * rise.min(fall) };
+        Some(([height, f64::INFINITY], format!("clearance of {}", self.point(point))))
+    }
+
+    /// Whether a point stood in the phase before.
+    fn stood_before(&self, phase: usize, point: usize) -> bool {
+        let count = self.of.phases.len();
+        let before = (phase + count - 1) % count;
+        let point = if self.of.changes[before].relabel { self.mirrored(point) } else { point };
+        self.of.phases[before].standing.contains(&point)
+    }
+
+    /// The point of the other foot that takes the place of this one when the legs swap.
+    fn mirrored(&self, point: usize) -> usize {
+        let name = self.point(point);
+        let (foot, part) = name.split_once('/').unwrap_or((name, ""));
+        let other = self
+            .of
+            .description
+            .feet
+            .iter()
+            .find(|other| other.name != foot && other.points.iter().any(|p| p.name == part));
+        let wanted = other.map(|other| format!("{}/{part}", other.name));
+        let points = &self.of.tree.points;
+        wanted.and_then(|wanted| points.iter().position(|p| p.name == wanted)).unwrap_or(point)
+    }
+
+    fn between(&self, rows: &mut Rows, phase: usize) {
+        rows.between.push(rows.limits.len());
+        for interval in 0..self.layout.phases[phase].intervals {
+            for _ in 0..4 * self.layout.nv {
+                rows.add(("motion between nodes", phase, Some(2 * interval)), EQUAL);
+            }
+        }
+    }
+
+    /// Friction and centres of pressure: sums of forces.
+    fn forces(&self, rows: &mut Rows, phase: usize, node: usize) {
+        let of: &CollocationPhase = &self.of.phases[phase];
+        let first = self.layout.forces(phase, node);
+        let last = node + 1 == self.layout.phases[phase].nodes();
+        for foot in of.feet.iter().flatten() {
+            let name = of.forces[foot.force[0]].split('/').next().unwrap_or("");
+            let [x, z] = foot.force.map(|k| first + k);
+            if last && !foot.holds {
+                let what = format!("{name} lets go");
+                rows.sum((&what, phase, Some(node)), EQUAL, vec![(z, 1.0)]);
+                rows.sum((&what, phase, Some(node)), [-0.5, 0.5], vec![(x, 1.0)]);
+            } else {
+                self.friction(rows, (&format!("friction of {name}"), phase, Some(node)), [x, z]);
+            }
+            if let Some(moment) = foot.moment {
+                for side in 0..2 {
+                    let sign = [-1.0, 1.0][side];
+                    let margin = if foot.level[side] { self.demands.zmp } else { 0.0 };
+                    let limits = if last && !foot.level[side] { EQUAL } else { ABOVE };
+                    let sum = vec![(z, sign * foot.sole[side] - margin), (first + moment, sign)];
+                    rows.sum((&format!("centre of pressure of {name}"), phase, Some(node)), limits, sum);
+                }
+            }
+        }
+    }
+
+    fn friction(&self, rows: &mut Rows, name: (&str, usize, Option<usize>), [x, z]: [usize; 2]) {
+        for sign in [-1.0, 1.0] {
+            rows.sum(name, ABOVE, vec![(z, self.demands.friction), (x, sign)]);
+        }
+    }
+
+    fn change(&self, rows: &mut Rows, phase: usize) {
+        let of: &CollocationChange = &self.of.changes[phase];
+        let nv = self.layout.nv;
+        let wraps = phase + 1 == self.of.phases.len();
+        let mut places = vec![None; of.function.rows()];
+        for k in 0..nv {
+            if !(wraps && k == 0) {
+                places[k] = Some(rows.add(("posture at the change of phases", phase, None), EQUAL));
+            }
+            places[nv + k] = Some(rows.add(("velocity at the change of phases", phase, None), EQUAL));
+        }
+        for (k, name) in of.impulses.iter().enumerate() {
+            let what = format!("impact holds {name}");
+            places[2 * nv + k] = Some(rows.add((&what, phase, None), EQUAL));
+        }
+        if !of.impulses.is_empty() {
+            for &point in &of.leaving {
+                let what = format!("lift-off of {}", self.point(point));
+                let limits = [self.demands.lift_off, f64::INFINITY];
+                places[2 * nv + of.impulses.len() + point] = Some(rows.add((&what, phase, None), limits));
+            }
+        }
+        rows.changes.push(places);
+        let first = self.layout.phases[phase].impulses.start;
+        for foot in of.feet.iter().flatten() {
+            self.impulses(rows, phase, foot, first);
+        }
+    }
+
+    fn impulses(&self, rows: &mut Rows, phase: usize, foot: &StandingFoot, first: usize) {
+        let [x, z] = foot.force.map(|k| first + k);
+        let name = self.of.changes[phase].impulses[foot.force[0]].split('/').next().unwrap_or("");
+        self.friction(rows, (&format!("friction of the impulse on {name}"), phase, None), [x, z]);
+        let Some(moment) = foot.moment else { return };
+        for side in 0..2 {
+            let sign = [-1.0, 1.0][side];
+            let sum = vec![(z, sign * foot.sole[side]), (first + moment, sign)];
+            rows.sum((&format!("centre of the impulse on {name}"), phase, None), ABOVE, sum);
+        }
+    }
+
+    fn speed(&self, rows: &mut Rows) {
+        let count = self.of.phases.len();
+        let last = self.layout.motion(count - 1, self.layout.phases[count - 1].nodes() - 1, 0);
+        let mut sum = vec![(last, 1.0), (self.layout.motion(0, 0, 0), -1.0)];
+        let longest = self.demands.longest_step * self.height;
+        rows.sum(("length of the step", 0, None), [0.02, longest], sum.clone());
+        sum.extend(self.layout.phases.iter().map(|phase| (phase.duration, -self.demands.speed)));
+        rows.sum(("walking speed", 0, None), EQUAL, sum);
+    }
+}
+
+impl Rows {
+    fn add(&mut self, (what, phase, node): (&str, usize, Option<usize>), limits: [f64; 2]) -> usize {
+        self.limits.push(limits);
+        self.names.push(RowName { what: what.to_owned(), phase, node });
+        self.limits.len() - 1
+    }
+
+    fn sum(&mut self, name: (&str, usize, Option<usize>), limits: [f64; 2], terms: Vec<(usize, f64)>) {
+        let row = self.add(name, limits);
+        self.sums.push((row, terms));
+    }
+}

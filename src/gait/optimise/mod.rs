@@ -1,0 +1,226 @@
+//! Gaits found by direct collocation: the whole robot's dynamics at nodes of all phases, impacts, periodicity, margins, and virtual
+//! constraints whose coefficients are variables too, so that what is found is a gait file.
+mod constraints;
+mod demands;
+mod guess;
+mod layout;
+mod margins;
+#[cfg(test)]
+mod tests;
+mod transcription;
+mod write;
+
+pub use constraints::RowName;
+pub use demands::Demands;
+pub use margins::MotionMargins;
+pub use write::gait_text;
+
+use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};
+use bipedc_compiler::compile::{Collocation, NodeRow};
+use constraints::Builder;
+use layout::Layout;
+use transcription::Transcription;
+
+/// A motion that all demands hold of, or as near as the search came.
+#[derive(Debug, Clone)]
+pub struct Optimum {
+    /// All variables, in their units.
+    x: Vec<f64>,
+    layout: Layout,
+    /// Parts of the step that the phases took in the first guess.
+    parts: Vec<f64>,
+    rates: Vec<f64>,
+    height: f64,
+    /// How the search ended.
+    pub ending: Ending,
+    /// Mean squared torque over the squared twentieth of the weight.
+    pub cost: f64,
+    /// Iterations of all stages.
+    pub iterations: usize,
+    /// Violated constraints, the worst first, with by how much.
+    pub violations: Vec<(RowName, f64)>,
+}
+
+/// Which of the stages of a search runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Motion without virtual constraints.
+    Motion,
+    /// With them.
+    Gait,
+}
+
+/// Finds a gait at another speed from one that was found.
+pub fn from_neighbour(
+    of: &Collocation,
+    demands: &Demands,
+    neighbour: &Optimum,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Optimum {
+    let from = Optimum { iterations: 0, ..neighbour.clone() };
+    solve(of, demands, &from, Stage::Gait, watch)
+}
+
+/// Finds a gait from nothing but the robot.
+pub fn from_nothing(
+    of: &Collocation,
+    demands: &Demands,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Optimum {
+    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(6);
+    let intervals: Vec<usize> = guess::parts(of.phases.len()).into_iter().map(share).collect();
+    let layout = Layout::new(of, &intervals);
+    let guess = guess::naive(of, &layout, demands.speed);
+    let start = Optimum {
+        x: guess.x,
+        layout,
+        parts: guess.parts,
+        rates: guess.rates,
+        height: guess.height,
+        ending: Ending::Infeasible,
+        cost: 0.0,
+        iterations: 0,
+        violations: Vec::new(),
+    };
+    let mut found = solve(of, demands, &start, Stage::Motion, watch);
+    for p in 0..of.phases.len() {
+        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, 2 * intervals[p]));
+        let ends = found.layout.phases[p].ends();
+        (found.x[ends[0]], found.x[ends[1]]) = (first, last);
+        guess::fit(of, &found.layout.clone(), &mut found.x, p);
+    }
+    solve(of, demands, &found, Stage::Gait, watch)
+}
+
+impl Optimum {
+    fn phase_at(&self, of: &Collocation, p: usize, node: usize) -> f64 {
+        self.first_row(of, (p, node), NodeRow::Phase)
+    }
+
+    /// The first row of a kind at a node.
+    fn first_row(&self, of: &Collocation, (p, node): (usize, usize), kind: NodeRow) -> f64 {
+        let local: Vec<f64> = self.layout.node(p, node).iter().map(|&k| self.x[k]).collect();
+        let phase = &of.phases[p];
+        let mut values = vec![0.0; phase.node.rows()];
+        phase.node.values(&local, &mut values);
+        values[phase.rows.iter().find(|row| row.0 == kind).map_or(0, |row| row.1)]
+    }
+
+    /// φ at the first and at the last node of a phase.
+    pub fn ends(&self, p: usize) -> [f64; 2] {
+        self.layout.phases[p].ends().map(|k| self.x[k])
+    }
+
+    /// Bezier coefficients of an output.
+    pub fn coefficients(&self, of: &Collocation, p: usize, output: usize) -> &[f64] {
+        let (first, count) = (self.layout.phases[p].coefficients.start, of.phases[p].coefficients);
+        &self.x[first + output * count..first + (output + 1) * count]
+    }
+
+    /// q at a node.
+    pub fn configuration(&self, p: usize, node: usize) -> &[f64] {
+        let first = self.layout.motion(p, node, 0);
+        &self.x[first..first + self.layout.nv]
+    }
+
+    /// q at the last node of a phase.
+    pub fn last_configuration(&self, p: usize) -> &[f64] {
+        self.configuration(p, self.layout.phases[p].nodes() - 1)
+    }
+
+    /// φ̇ at a node.
+    pub fn rate(&self, of: &Collocation, p: usize, node: usize) -> f64 {
+        self.first_row(of, (p, node), NodeRow::PhaseRate)
+    }
+
+    /// The slowest φ̇ of a phase, per s: that near its dead centre.
+    pub fn slowest_rate(&self, of: &Collocation, p: usize) -> f64 {
+        let nodes = 0..self.layout.phases[p].nodes();
+        nodes.map(|node| self.rate(of, p, node)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// φ at the nodes of a phase, and the torques of each joint there, N m.
+    pub fn torques(&self, of: &Collocation, p: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let nodes = 0..self.layout.phases[p].nodes();
+        let at = nodes.clone().map(|node| self.phase_at(of, p, node)).collect();
+        let torque =
+            |joint: usize| nodes.clone().map(move |node| self.x[self.layout.torques(p, node) + joint]);
+        (at, (0..self.layout.joints).map(|joint| torque(joint).collect()).collect())
+    }
+
+    /// How far the motion stays from limits.
+    pub fn margins(&self, of: &Collocation) -> MotionMargins {
+        margins::margins(of, &self.layout, &self.x)
+    }
+
+    /// Largest distance of an output from its curve at any node, rad or m: what the nodes leave of the virtual constraints.
+    pub fn drift(&self, of: &Collocation) -> Vec<f64> {
+        let at = |p: usize, node: usize| {
+            let local: Vec<f64> = self.layout.node(p, node).iter().map(|&k| self.x[k]).collect();
+            let mut values = vec![0.0; of.phases[p].node.rows()];
+            of.phases[p].node.values(&local, &mut values);
+            let place = of.phases[p].rows.iter().find(|row| row.0 == NodeRow::Output);
+            let (first, count) = place.map_or((0, 0), |&(_, first, count)| (first, count));
+            values[first..first + count].iter().fold(0.0, |a: f64, y| a.max(y.abs()))
+        };
+        let of_phase =
+            |p: usize| (0..self.layout.phases[p].nodes()).map(|node| at(p, node)).fold(0.0, f64::max);
+        (0..of.phases.len()).map(of_phase).collect()
+    }
+
+    /// Distance that the robot goes in a step, m.
+    pub fn step_length(&self) -> f64 {
+        let last = self.layout.phases.len() - 1;
+        let end = self.configuration(last, self.layout.phases[last].nodes() - 1)[0];
+        end - self.configuration(0, 0)[0]
+    }
+
+    /// Duration of each phase, s.
+    pub fn durations(&self) -> Vec<f64> {
+        self.layout.phases.iter().map(|phase| self.x[phase.duration]).collect()
+    }
+}
+
+/// Solves one stage from a motion that is known.
+pub fn solve(
+    of: &Collocation,
+    demands: &Demands,
+    from: &Optimum,
+    stage: Stage,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Optimum {
+    let layout = from.layout.clone();
+    let rates: Vec<f64> = from.rates.iter().map(|rate| 0.5 * rate).collect();
+    let builder = Builder {
+        of,
+        layout: &layout,
+        demands,
+        outputs: stage == Stage::Gait,
+        rates: &rates,
+        parts: &from.parts,
+        height: from.height,
+    };
+    let rows = builder.rows();
+    let program = Transcription::new(of, layout, rows, demands, &from.x);
+    let start = program.scaled(&from.x);
+    let start = Start { x: &start, multipliers: None };
+    let usual = InteriorPoint { iterations: 500, ..InteriorPoint::default() };
+    // The first stage is a guess for the second.
+    let solver = match stage {
+        Stage::Motion => InteriorPoint { tolerance: 1e-3, patience: (5, 0.02), ..usual },
+        Stage::Gait => usual,
+    };
+    let found: Solution = solver.minimise(&program, &start, &mut |iteration| watch(stage, iteration));
+    let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by);
+    Optimum {
+        x: program.unscaled(&found.x),
+        cost: program.objective(&found.x),
+        ending: found.ending,
+        iterations: from.iterations + found.iterations,
+        violations: found.violations.iter().map(name).collect(),
+        parts: from.parts.clone(),
+        rates: from.rates.clone(),
+        height: from.height,
+        layout: program.layout.clone(),
+    }
+}

@@ -1,0 +1,121 @@
+//! Gaits of shipped robots: derivatives of the whole program, what is found from nothing, what is told where nothing is.
+use super::constraints::Builder;
+use super::*;
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::{GaitForm, compile_collocation};
+use bipedc_compiler::description::gait::{gait_path, read_any_gait};
+use std::path::Path;
+
+fn form(robot: &str, gait: &str) -> Collocation {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(robot);
+    let robot = Robot::read(&folder).unwrap();
+    let file = gait_path(&robot.sources, gait).unwrap();
+    let (gait, _) = read_any_gait(&file, &robot.sources, &robot.description).unwrap();
+    compile_collocation(&robot.description, &GaitForm::new(&gait, 7)).unwrap()
+}
+
+/// Numbers between −1 and 1, the same every time.
+fn noise(count: usize) -> Vec<f64> {
+    let mut state = 1u64;
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+/// First and second derivatives of the program against central differences of values and of first derivatives, along a direction.
+#[test]
+fn derivatives_of_all_phases_are_those_of_differences() {
+    let of = form("seven_link_v1", "collocated");
+    let demands = Demands { intervals: 6, ..Demands::new(0.4) };
+    let layout = Layout::new(&of, &[2, 2, 2, 2]);
+    let guess = guess::naive(&of, &layout, 0.4);
+    let builder = Builder {
+        of: &of,
+        layout: &layout,
+        demands: &demands,
+        outputs: true,
+        rates: &guess.rates,
+        parts: &guess.parts,
+        height: guess.height,
+    };
+    let program = Transcription::new(&of, layout.clone(), builder.rows(), &demands, &guess.x);
+    let n = layout.variables;
+    let m = program.limits().len();
+    let mut x = program.scaled(&guess.x);
+    x.iter_mut().zip(noise(n)).for_each(|(x, d)| *x += 0.02 * d);
+    let (along, y) = (noise(2 * n).split_off(n), noise(m));
+    let moved = |by: f64| x.iter().zip(&along).map(|(x, d)| x + by * d).collect::<Vec<f64>>();
+    let step = 1e-6;
+    let values = |x: &[f64]| {
+        let mut out = vec![0.0; m];
+        program.constraints(x, &mut out);
+        out
+    };
+    // Gradient of f + Σ y c.
+    let slopes = |x: &[f64]| {
+        let mut out = vec![0.0; n];
+        program.gradient(x, &mut out);
+        let mut jacobian = vec![0.0; program.jacobian_structure().len()];
+        program.jacobian(x, &mut jacobian);
+        for ([row, column], value) in program.jacobian_structure().into_iter().zip(jacobian) {
+            out[column] += y[row] * value;
+        }
+        out
+    };
+    let lagrangian =
+        |x: &[f64]| program.objective(x) + values(x).iter().zip(&y).map(|(c, y)| c * y).sum::<f64>();
+    let (ahead, behind) = (moved(step), moved(-step));
+    let difference = (lagrangian(&ahead) - lagrangian(&behind)) / (2.0 * step);
+    let slope: f64 = slopes(&x).iter().zip(&along).map(|(g, d)| g * d).sum();
+    assert!((difference - slope).abs() < 1e-5 * slope.abs().max(1.0), "{difference} {slope}");
+    let mut hessian = vec![0.0; program.hessian_structure().len()];
+    program.hessian(&x, 1.0, &y, &mut hessian);
+    let mut product = vec![0.0; n];
+    for ([i, j], value) in program.hessian_structure().into_iter().zip(hessian) {
+        product[i] += value * along[j];
+        if i != j {
+            product[j] += value * along[i];
+        }
+    }
+    let (ahead, behind) = (slopes(&ahead), slopes(&behind));
+    let largest = product.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    for (k, product) in product.iter().enumerate() {
+        let difference = (ahead[k] - behind[k]) / (2.0 * step);
+        assert!((difference - product).abs() < 1e-5 * largest, "{k}: {difference} {product} of {largest}");
+    }
+}
+
+/// From nothing; margins are those asked for, measured again.
+#[test]
+fn a_five_link_gait_is_found_from_nothing() {
+    let of = form("five_link", "optimised");
+    let demands = Demands { intervals: 12, ..Demands::new(0.7) };
+    let found = from_nothing(&of, &demands, &mut |_, _| true);
+    assert_eq!(found.ending, Ending::Minimum, "{:?}", found.violations);
+    let margins = found.margins(&of);
+    assert!(margins.friction <= 0.5 + 1e-6 && margins.impact_friction.unwrap() <= 0.5 + 1e-6, "{margins:?}");
+    assert!(margins.clearance.unwrap() > 0.0119 && margins.push > 4.99, "{margins:?}");
+    let duration: f64 = found.durations().iter().sum();
+    assert!((found.step_length() / duration - 0.7).abs() < 1e-6);
+    assert!(found.drift(&of)[0] < 1e-3, "{:?}", found.drift(&of));
+    // A neighbour is found from it in fewer iterations than from nothing.
+    let faster = Demands { speed: 0.75, ..demands };
+    let again = from_neighbour(&of, &faster, &found, &mut |_, _| true);
+    assert_eq!(again.ending, Ending::Minimum);
+    assert!(again.iterations < found.iterations, "{} {}", again.iterations, found.iterations);
+}
+
+/// A step that is too short for its speed: durations are bounded.
+#[test]
+fn what_cannot_be_is_named_with_its_place() {
+    let of = form("five_link", "optimised");
+    let demands = Demands { intervals: 6, longest_step: 0.05, ..Demands::new(0.7) };
+    let found = from_nothing(&of, &demands, &mut |_, _| true);
+    assert!(!matches!(found.ending, Ending::Minimum | Ending::Feasible), "{:?}", found.ending);
+    let named = found.violations.iter().any(|(name, by)| {
+        ["length of the step", "walking speed"].contains(&name.what.as_str()) && by.abs() > 1e-4
+    });
+    assert!(named, "{:?}", found.violations);
+}

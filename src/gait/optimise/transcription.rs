@@ -1,0 +1,339 @@
+//! The nonlinear program of a gait: direct collocation by Hermite and Simpson with the equations of motion, forces and torques at every node.
+use super::constraints::Rows;
+use super::demands::Demands;
+use super::layout::Layout;
+use bipedc_analysis::nonlinear::Program;
+use bipedc_compiler::compile::Collocation;
+use bipedc_compiler::program::LocalFunction;
+
+/// The program; its variables are scaled, so that all are near 1.
+pub(super) struct Transcription<'c> {
+    pub of: &'c Collocation,
+    pub layout: Layout,
+    pub rows: Rows,
+    pub scale: Vec<f64>,
+    bounds: Vec<[f64; 2]>,
+    weight: f64,
+    jacobian: Vec<[usize; 2]>,
+    hessian: Vec<[usize; 2]>,
+}
+
+/// Squared accelerations that count as much as a squared torque, over the squared mass, m⁴. Among motions of nearly the same torques the smooth
+/// one is wanted; without it valleys are so flat that a search does not end.
+const SMOOTH: f64 = 2.5e-4;
+
+/// A function of the program with its variables and rows.
+struct Part<'a> {
+    function: &'a LocalFunction,
+    variables: Vec<usize>,
+    rows: &'a [Option<usize>],
+}
+
+impl<'c> Transcription<'c> {
+    pub fn new(of: &'c Collocation, layout: Layout, rows: Rows, demands: &Demands, guess: &[f64]) -> Self {
+        let mut found = Self {
+            of,
+            scale: vec![1.0; layout.variables],
+            bounds: vec![[-100.0, 100.0]; layout.variables],
+            weight: (0.05 * of.mass * 9.81).powi(-2),
+            jacobian: Vec::new(),
+            hessian: Vec::new(),
+            layout,
+            rows,
+        };
+        found.bound(demands, guess);
+        found.jacobian = found.structure_of_jacobian();
+        found.hessian = found.structure_of_hessian();
+        found
+    }
+
+    /// Bounds and scales of all variables.
+    fn bound(&mut self, demands: &Demands, guess: &[f64]) {
+        let weight = self.of.mass * 9.81;
+        let (nv, layout) = (self.layout.nv, self.layout.clone());
+        for (p, phase) in layout.phases.iter().enumerate() {
+            self.bounds[phase.duration] = [0.5, 1.6].map(|part| part * guess[phase.duration]);
+            self.scale[phase.duration] = guess[phase.duration];
+            for node in 0..phase.nodes() {
+                let [q, v, a] = [0, 1, 2].map(|order| layout.motion(p, node, order));
+                self.bounds[q..q + 3].copy_from_slice(&[[-10.0, 10.0], [-10.0, 10.0], [-1.5, 1.5]]);
+                self.bounds[v..v + 3].fill([-20.0, 20.0]);
+                self.bounds[a..a + nv].fill([-3000.0, 3000.0]);
+                self.scale[a..a + nv].fill(10.0);
+                for (k, joint) in self.of.tree.joints.iter().enumerate() {
+                    let named = self.of.description.joints.iter().find(|other| other.name == joint.name);
+                    let limits = named.and_then(|joint| joint.position_limits);
+                    let (low, high) = limits.unwrap_or((-3.2, 3.2));
+                    let margin = demands.joint.min(0.2 * (high - low));
+                    self.bounds[q + joint.v_index] = [low + margin, high - margin];
+                    let fastest = named.and_then(|joint| joint.velocity_limit).unwrap_or(30.0);
+                    self.bounds[v + joint.v_index] = [-fastest, fastest];
+                    let effort =
+                        named.and_then(|joint| joint.effort_limit).map_or(500.0, |x| x * demands.effort);
+                    self.bounds[layout.torques(p, node) + k] = [-effort, effort];
+                    self.scale[layout.torques(p, node) + k] = 0.05 * weight;
+                }
+                let forces = layout.forces(p, node);
+                self.bounds[forces..forces + phase.forces].fill([-20.0 * weight, 20.0 * weight]);
+                self.scale[forces..forces + phase.forces].fill(0.5 * weight);
+                for foot in self.of.phases[p].feet.iter().flatten() {
+                    let low = match (foot.holds, node + 1 == phase.nodes()) {
+                        (true, _) => demands.push,
+                        (false, true) => -1.0,
+                        (false, false) => 0.0,
+                    };
+                    self.bounds[forces + foot.force[1]] = [low, 20.0 * weight];
+                }
+            }
+            let impulses = phase.impulses.clone();
+            self.bounds[impulses.clone()].fill([-2.0 * weight, 2.0 * weight]);
+            self.scale[impulses.clone()].fill(0.1 * weight);
+            for foot in self.of.changes[p].feet.iter().flatten() {
+                self.bounds[impulses.start + foot.force[1]] = [demands.impulse, 2.0 * weight];
+            }
+        }
+    }
+
+    /// In their units.
+    pub fn unscaled(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.scale).map(|(x, scale)| x * scale).collect()
+    }
+    pub fn scaled(&self, x: &[f64]) -> Vec<f64> {
+        x.iter().zip(&self.scale).map(|(x, scale)| x / scale).collect()
+    }
+
+    /// All functions, in a fixed order.
+    fn parts(&self) -> Vec<Part<'_>> {
+        let mut found = Vec::new();
+        for (p, nodes) in self.rows.nodes.iter().enumerate() {
+            found.extend(nodes.iter().enumerate().map(|(node, rows)| Part {
+                function: &self.of.phases[p].node,
+                variables: self.layout.node(p, node),
+                rows,
+            }));
+            found.push(Part {
+                function: &self.of.changes[p].function,
+                variables: self.layout.change(p),
+                rows: &self.rows.changes[p],
+            });
+        }
+        found
+    }
+
+    /// Equations between nodes: for each the row, then variable and factor of the linear part, and variable with factor of duration × it.
+    fn each_between(&self, mut tell: impl FnMut(usize, usize, [(usize, f64); 3], [(usize, f64); 3])) {
+        let nv = self.layout.nv;
+        for (p, phase) in self.layout.phases.iter().enumerate() {
+            let part = 1.0 / phase.intervals as f64;
+            for interval in 0..phase.intervals {
+                let first = self.rows.between[p] + 4 * nv * interval;
+                for order in 0..2 {
+                    let at = [0, 1, 2].map(|k| self.layout.motion(p, 2 * interval + k, order));
+                    let slope = at.map(|x| x + nv);
+                    for k in 0..nv {
+                        let [a, m, b] = at.map(|x| x + k);
+                        let [fa, fm, fb] = slope.map(|x| x + k);
+                        let row = first + 2 * order * nv + k;
+                        let whole = [(fa, -part / 6.0), (fm, -4.0 * part / 6.0), (fb, -part / 6.0)];
+                        tell(row, phase.duration, [(b, 1.0), (a, -1.0), (m, 0.0)], whole);
+                        let half = [(fa, -part / 8.0), (fb, part / 8.0), (fm, 0.0)];
+                        tell(row + nv, phase.duration, [(m, 1.0), (a, -0.5), (b, -0.5)], half);
+                    }
+                }
+            }
+        }
+    }
+
+    fn structure_of_jacobian(&self) -> Vec<[usize; 2]> {
+        let mut found = Vec::new();
+        for part in self.parts() {
+            for &[row, variable] in part.function.jacobian_structure() {
+                if let Some(row) = part.rows[row] {
+                    found.push([row, part.variables[variable]]);
+                }
+            }
+        }
+        self.each_between(|row, duration, linear, slopes| {
+            found.extend(linear.iter().chain(&slopes).map(|&(variable, _)| [row, variable]));
+            found.push([row, duration]);
+        });
+        for (row, terms) in &self.rows.sums {
+            found.extend(terms.iter().map(|&(variable, _)| [*row, variable]));
+        }
+        found
+    }
+
+    fn structure_of_hessian(&self) -> Vec<[usize; 2]> {
+        let mut found = Vec::new();
+        for part in self.parts() {
+            let pairs = part.function.hessian_structure().iter();
+            found.extend(pairs.map(|&[i, j]| [part.variables[i], part.variables[j]]));
+        }
+        self.each_between(|_, duration, _, slopes| {
+            found.extend(slopes.map(|(variable, _)| [variable, duration]))
+        });
+        self.each_cost(&vec![1.0; self.layout.variables], |place, _| found.push(place));
+        found
+    }
+
+    /// Durations, and ∫ τ² dt by phase over its duration.
+    fn squares(&self, x: &[f64]) -> (f64, Vec<f64>) {
+        let total = self.layout.phases.iter().map(|phase| x[phase.duration]).sum();
+        let of = |p: usize| {
+            let mut sum = 0.0;
+            self.each_torque(p, |k, weight| sum += weight * x[k] * x[k]);
+            sum
+        };
+        (total, (0..self.layout.phases.len()).map(of).collect())
+    }
+
+    /// Torques of a phase with their weights (Simpson), and accelerations with theirs.
+    fn each_torque(&self, p: usize, mut tell: impl FnMut(usize, f64)) {
+        let phase = &self.layout.phases[p];
+        let last = phase.nodes() - 1;
+        let smooth = SMOOTH * self.of.mass * self.of.mass;
+        for node in 0..=last {
+            let weight = match node {
+                0 => 1.0,
+                node if node == last => 1.0,
+                node if node % 2 == 1 => 4.0,
+                _ => 2.0,
+            } / (6.0 * phase.intervals as f64);
+            let torques = self.layout.torques(p, node);
+            (torques..torques + self.layout.joints).for_each(|k| tell(k, weight));
+            let accelerations = self.layout.motion(p, node, 2);
+            (accelerations..accelerations + self.layout.nv).for_each(|k| tell(k, smooth * weight));
+        }
+    }
+
+    /// Second derivatives of the cost, mean τ².
+    fn each_cost(&self, x: &[f64], mut tell: impl FnMut([usize; 2], f64)) {
+        let (total, squares) = self.squares(x);
+        let durations: Vec<usize> = self.layout.phases.iter().map(|phase| phase.duration).collect();
+        let all: f64 = durations.iter().zip(&squares).map(|(&d, s)| x[d] * s).sum();
+        for (p, &own) in durations.iter().enumerate() {
+            self.each_torque(p, |k, weight| {
+                tell([k, k], self.weight * 2.0 * weight * x[own] / total);
+                for (other, &duration) in durations.iter().enumerate() {
+                    let direct = if other == p { 1.0 / total } else { 0.0 };
+                    let slope = 2.0 * weight * x[k] * (direct - x[own] / (total * total));
+                    tell([k, duration], self.weight * slope);
+                }
+            });
+            for other in 0..=p {
+                let mixed = -(squares[p] + squares[other]) / (total * total) + 2.0 * all / total.powi(3);
+                tell([own, durations[other]], self.weight * mixed);
+            }
+        }
+    }
+}
+
+impl Program for Transcription<'_> {
+    fn bounds(&self) -> Vec<[f64; 2]> {
+        self.bounds.iter().zip(&self.scale).map(|(b, scale)| b.map(|x| x / scale)).collect()
+    }
+
+    fn limits(&self) -> Vec<[f64; 2]> {
+        self.rows.limits.clone()
+    }
+
+    fn objective(&self, x: &[f64]) -> f64 {
+        let x = self.unscaled(x);
+        let (total, squares) = self.squares(&x);
+        let all: f64 = self.layout.phases.iter().zip(&squares).map(|(phase, s)| x[phase.duration] * s).sum();
+        self.weight * all / total
+    }
+
+    fn gradient(&self, x: &[f64], gradient: &mut [f64]) {
+        let x = self.unscaled(x);
+        gradient.fill(0.0);
+        let (total, squares) = self.squares(&x);
+        let all: f64 = self.layout.phases.iter().zip(&squares).map(|(phase, s)| x[phase.duration] * s).sum();
+        for (p, phase) in self.layout.phases.iter().enumerate() {
+            let own = phase.duration;
+            gradient[own] = self.weight * (squares[p] / total - all / (total * total));
+            self.each_torque(p, |k, weight| {
+                gradient[k] += self.weight * 2.0 * weight * x[k] * x[own] / total
+            });
+        }
+        gradient.iter_mut().zip(&self.scale).for_each(|(g, scale)| *g *= scale);
+    }
+
+    fn constraints(&self, x: &[f64], values: &mut [f64]) {
+        let x = self.unscaled(x);
+        for part in self.parts() {
+            let local: Vec<f64> = part.variables.iter().map(|&k| x[k]).collect();
+            let mut found = vec![0.0; part.function.rows()];
+            part.function.values(&local, &mut found);
+            for (row, value) in part.rows.iter().zip(found) {
+                if let Some(row) = *row {
+                    values[row] = value;
+                }
+            }
+        }
+        self.each_between(|row, duration, linear, slopes| {
+            let sum = |terms: [(usize, f64); 3]| terms.iter().map(|&(k, factor)| x[k] * factor).sum::<f64>();
+            values[row] = sum(linear) + x[duration] * sum(slopes);
+        });
+        for (row, terms) in &self.rows.sums {
+            values[*row] = terms.iter().map(|&(k, factor)| x[k] * factor).sum();
+        }
+    }
+
+    fn jacobian_structure(&self) -> Vec<[usize; 2]> {
+        self.jacobian.clone()
+    }
+
+    fn jacobian(&self, x: &[f64], values: &mut [f64]) {
+        let x = self.unscaled(x);
+        let mut next = 0;
+        let mut put = |value: f64| {
+            values[next] = value;
+            next += 1;
+        };
+        for part in self.parts() {
+            let local: Vec<f64> = part.variables.iter().map(|&k| x[k]).collect();
+            let structure = part.function.jacobian_structure();
+            let mut found = vec![0.0; structure.len()];
+            part.function.jacobian(&local, &mut found);
+            let asked = structure.iter().zip(found).filter(|([row, _], _)| part.rows[*row].is_some());
+            asked.for_each(|(_, value)| put(value));
+        }
+        self.each_between(|_, duration, linear, slopes| {
+            linear.iter().for_each(|&(_, factor)| put(factor));
+            slopes.iter().for_each(|&(_, factor)| put(factor * x[duration]));
+            put(slopes.iter().map(|&(k, factor)| x[k] * factor).sum());
+        });
+        self.rows.sums.iter().flat_map(|(_, terms)| terms).for_each(|&(_, factor)| put(factor));
+        for (value, &[_, variable]) in values.iter_mut().zip(&self.jacobian) {
+            *value *= self.scale[variable];
+        }
+    }
+
+    fn hessian_structure(&self) -> Vec<[usize; 2]> {
+        self.hessian.clone()
+    }
+
+    fn hessian(&self, x: &[f64], weight: f64, multipliers: &[f64], values: &mut [f64]) {
+        let x = self.unscaled(x);
+        let mut next = 0;
+        let mut put = |value: f64| {
+            values[next] = value;
+            next += 1;
+        };
+        for part in self.parts() {
+            let local: Vec<f64> = part.variables.iter().map(|&k| x[k]).collect();
+            let own: Vec<f64> = part.rows.iter().map(|row| row.map_or(0.0, |row| multipliers[row])).collect();
+            let mut found = vec![0.0; part.function.hessian_structure().len()];
+            part.function.hessian(&local, &own, &mut found);
+            found.into_iter().for_each(&mut put);
+        }
+        self.each_between(|row, _, _, slopes| {
+            slopes.iter().for_each(|&(_, factor)| put(factor * multipliers[row]));
+        });
+        self.each_cost(&x, |_, value| put(weight * value));
+        for (value, &[i, j]) in values.iter_mut().zip(&self.hessian) {
+            *value *= self.scale[i] * self.scale[j];
+        }
+    }
+}
