@@ -99,7 +99,7 @@ mod tests {
         }
         let evaluator = Evaluator::new(&lower(&graph, &outputs, Order::Derivation));
         for at in [[0.4, 0.9], [1.1, -0.2], [-0.6, -2.0]] {
-            let mut out = [0.0; 4];
+            let mut out = [0.0_f64; 4];
             evaluator.run(&State::new().with(Argument::Q, &at), &mut evaluator.workspace(), &mut out);
             assert!((out[0] - out[2]).abs() < 1e-13 && (out[1] - out[3]).abs() < 1e-13, "{out:?}");
         }

@@ -39,19 +39,19 @@ pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
     let mut x = vec![0.0; layout.variables];
     let mut rates = Vec::new();
     let (mut time, mut feet) = (0.0, postures.first_feet(step));
-    for p in 0..count {
+    for (p, &part) in parts.iter().enumerate() {
         let phase = &layout.phases[p];
-        x[phase.duration] = duration * parts[p];
+        x[phase.duration] = duration * part;
         let end = postures.moved(&feet, p, step);
         let from = postures.posture(p, &feet, (time - 0.5) * step);
-        let to = postures.posture(p, &end, (time + parts[p] - 0.5) * step);
+        let to = postures.posture(p, &end, (time + part - 0.5) * step);
         postures.line(&mut x, p, [&from, &to]);
         let ends = [0, 2 * phase.intervals].map(|node| postures.row(p, &x, node, NodeRow::Phase));
         let apart = if (ends[1] - ends[0]).abs() < 0.02 { 0.02 } else { ends[1] - ends[0] };
         [x[phase.ends()[0]], x[phase.ends()[1]]] = [ends[0], ends[0] + apart];
         rates.push(apart / x[phase.duration]);
         postures.coefficients(&mut x, p);
-        time += parts[p];
+        time += part;
         feet = end;
         if of.changes[p].relabel {
             feet.swap(0, 1);
@@ -174,9 +174,9 @@ impl Postures<'_> {
             ask(base - q[0], unit(0));
             ask(-q[2], unit(2));
             // Ways back to ease count little.
-            for k in 3..q.len() {
+            for (k, (ease, q)) in self.ease.iter().zip(&q).enumerate().skip(3) {
                 let weak = unit(k).iter().map(|x| 0.03 * x).collect();
-                ask(0.03 * (self.ease[k] - q[k]), weak);
+                ask(0.03 * (ease - q), weak);
             }
             ask(0.1 * (self.height() * 0.97 - q[1]), unit(1).iter().map(|x| 0.1 * x).collect());
             let matrix = DMatrix::from_fn(rows.len(), q.len(), |i, j| rows[i].1[j]);

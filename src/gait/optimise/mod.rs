@@ -83,8 +83,8 @@ pub fn from_nothing(
         violations: Vec::new(),
     };
     let mut found = solve(of, demands, &start, Stage::Motion, watch);
-    for p in 0..of.phases.len() {
-        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, 2 * intervals[p]));
+    for (p, count) in intervals.iter().enumerate().take(of.phases.len()) {
+        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, 2 * count));
         let ends = found.layout.phases[p].ends();
         (found.x[ends[0]], found.x[ends[1]]) = (first, last);
         guess::fit(of, &found.layout.clone(), &mut found.x, p);

@@ -159,12 +159,12 @@ impl<'p> Slacked<'p> {
     /// The longest step of `x` along `d`, up to 1, that keeps this part of the distance from each bound.
     pub fn longest(&self, x: &[f64], d: &[f64], kept: f64) -> f64 {
         let mut longest: f64 = 1.0;
-        for k in 0..x.len() {
+        for (k, &d) in d.iter().enumerate().take(x.len()) {
             let [low, high] = self.distances(x, k);
-            if d[k] < 0.0 && low.is_finite() {
-                longest = longest.min((1.0 - kept) * low / -d[k]);
-            } else if d[k] > 0.0 && high.is_finite() {
-                longest = longest.min((1.0 - kept) * high / d[k]);
+            if d < 0.0 && low.is_finite() {
+                longest = longest.min((1.0 - kept) * low / -d);
+            } else if d > 0.0 && high.is_finite() {
+                longest = longest.min((1.0 - kept) * high / d);
             }
         }
         longest
@@ -185,10 +185,10 @@ impl<'p> Slacked<'p> {
         let gradient = self.lagrangian_gradient(values, &at.y);
         let (mut dual, mut complementary) = (0.0f64, 0.0f64);
         let (mut sum, mut count) = (0.0, 0usize);
-        for k in 0..at.x.len() {
+        for (k, slope) in gradient.iter().enumerate() {
             let distances = self.distances(&at.x, k);
             if k < self.n || !self.equation(k - self.n) {
-                dual = dual.max((gradient[k] - at.z[k][0] + at.z[k][1]).abs());
+                dual = dual.max((slope - at.z[k][0] + at.z[k][1]).abs());
             }
             for (distance, z) in distances.into_iter().zip(at.z[k]).filter(|(d, _)| d.is_finite()) {
                 complementary = complementary.max((distance * z - barrier).abs());
@@ -206,7 +206,7 @@ impl<'p> Slacked<'p> {
 
 /// Largest magnitude; NaN if there is one.
 pub(super) fn largest(of: &[f64]) -> f64 {
-    of.iter().fold(0.0, |a: f64, b| if b.is_nan() { f64::NAN } else { a.max(b.abs()) })
+    of.iter().fold(0.0, |a: f64, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b.abs()) })
 }
 
 /// Sum of magnitudes.

@@ -135,7 +135,8 @@ impl Kkt {
             self.product(x, primal, &mut product);
             residual.iter_mut().zip(right.iter().zip(&product)).for_each(|(r, (b, p))| *r = b - p);
             let found = norm(&residual) / scale;
-            if !(found < best.0) {
+            let better = found < best.0;
+            if !better {
                 break;
             }
             best = (found, x.clone());

@@ -11,8 +11,10 @@ struct Small {
     /// Rows of ∂c/∂x.
     j: fn(&[f64]) -> Vec<Vec<f64>>,
     /// The whole Hessian of w f + y c.
-    h: fn(&[f64], f64, &[f64]) -> Vec<Vec<f64>>,
+    h: Hessian,
 }
+
+type Hessian = fn(&[f64], f64, &[f64]) -> Vec<Vec<f64>>;
 
 impl Program for Small {
     fn bounds(&self) -> Vec<[f64; 2]> {
@@ -76,13 +78,6 @@ fn hs71() -> Small {
             vec![(0..4).map(others).collect(), x.iter().map(|x| 2.0 * x).collect()]
         },
         h: |x, w, y| {
-            let mut h = vec![vec![0.0; 4]; 4];
-            for i in 0..4 {
-                for j in 0..4 {
-                    let others: f64 = (0..4).filter(|&k| k != i && k != j).map(|k| x[k]).product();
-                    h[i][j] += if i == j { 2.0 * y[1] } else { y[0] * others };
-                }
-            }
             let s = 2.0 * x[0] + x[1] + x[2];
             let of_f = [
                 [2.0 * x[3], x[3], x[3], s],
@@ -90,12 +85,12 @@ fn hs71() -> Small {
                 [x[3], 0.0, 0.0, x[0]],
                 [s, x[0], x[0], 0.0],
             ];
-            for i in 0..4 {
-                for j in 0..4 {
-                    h[i][j] += w * of_f[i][j];
-                }
-            }
-            h
+            let of_c = |i: usize, j: usize| {
+                let others: f64 = (0..4).filter(|&k| k != i && k != j).map(|k| x[k]).product();
+                if i == j { 2.0 * y[1] } else { y[0] * others }
+            };
+            let row = |i: usize| (0..4).map(|j| w * of_f[i][j] + of_c(i, j)).collect();
+            (0..4).map(row).collect()
         },
     }
 }
