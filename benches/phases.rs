@@ -25,8 +25,13 @@ fn main() {
         PhasedRobot::new(&FiveLink, plant.layout.base, &plant.feet, phases, assumptions, controller).unwrap();
     // A landing of the gait: after five steps from the scenario's beginning.
     let (mut x, _) = robot.standing(&plant, &scenario).unwrap();
-    let precision =
-        |relative: f64| Precision { relative, absolute: relative, largest_step: 0.1, largest_look: 0.01 };
+    let precision = |relative: f64| Precision {
+        relative,
+        absolute: relative,
+        largest_step: 0.1,
+        largest_look: 0.01,
+        ..Precision::default()
+    };
     let settled =
         walk(&robot, Start { time: 0.0, phase: 0, x }, 1e2, 5, &precision(1e-10), &mut |_, _, _| ());
     x = settled.unwrap().last.x;

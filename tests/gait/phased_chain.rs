@@ -6,8 +6,13 @@ use bipedc::simulation::{Walker, walker};
 use bipedc_analysis::simulate::phases::{Assumptions, End, PhasedRobot, Precision, Start, Walk, walk};
 use bipedc_runtime::{Argument, Model, State};
 
-const PRECISION: Precision =
-    Precision { relative: 1e-11, absolute: 1e-11, largest_step: 0.02, largest_look: 0.01 };
+const PRECISION: Precision = Precision {
+    relative: 1e-11,
+    absolute: 1e-11,
+    largest_step: 0.02,
+    largest_look: 0.01,
+    ..Precision::default()
+};
 
 /// Ten steps of the whole robot.
 fn whole(walker: &Walker, controller: PhasedProgramController, [q, v]: &[Vec<f64>; 2]) -> Walk {

@@ -11,6 +11,8 @@ use serde::Serialize;
 
 /// A step that takes longer than this does not come to its end, s.
 const LONGEST: f64 = 20.0;
+/// Most steps of the integration in a phase; usual are some hundreds. Where torques go from limit to limit they come to no end.
+const MOST_STEPS: usize = 10_000;
 /// Places at which the end of a phase is looked for.
 const LOOKS: usize = 60;
 
@@ -188,7 +190,8 @@ impl Chain<'_> {
         &self,
         (phase, x): Beginning,
     ) -> Result<Result<(ChainedPhase, Beginning), String>, Diagnostic> {
-        let precision = Precision { relative: 1e-11, absolute: 1e-11, ..Precision::default() };
+        let precision =
+            Precision { relative: 1e-11, absolute: 1e-11, most_steps: MOST_STEPS, ..Precision::default() };
         let start = Start { time: 0.0, phase, x: x.to_vec() };
         self.present.borrow_mut().limited = false;
         let own = self.present.borrow().clone();

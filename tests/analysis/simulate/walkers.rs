@@ -37,7 +37,13 @@ fn section(angle: f64, rate: f64) -> Vec<f64> {
 
 fn stepped(angle: f64, rate: f64) -> ([f64; 2], f64) {
     let start = Start { time: 0.0, phase: 0, x: section(angle, rate) };
-    let precision = Precision { relative: 1e-13, absolute: 1e-14, largest_step: 0.1, largest_look: 0.1 };
+    let precision = Precision {
+        relative: 1e-13,
+        absolute: 1e-14,
+        largest_step: 0.1,
+        largest_look: 0.1,
+        ..Precision::default()
+    };
     let done = walk(&Simplest { slope: 0.009 }, start, 20.0, 1, &precision, &mut |_, _, _| ()).unwrap();
     assert_eq!(done.end, End::Changes);
     ([done.last.x[0], done.last.x[1]], done.last.time)

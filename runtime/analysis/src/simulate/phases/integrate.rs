@@ -65,11 +65,19 @@ pub struct Precision {
     pub largest_step: f64,
     /// Guards are looked at this often at least, s, and four times per step.
     pub largest_look: f64,
+    /// Most steps in one phase.
+    pub most_steps: usize,
 }
 
 impl Default for Precision {
     fn default() -> Self {
-        Self { relative: 1e-12, absolute: 1e-12, largest_step: 0.02, largest_look: 0.01 }
+        Self {
+            relative: 1e-12,
+            absolute: 1e-12,
+            largest_step: 0.02,
+            largest_look: 0.01,
+            most_steps: 10_000_000,
+        }
     }
 }
 
@@ -280,8 +288,11 @@ fn phase(
         found: Ok(PhaseEnd::Nothing),
         watcher,
     };
-    let method =
-        DOP853 { max_step: Some(precision.largest_step), max_steps: 10_000_000, ..DOP853::default() };
+    let method = DOP853 {
+        max_step: Some(precision.largest_step),
+        max_steps: precision.most_steps,
+        ..DOP853::default()
+    };
     let result = method.solve(
         &derivative,
         last.time,

@@ -187,7 +187,13 @@ impl Walking<'_> {
 
 /// Errors are relative to each component, and absolute below 1.
 fn precision(relative: f64) -> Precision {
-    Precision { relative, absolute: relative, largest_step: LARGEST_STEP, largest_look: LARGEST_LOOK }
+    Precision {
+        relative,
+        absolute: relative,
+        largest_step: LARGEST_STEP,
+        largest_look: LARGEST_LOOK,
+        ..Precision::default()
+    }
 }
 
 /// A controller over the servos: these act on the robot as it is, phases speak of legs by their roles.
