@@ -11,7 +11,7 @@ const PRECISION: Precision = Precision {
     absolute: 1e-11,
     largest_step: 0.02,
     largest_look: 0.01,
-    ..Precision::default()
+    most_steps: 100_000,
 };
 
 /// Ten steps of the whole robot.
