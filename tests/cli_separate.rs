@@ -112,6 +112,7 @@ fn number(value: &Value) -> f64 {
 
 /// Two single columns at one joint: the correlation is the cosine between them.
 #[test]
+#[ignore = "takes long"]
 fn friction_is_told_apart_as_said() {
     let file = scratch("separate_friction").join("apart.csv");
     let answer = separate(&file, ["coulomb_friction", "viscous_friction"], &["--joint", KNEE]).ok().json();

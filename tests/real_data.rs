@@ -44,6 +44,7 @@ fn warned(part: &Part) -> bool {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_wrist_of_an_arm_is_coupled() {
     for part in answers("wrist", wrist::run) {
         let first = &part.answer["effects"][0];
@@ -56,6 +57,7 @@ fn the_wrist_of_an_arm_is_coupled() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_swing_up_shows_friction_and_free_swings_are_warned_of() {
     let parts = answers("pendulum", pendulum::run);
     for part in &parts {
@@ -100,6 +102,7 @@ fn alternatives(part: &Part) -> Vec<Vec<Vec<String>>> {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_forces_of_a_walking_humanoid_have_explanations_that_cannot_be_told_apart() {
     for part in answers("humanoid", humanoid::run) {
         let suspects = part.answer["suspects"].as_array().unwrap();

@@ -71,6 +71,7 @@ fn the_command_line_emits_the_items_in_files() {
 
 /// The module of a gait: the same items in a file, behind the derive macro and from a build script.
 #[test]
+#[ignore = "takes long"]
 fn a_gait_is_the_same_module_everywhere() {
     let found = robot().gait("thesis").unwrap_or_else(|e| panic!("{e}"));
     let code = found.code(None).unwrap();
@@ -105,6 +106,7 @@ fn a_gait_is_the_same_module_everywhere() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_build_script_emits_the_items_in_a_module() {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("front_ends");
     let written = build::write(&folder(), &Request::default(), &out).unwrap_or_else(|e| panic!("{e}"));
@@ -115,6 +117,7 @@ fn the_build_script_emits_the_items_in_a_module() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_derive_macro_emits_the_items_in_a_module() {
     let input = quote! {
         #[biped(description = "robots/three_link")]

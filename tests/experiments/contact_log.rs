@@ -32,6 +32,7 @@ fn truth() -> Effect {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_example_has_its_known_figures() {
     let subjects = Subjects::named("tulip");
     for (file, nominal, oracle, sole) in [

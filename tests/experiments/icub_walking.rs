@@ -101,6 +101,7 @@ fn fitted(experiment: &dyn Experiment, rows: &[&str], start: &Effect, free: &[&s
 }
 
 #[test]
+#[ignore = "takes long"]
 fn walking_icub_has_its_known_figures() {
     let Some(folder) = data() else { return };
     let described = described(&folder);

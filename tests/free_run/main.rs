@@ -86,6 +86,7 @@ fn effects_of_the_description_act() {
 
 /// An example by another simulator: 0.4 N m of friction in one knee.
 #[test]
+#[ignore = "takes long"]
 fn missing_friction_shows_and_goes() {
     let folder = scratch("free_run_coulomb");
     for file in ["robot.urdf", "biped.toml"] {

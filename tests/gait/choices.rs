@@ -65,6 +65,7 @@ fn the_robot_comes_to_rest_in_one_step() {
 
 /// Figure 7.9a: in as many steps as were planned to a higher speed, then steps that repeat themselves.
 #[test]
+#[ignore = "takes long"]
 fn a_higher_speed_is_reached_in_the_planned_number_of_steps() {
     let found = run("choice_five", "five_link", &shipped("five_link/scenarios/speeds.toml")).ok().json();
     let steps = steps(&found, 9);
@@ -170,6 +171,7 @@ fn mistakes_are_named_with_their_place() {
 
 /// Walks under disturbances: those that are none succeed, those that are too much do not, both ways; equal seeds are equal.
 #[test]
+#[ignore = "takes long"]
 fn robustness_is_counted_and_repeats_itself() {
     let scenario = scratch("robust").join("scenario.toml");
     let text_of = shipped("five_link/scenarios/robust.toml")

@@ -36,6 +36,7 @@ fn durations(found: &Value) -> Vec<[f64; 4]> {
 /// The order of Table 4.1, each phase ended by its own event, all assumptions of contact checked on the way: friction 0.8, push, edges,
 /// scuffing, joint stops.
 #[test]
+#[ignore = "takes long"]
 fn the_shipped_scenario_walks_and_settles() {
     let found = simulate("phased-walk", &scenario(), None).ok().json();
     assert_eq!((&found["verdict"], found["steps"].as_u64()), (&Value::Null, Some(12)), "{found}");
@@ -59,6 +60,7 @@ const SETTLED: [f64; 4] = [0.6854, 0.1341, 0.1929, 0.2374];
 /// Without h_p and without a limit of friction the law is that of the simulation by which the gait was found, in another program with other
 /// coordinates: 0.4448598 m/s, phases of 0.6787957, 0.1334400, 0.1927237 and 0.2364057 s.
 #[test]
+#[ignore = "takes long"]
 fn without_matching_it_walks_as_it_was_found() {
     let gait = shipped(&format!("{WALKER}/gaits/collocated.toml"))
         .replace("impact_matching = true", "impact_matching = false")

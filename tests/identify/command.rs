@@ -105,6 +105,7 @@ fn a_log_gives_parameters_and_a_urdf() {
 
 /// The example has 0.9 kg on the torso that the description lacks; efforts of joints play no part.
 #[test]
+#[ignore = "takes long"]
 fn a_free_robot_on_its_feet_shows_what_is_on_its_torso() {
     let folder = "tests/data/examples/swaying";
     let (train, judge) = (format!("{folder}/train.csv.gz"), format!("{folder}/validation.csv.gz"));

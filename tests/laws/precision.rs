@@ -43,6 +43,7 @@ fn single_precision_agrees_with_double() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn lanes_have_the_bits_of_scalars() {
     let robots = subjects(&[&FAMILIES[..], &["forward_dynamics", "zero_moment_point"]].concat());
     let mut random = Random(SEED);

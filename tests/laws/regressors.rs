@@ -75,6 +75,7 @@ fn base_regressor_times_base_parameters_is_inverse_dynamics() {
 /// Base parameters at run time instead of folded constants: with the robot's own values the same results, with
 /// other values those of the base regressor.
 #[test]
+#[ignore = "takes long"]
 fn run_time_parameters_are_the_base_parameters() {
     let families = ["inverse_dynamics_base_regressor", "base_parameters", "inverse_dynamics", "mass_matrix"];
     let mut random = Random(SEED);

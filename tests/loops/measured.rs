@@ -71,6 +71,7 @@ fn parameter(folder: &Path, name: &str) -> f64 {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn friction_is_seen_added_compensated_and_taken_back() {
     let folder = robot("loop_coulomb");
     let original = std::fs::read_to_string(folder.join("biped.toml")).unwrap();

@@ -108,6 +108,7 @@ fn near(found: f64, truth: f64, part: f64) {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn play_and_the_rotor_before_it() {
     let hidden = Hidden::simulated("play", &(effect("backlash", KNEE, "gap = 0.02") + &rotor()));
     let (found, before, after) = hidden.amended(&["--inertial", "none"]);
@@ -212,6 +213,7 @@ fn leg(seed: u64, duration: f64) -> String {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn series_elastic_drives_are_identified_from_simulated_motors() {
     let folder = scratch("simulated_leg");
     let run = |name: &str, seed: u64, duration: f64| {

@@ -4,6 +4,7 @@ use super::walked::Walked;
 use super::{gait, run};
 
 #[test]
+#[ignore = "takes long"]
 fn two_steps_ahead_are_walked_as_wished() {
     // The left foot steps from 2.5 s to 4 s, the right one from 5.5 s to 7 s.
     let trial = run("forward", 1e-3, 7.3);

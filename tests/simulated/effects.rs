@@ -246,6 +246,7 @@ fn a_tilted_log_is_the_same_motion_in_other_axes() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn grounds_do_what_their_effects_say() {
     let height = |log: &super::Log| log.last("base/position/z");
     let plain = tulip("");
