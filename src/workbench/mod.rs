@@ -26,6 +26,7 @@ use bipedc_analysis::log::Mapping;
 use bipedc_analysis::report::Report;
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::SourceFiles;
+use bipedc_compiler::description::gait::gait_path;
 use bipedc_compiler::description::model::Base;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
@@ -362,6 +363,14 @@ impl Workbench {
     /// As [`GaitBench::open`].
     pub fn gait(&self, name: &str) -> Result<GaitBench, Diagnostics> {
         GaitBench::open(&self.robot, name, &*self.progress)
+    }
+
+    /// The file of one of the robot's gaits, named as there.
+    ///
+    /// # Errors
+    /// There is no such gait.
+    pub fn gait_file(&self, name: &str) -> Result<PathBuf, Diagnostics> {
+        Ok(gait_path(&self.robot.sources, name)?)
     }
 
     /// The same of a gait with any number of phases.

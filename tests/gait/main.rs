@@ -7,6 +7,7 @@ mod files;
 mod identities;
 mod lie;
 mod maps;
+mod optimised;
 mod oracle;
 mod page;
 mod phased_chain;

@@ -49,19 +49,19 @@ pub struct Optimise {
     #[arg(long, value_name = "NEW.toml|FOLDER")]
     out: PathBuf,
     /// Coulomb's coefficient that forces and impulses stay below
-    #[arg(long, value_name = "MU", default_value_t = 0.5)]
+    #[arg(long, value_name = "MU", default_value_t = 0.5, allow_negative_numbers = true)]
     friction: f64,
     /// Height of feet in the air, m
-    #[arg(long, value_name = "H", default_value_t = 0.012)]
+    #[arg(long, value_name = "H", default_value_t = 0.012, allow_negative_numbers = true)]
     clearance: f64,
     /// Distance of centres of pressure from the ends of a sole, m
-    #[arg(long, value_name = "D", default_value_t = 0.012)]
+    #[arg(long, value_name = "D", default_value_t = 0.012, allow_negative_numbers = true)]
     zmp: f64,
     /// Smallest vertical impulse on a foot that an impact holds, N s
-    #[arg(long, value_name = "P", default_value_t = 0.15)]
+    #[arg(long, value_name = "P", default_value_t = 0.15, allow_negative_numbers = true)]
     impulse: f64,
     /// Longest step, as a part of the height of the base
-    #[arg(long, value_name = "PART", default_value_t = 0.75)]
+    #[arg(long, value_name = "PART", default_value_t = 0.75, allow_negative_numbers = true)]
     longest_step: f64,
     /// Bezier coefficients of each output
     #[arg(long, value_name = "N", default_value_t = 7)]
@@ -87,6 +87,7 @@ impl Optimise {
             false => self.out.clone(),
         };
         let mut ledger = bench.ledger();
+        ledger.reads("the gait", &bench.gait_file(&self.gait)?);
         for &speed in &self.speed {
             ledger.writes("--out", &place(speed))?;
         }
