@@ -13,6 +13,7 @@ const FILES: [(&str, &str); 28] = [
     ("src/control/phased.rs", include_str!("control/phased.rs")),
     ("src/control/phased_controller.rs", include_str!("control/phased_controller.rs")),
     ("src/control/phased_torques.rs", include_str!("control/phased_torques.rs")),
+    ("src/control/slices.rs", include_str!("control/slices.rs")),
     ("src/control/step_end.rs", include_str!("control/step_end.rs")),
     ("src/control/surface.rs", include_str!("control/surface.rs")),
     ("src/control/zero.rs", include_str!("control/zero.rs")),
