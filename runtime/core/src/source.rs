@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 28] = [
+const FILES: [(&str, &str); 29] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -98,5 +98,22 @@ mod tests {
         let modules: Vec<&str> = root.lines().filter_map(|line| line.strip_prefix("pub mod ")).collect();
         assert_eq!(modules, ["control;", "format;", "lanes;", "math;", "model;", "real;"]);
         assert!(root.starts_with("//!") && root.contains("no_std"));
+    }
+
+    /// A module without its file would be seen only where a crate is built far from here.
+    #[test]
+    fn every_module_has_its_file() {
+        let all = core_crate();
+        let there = |path: String| all.iter().any(|(known, _)| *known == path);
+        for (path, text) in all.iter().filter(|(path, _)| path.ends_with(".rs")) {
+            let folder = ["/mod.rs", "/lib.rs", ".rs"].iter().find_map(|end| path.strip_suffix(end)).unwrap();
+            let declared = text.lines().filter_map(|line| {
+                line.strip_prefix("pub ").unwrap_or(line).strip_prefix("mod ")?.strip_suffix(';')
+            });
+            for name in declared {
+                let files = [format!("{folder}/{name}.rs"), format!("{folder}/{name}/mod.rs")];
+                assert!(files.into_iter().any(there), "{path} declares {name}");
+            }
+        }
     }
 }
