@@ -57,12 +57,7 @@ const OF_ROBOT: [&str; 5] = [
 /// # Errors
 /// A base that is not planar, outputs that do not fix the joints, formulas without a value.
 pub fn compile_gait(description: &RobotDescription, gait: &Gait) -> Result<CompiledGait, Diagnostic> {
-    let description = in_its_world(description, (gait.gravity, &gait.effects));
-    let tree = Tree::new(&description, &description.base)?;
-    if tree.base != BaseKind::Planar {
-        return Err(Diagnostic::error("the zero dynamics of a gait are those of a robot in the x-z plane")
-            .help("the robot's base is another one: --base planar"));
-    }
+    let (description, tree) = in_the_plane(description, (gait.gravity, &gait.effects))?;
     let Some(phase) = description.phases.iter().find(|phase| phase.name == gait.phase.name) else {
         return Err(Diagnostic::error(format!("the robot has no phase `{}`", gait.phase.name)));
     };
@@ -79,6 +74,23 @@ pub fn compile_gait(description: &RobotDescription, gait: &Gait) -> Result<Compi
     let arguments = GaitArguments::new(gait);
     model.run_time_parameters = arguments.len();
     Ok(CompiledGait { model, arguments, description, points })
+}
+
+/// The robot as the gait means it, and its tree.
+///
+/// # Errors
+/// A base that is not planar.
+fn in_the_plane(
+    description: &RobotDescription,
+    world: (Option<f64>, &[Effect]),
+) -> Result<(RobotDescription, Tree), Diagnostic> {
+    let description = in_its_world(description, world);
+    let tree = Tree::new(&description, &description.base)?;
+    if tree.base != BaseKind::Planar {
+        return Err(Diagnostic::error("gaits are those of a robot in the x-z plane")
+            .help("the robot's base is another one: --base planar"));
+    }
+    Ok((description, tree))
 }
 
 /// The robot as the gait means it: under its gravity, with the effects that make another body of it. What only sensors or the

@@ -11,11 +11,16 @@ fn clipped<'g>(x: Sym<'g>, low: f64, high: f64) -> Sym<'g> {
 /// Σ c_k C(n,k) s^k (1−s)^(n−k), s = (φ − a)/(b − a), which stays where it is beyond [`Curve::BEYOND`].
 pub fn bezier<'g>(phase: Sym<'g>, coefficients: &[f64], [a, b]: [f64; 2]) -> Sym<'g> {
     let s = clipped((phase - a) / phase.constant(b - a), -Curve::BEYOND, 1.0 + Curve::BEYOND);
-    let rest = phase.constant(1.0) - s;
-    let degree = coefficients.len().saturating_sub(1);
-    let (mut sum, mut power, mut binomial) = (phase.zero(), phase.constant(1.0), 1.0);
-    for (k, &c) in coefficients.iter().enumerate() {
-        sum = sum * rest + power * (c * binomial);
+    bernstein(s, coefficients.len(), |k, power, binomial| power * (coefficients[k] * binomial))
+}
+
+/// Σ t_k (1−s)^(n−k) over `count` terms, n = count − 1; `term` makes t_k of k, s^k and C(n,k).
+pub fn bernstein<'g>(s: Sym<'g>, count: usize, term: impl Fn(usize, Sym<'g>, f64) -> Sym<'g>) -> Sym<'g> {
+    let rest = s.constant(1.0) - s;
+    let degree = count.saturating_sub(1);
+    let (mut sum, mut power, mut binomial) = (s.zero(), s.constant(1.0), 1.0);
+    for k in 0..count {
+        sum = sum * rest + term(k, power, binomial);
         power = power * s;
         binomial = binomial * (degree - k) as f64 / (k + 1) as f64;
     }

@@ -42,13 +42,12 @@ pub(super) fn margins(of: &Collocation, layout: &Layout, x: &[f64]) -> MotionMar
         largest_torque: 0.0,
         joint: None,
     };
-    for (p, phase) in of.phases.iter().enumerate() {
+    for p in 0..of.phases.len() {
         for node in 0..layout.phases[p].nodes() {
             forces(&mut found, of, layout, (p, node), x);
             joints(&mut found, of, layout, (p, node), x);
             clearance(&mut found, of, layout, (p, node), x);
         }
-        let _ = phase;
         let first = layout.phases[p].impulses.start;
         for foot in of.changes[p].feet.iter().flatten() {
             let [along, up] = foot.force.map(|k| x[first + k]);

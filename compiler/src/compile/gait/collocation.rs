@@ -1,10 +1,11 @@
 //! What an optimisation of a gait is put together from: at a node of a phase the equations of motion, the contacts and the virtual constraints,
 //! and the change from each phase to the next, as functions with exact derivatives.
-use super::in_its_world;
+use super::in_the_plane;
 use super::phased_in_process::{feet, standing};
 use crate::compile::without_poles;
 use crate::derive::constraint::Constraints;
 use crate::derive::contact::contact_points;
+use crate::derive::curve::bernstein;
 use crate::derive::effects::{At, JointLaws};
 use crate::derive::newton_euler::generalised_forces;
 use crate::derive::relabel::Relabelling;
@@ -14,7 +15,7 @@ use crate::description::gait::{AnyGait, GaitOutput};
 use crate::description::model::{Contact, Phase, RobotDescription};
 use crate::expression::{Graph, Input, Sym, replaced, slopes_along};
 use crate::program::LocalFunction;
-use crate::tree::{BaseKind, Tree};
+use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
 use bipedc_effects::effect::formula::Formula;
@@ -168,12 +169,7 @@ pub fn compile_collocation(
     description: &RobotDescription,
     form: &GaitForm,
 ) -> Result<Collocation, Diagnostic> {
-    let description = in_its_world(description, (form.gravity, &form.effects));
-    let tree = Tree::new(&description, &description.base)?;
-    if tree.base != BaseKind::Planar {
-        return Err(Diagnostic::error("gaits are optimised for a robot in the x-z plane")
-            .help("the robot's base is another one: --base planar"));
-    }
+    let (description, tree) = in_the_plane(description, (form.gravity, &form.effects))?;
     let (mut phases, mut changes) = (Vec::new(), Vec::new());
     for of in &form.phases {
         let phase = find(&description, &of.name)?;
@@ -208,19 +204,6 @@ fn relabelling(tree: &Tree, description: &RobotDescription) -> Result<Vec<(usize
     Ok(found)
 }
 
-/// Σ c_k C(n,k) s^k (1−s)^(n−k) with coefficients that are inputs.
-fn bezier<'g>(s: Sym<'g>, coefficients: &[Sym<'g>]) -> Sym<'g> {
-    let rest = s.constant(1.0) - s;
-    let degree = coefficients.len().saturating_sub(1);
-    let (mut sum, mut power, mut binomial) = (s.zero(), s.constant(1.0), 1.0);
-    for (k, &c) in coefficients.iter().enumerate() {
-        sum = sum * rest + power * c * binomial;
-        power = power * s;
-        binomial = binomial * (degree - k) as f64 / (k + 1) as f64;
-    }
-    sum
-}
-
 /// Derivative along the motion.
 fn rate<'g>(model: &RobotModel<'g, '_>, of: &[Sym<'g>]) -> Vec<Sym<'g>> {
     slopes_along(of, |input| match input.argument {
@@ -230,18 +213,15 @@ fn rate<'g>(model: &RobotModel<'g, '_>, of: &[Sym<'g>]) -> Vec<Sym<'g>> {
     })
 }
 
-/// q, v and a are the first parameters, the others follow.
-fn all_local<'g>(model: &RobotModel<'g, '_>, rows: &[Sym<'g>]) -> Vec<Sym<'g>> {
+/// The first arguments, nv of each, then the parameters, all as parameters in this order.
+fn all_local<'g>(model: &RobotModel<'g, '_>, first: &[Argument], rows: &[Sym<'g>]) -> Vec<Sym<'g>> {
     let nv = model.tree.nv;
     replaced(rows, |Input { argument, index }| {
-        let place = match argument {
-            Argument::Q => index as usize,
-            Argument::V => nv + index as usize,
-            Argument::A => 2 * nv + index as usize,
-            Argument::Parameters => 3 * nv + index as usize,
-            _ => return None,
+        let block = match argument {
+            Argument::Parameters => first.len(),
+            _ => first.iter().position(|known| *known == argument)?,
         };
-        Some(model.input(Argument::Parameters, place))
+        Some(model.input(Argument::Parameters, block * nv + index as usize))
     })
 }
 
@@ -257,19 +237,7 @@ fn node(
     let (nv, joints, forces) = (tree.nv, tree.joints.len(), held.len());
     let given = |index: usize| model.input(Argument::Parameters, index);
     let (torques, pushes, coefficients) = (2, 2 + joints, 2 + joints + forces);
-    let mut loads = generalised_forces(&model, Motions::ALL, false);
-    for (k, row) in held.jacobian.iter().enumerate() {
-        for (load, &slope) in loads.iter_mut().zip(row) {
-            *load = *load - slope * given(pushes + k);
-        }
-    }
-    let laws = JointLaws::new(tree, description)?;
-    if !laws.is_empty() {
-        loads = laws.report(&model, &At::new(&model, true, true), &loads);
-    }
-    for (k, joint) in tree.joints.iter().enumerate() {
-        loads[joint.v_index] = loads[joint.v_index] - given(torques + k);
-    }
+    let loads = unbalanced(&model, description, &held, [torques, pushes])?;
     let acceleration = |row: usize| {
         let products = (0..nv).map(|k| held.jacobian[row][k] * model.input(Argument::A, k));
         products.fold(held.rate[row], |sum, x| sum + x)
@@ -281,7 +249,7 @@ fn node(
     let output = |k: usize| {
         let own: Vec<Sym<'_>> =
             (0..of.coefficients).map(|c| given(coefficients + k * of.coefficients + c)).collect();
-        controlled[1 + k] - bezier(s, &own)
+        controlled[1 + k] - bernstein(s, own.len(), |k, power, binomial| power * own[k] * binomial)
     };
     let outputs: Vec<Sym<'_>> = (0..of.outputs.len()).map(output).collect();
     let output_rates = rate(&model, &outputs);
@@ -303,7 +271,7 @@ fn node(
         rows.push((kind, all.len(), of_kind.len()));
         all.extend(of_kind);
     }
-    let all = all_local(&model, &all);
+    let all = all_local(&model, &[Argument::Q, Argument::V, Argument::A], &all);
     let variables = 3 * nv + coefficients + of.outputs.len() * of.coefficients;
     let node = LocalFunction::new(&graph, variables, &all);
     without_poles(&graph, &format!("phase `{}` of the gait", of.name))?;
@@ -317,6 +285,31 @@ fn node(
         forces: held.names,
         standing: on_the_ground(description, tree, &phase.contacts),
     })
+}
+
+/// What the motion needs less what the ground and the joints give, N and N m; torques and forces of the ground are parameters from these
+/// places on.
+fn unbalanced<'g>(
+    model: &RobotModel<'g, '_>,
+    description: &RobotDescription,
+    held: &Constraints<'g>,
+    [torques, pushes]: [usize; 2],
+) -> Result<Vec<Sym<'g>>, Diagnostic> {
+    let given = |index: usize| model.input(Argument::Parameters, index);
+    let mut loads = generalised_forces(model, Motions::ALL, false);
+    for (k, row) in held.jacobian.iter().enumerate() {
+        for (load, &slope) in loads.iter_mut().zip(row) {
+            *load = *load - slope * given(pushes + k);
+        }
+    }
+    let laws = JointLaws::new(model.tree, description)?;
+    if !laws.is_empty() {
+        loads = laws.report(model, &At::new(model, true, true), &loads);
+    }
+    for (k, joint) in model.tree.joints.iter().enumerate() {
+        loads[joint.v_index] = loads[joint.v_index] - given(torques + k);
+    }
+    Ok(loads)
 }
 
 /// ÿ + 2 ω ẏ + ω² y: what is left of outputs between nodes decays.
@@ -368,23 +361,7 @@ fn change(
     } else {
         let hit = Constraints::new(&model, &description.feet, &phase.impact)?;
         let jump: Vec<Sym<'_>> = after.iter().zip(&v).map(|(&a, &b)| a - b).collect();
-        let motions = Motions { velocity: false, acceleration: true, gravity: false };
-        let moved = generalised_forces(&model, motions, false);
-        let mut balance = replaced(&moved, |input| match input.argument {
-            Argument::A => Some(jump[input.index as usize]),
-            _ => None,
-        });
-        let laws = JointLaws::new(tree, description)?;
-        for (row, column, inertia) in laws.inertias(&model) {
-            balance[row] = balance[row] + inertia * jump[column];
-        }
-        for (k, row) in hit.jacobian.iter().enumerate() {
-            let impulse = model.input(Argument::Parameters, 2 * nv + k);
-            for (sum, &slope) in balance.iter_mut().zip(row) {
-                *sum = *sum - slope * impulse;
-            }
-        }
-        rows.extend(balance);
+        rows.extend(impulse_balance(&model, description, &hit, &jump)?);
         rows.extend(hit.jacobian.iter().map(|row| product(row, &after)));
         feet_hit = feet(description, phase, &hit.names)?;
         impulses = hit.names;
@@ -394,15 +371,7 @@ fn change(
         let row: Vec<Sym<'_>> = points.normal_directions.iter().map(|row| row[point]).collect();
         rows.push(product(&row, &after));
     }
-    let local = replaced(&rows, |Input { argument, index }| {
-        let place = match argument {
-            Argument::Q => index as usize,
-            Argument::V => nv + index as usize,
-            Argument::Parameters => 2 * nv + index as usize,
-            _ => return None,
-        };
-        Some(model.input(Argument::Parameters, place))
-    });
+    let local = all_local(&model, &[Argument::Q, Argument::V], &rows);
     let (now, then) =
         (on_the_ground(description, tree, &phase.contacts), on_the_ground(description, tree, held));
     let function = LocalFunction::new(&graph, 4 * nv + impulses.len(), &local);
@@ -418,6 +387,32 @@ fn change(
         },
         leaving: now.iter().copied().filter(|point| !then.contains(point)).collect(),
     })
+}
+
+/// M (v₊ − v₋) less the impulses of the ground, which are parameters behind q₊ and v₊ (4.22), N s and N m s.
+fn impulse_balance<'g>(
+    model: &RobotModel<'g, '_>,
+    description: &RobotDescription,
+    hit: &Constraints<'g>,
+    jump: &[Sym<'g>],
+) -> Result<Vec<Sym<'g>>, Diagnostic> {
+    let motions = Motions { velocity: false, acceleration: true, gravity: false };
+    let moved = generalised_forces(model, motions, false);
+    let mut balance = replaced(&moved, |input| match input.argument {
+        Argument::A => Some(jump[input.index as usize]),
+        _ => None,
+    });
+    let laws = JointLaws::new(model.tree, description)?;
+    for (row, column, inertia) in laws.inertias(model) {
+        balance[row] = balance[row] + inertia * jump[column];
+    }
+    for (k, row) in hit.jacobian.iter().enumerate() {
+        let impulse = model.input(Argument::Parameters, 2 * model.tree.nv + k);
+        for (sum, &slope) in balance.iter_mut().zip(row) {
+            *sum = *sum - slope * impulse;
+        }
+    }
+    Ok(balance)
 }
 
 /// What becomes of positions and velocities when the legs swap, if they do.

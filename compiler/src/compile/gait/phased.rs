@@ -1,5 +1,5 @@
 //! A robot with a gait of several phases: the functions of its controller beside those of the model that a step needs.
-use super::{configuration, function, in_its_world, rates};
+use super::{configuration, function, in_the_plane, rates};
 use crate::compile::{
     CompiledModel, Function, FunctionRequest, Quantity, compile, identifier, without_poles,
 };
@@ -14,7 +14,7 @@ use crate::derive::{InertiaMode, RobotModel};
 use crate::description::gait::{PhasedGait, SupportPhase};
 use crate::description::model::{Phase, RobotDescription};
 use crate::expression::{Graph, Sym, replaced};
-use crate::tree::{BaseKind, Tree};
+use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
 use bipedc_runtime::control::MOST_JOINTS;
@@ -53,12 +53,7 @@ pub fn compile_phases(
     description: &RobotDescription,
     gait: &PhasedGait,
 ) -> Result<CompiledPhases, Diagnostic> {
-    let description = in_its_world(description, (gait.gravity, &gait.effects));
-    let tree = Tree::new(&description, &description.base)?;
-    if tree.base != BaseKind::Planar {
-        return Err(Diagnostic::error("a gait of several phases is that of a robot in the x-z plane")
-            .help("the robot's base is another one: --base planar"));
-    }
+    let (description, tree) = in_the_plane(description, (gait.gravity, &gait.effects))?;
     if tree.joints.len() > MOST_JOINTS {
         let message = format!("gaits have at most {MOST_JOINTS} joints, the robot has {}", tree.joints.len());
         return Err(Diagnostic::error(message).help("a controller's work and memory are bounded"));

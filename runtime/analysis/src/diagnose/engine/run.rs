@@ -4,7 +4,7 @@ use super::block_equations::Spread;
 use super::corrections::{Settled, settle};
 use super::errors::errors;
 use super::parsimony::simplify;
-use super::refinement::{Data, refine};
+use super::refinement::{Data, Refined, refine};
 use super::regression::{Regression, is_held_out};
 use super::search::{Outcome, search};
 use super::significance::{Insignificant, insignificant};
@@ -73,30 +73,9 @@ pub fn diagnose(
     }
     simplify(&regression, &mut outcome);
     progress(0.85);
-    let mut retries = 4;
     let own_blocks = regression.own_blocks;
     let teaches = move |sample: usize, n: usize| !own_blocks || !is_held_out(sample, n);
-    let refined = loop {
-        let effects = estimates(&regression, &outcome);
-        let refined =
-            refine(data(&regression, &teaches), effects, &[], spread(&regression, outcome.corrected));
-        let Some(Insignificant { effect, impossible }) = insignificant(&regression, &refined) else {
-            break refined;
-        };
-        if impossible && retries > 0 {
-            // What the exact estimate makes impossible hid something else: look again without it.
-            retries -= 1;
-            regression.ban(outcome.active[effect]);
-            let Some(again) = search(&mut regression, options.most, &entered) else { break refined };
-            outcome = again;
-            simplify(&regression, &mut outcome);
-            continue;
-        }
-        let mut fewer = outcome.active.clone();
-        fewer.remove(effect);
-        let Some(scored) = regression.scored_fit(&fewer, outcome.corrected) else { break refined };
-        (outcome.active, outcome.scored) = (fewer, scored);
-    };
+    let refined = estimated(&mut regression, &mut outcome, &teaches, (options.most, &entered));
     progress(0.9);
     let settled = settle(data(&regression, &teaches), refined, &regression.spread, regression.free);
     progress(0.95);
@@ -108,6 +87,36 @@ pub fn diagnose(
     diagnosis.summary = text::summary(&diagnosis);
     progress(1.0);
     diagnosis
+}
+
+/// The final estimate of what a search found; effects that it shows to be impossible or insignificant leave `outcome`.
+fn estimated(
+    regression: &mut Regression<'_>,
+    outcome: &mut Outcome,
+    teaches: &(dyn Fn(usize, usize) -> bool + Sync),
+    (most, entered): (usize, &dyn Fn(usize)),
+) -> Refined {
+    let mut retries = 4;
+    loop {
+        let effects = estimates(regression, outcome);
+        let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
+        let Some(Insignificant { effect, impossible }) = insignificant(regression, &refined) else {
+            return refined;
+        };
+        if impossible && retries > 0 {
+            // What the exact estimate makes impossible hid something else: look again without it.
+            retries -= 1;
+            regression.ban(outcome.active[effect]);
+            let Some(again) = search(regression, most, entered) else { return refined };
+            *outcome = again;
+            simplify(regression, outcome);
+            continue;
+        }
+        let mut fewer = outcome.active.clone();
+        fewer.remove(effect);
+        let Some(scored) = regression.scored_fit(&fewer, outcome.corrected) else { return refined };
+        (outcome.active, outcome.scored) = (fewer, scored);
+    }
 }
 
 /// Estimates parameters of given effects; those that are stated are where the search starts, others are found.
