@@ -2,6 +2,9 @@
 //! processor waits for the last test of each.
 #![allow(missing_docs)]
 
+#[path = "../src/commands/amend/parse.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod amend_parse;
 #[path = "support/cli.rs"]
 #[allow(dead_code)]
 mod cli;
@@ -24,6 +27,8 @@ mod cli_simulate;
 mod cli_walk;
 #[path = "compiled/main.rs"]
 mod compiled;
+#[path = "compiler/main.rs"]
+mod compiler;
 #[path = "corpus/main.rs"]
 mod corpus;
 #[path = "experiments/main.rs"]
@@ -46,6 +51,9 @@ mod logs_page;
 #[path = "loops/main.rs"]
 mod loops;
 mod motor_side;
+#[path = "../src/terminal/next.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod next;
 #[path = "phases/main.rs"]
 mod phases;
 mod readme;

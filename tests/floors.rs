@@ -88,15 +88,28 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
+/// Whether a token is this word or mark.
+fn is_token(token: Option<&TokenTree>, text: &str) -> bool {
+    match token {
+        Some(TokenTree::Ident(name)) => name == text,
+        Some(TokenTree::Punct(mark)) => text.len() == 1 && text.starts_with(mark.as_char()),
+        _ => false,
+    }
+}
+
+/// Whether `#[cfg(test)]` begins here.
+fn for_tests_alone(tokens: &[TokenTree]) -> bool {
+    is_token(tokens.first(), "#")
+        && tokens.get(1).is_some_and(|token| token.to_string().replace(' ', "") == "[cfg(test)]")
+}
+
 /// Modules of the crate's root that a text names: by `crate::…`, or by as many `super::` as it lies deep.
 fn named(tokens: TokenStream, depth: usize, found: &mut Names) {
     let tokens: Vec<TokenTree> = tokens.into_iter().collect();
-    let is = |k: usize, text: &str| tokens.get(k).is_some_and(|token| token.to_string() == text);
+    let is = |k: usize, text: &str| is_token(tokens.get(k), text);
     let mut k = 0;
     while k < tokens.len() {
-        if is(k, "#")
-            && tokens.get(k + 1).is_some_and(|token| token.to_string().replace(' ', "") == "[cfg(test)]")
-        {
+        if for_tests_alone(&tokens[k..]) {
             // What is compiled for tests only: up to its body or its end.
             k += 2;
             let body =
@@ -127,7 +140,7 @@ fn heads(tokens: &[TokenTree], found: &mut Names) {
         Some(TokenTree::Ident(name)) => drop(found.insert(name.to_string())),
         Some(TokenTree::Group(group)) => {
             let inner: Vec<TokenTree> = group.stream().into_iter().collect();
-            inner.split(|token| token.to_string() == ",").for_each(|path| heads(path, found));
+            inner.split(|token| is_token(Some(token), ",")).for_each(|path| heads(path, found));
         }
         _ => {}
     }
@@ -230,12 +243,11 @@ fn quoted(tokens: TokenStream, found: &mut Names) {
     let tokens: Vec<TokenTree> = tokens.into_iter().collect();
     let mut k = 0;
     while k < tokens.len() {
-        let next = tokens.get(k + 1).map(|token| token.to_string().replace(' ', ""));
         match &tokens[k] {
-            TokenTree::Punct(mark) if mark.as_char() == '#' && next.as_deref() == Some("[cfg(test)]") => {
+            _ if for_tests_alone(&tokens[k..]) => {
                 let body = |token: &TokenTree| {
                     matches!(token, TokenTree::Group(g) if g.delimiter() == Delimiter::Brace)
-                        || token.to_string() == ";"
+                        || is_token(Some(token), ";")
                 };
                 k += 2;
                 k += tokens[k..].iter().position(body).unwrap();

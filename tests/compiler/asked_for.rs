@@ -5,7 +5,7 @@ use bipedc_compiler::description::SourceFiles;
 use std::path::Path;
 
 fn robot(name: &str, generate: &str) -> Robot {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(name);
     with(SourceFiles::load(&folder).unwrap(), generate)
 }
 

@@ -1,5 +1,5 @@
 //! Joints that the description locks: the rest moves as the whole robot does with these joints held.
-use crate::effects::support::{Random, Values, call, close, compiled};
+use crate::compiler::effects::support::{Random, Values, call, close, compiled};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::description::{SourceFiles, model::RobotDescription, parse};
 use std::path::Path;
@@ -8,7 +8,7 @@ const FUNCTIONS: [&str; 5] =
     ["inverse_dynamics", "mass_matrix", "center_of_mass", "momentum", "center_of_mass_acceleration"];
 
 fn sources(robot: &str) -> SourceFiles {
-    SourceFiles::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(robot)).unwrap()
+    SourceFiles::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(robot)).unwrap()
 }
 
 fn read(robot: &str, more: &str) -> Result<RobotDescription, String> {

@@ -228,6 +228,7 @@ fn check(subjects: &Subjects, made: &Made<'_>, effects: &[Effect]) {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn without_effects_nothing_is_left_in_any_frame() {
     let subjects = Subjects::named("tulip");
     for feet in [Feet::World, Feet::Sole, Feet::Corners] {
@@ -318,6 +319,7 @@ fn force_sensors() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_saturated_corner() {
     let subjects = Subjects::named("tulip");
     let place = Location::sensor("right_foot/front_left");

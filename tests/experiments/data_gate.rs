@@ -95,6 +95,7 @@ fn a_flipped_torque_is_named() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn torques_in_another_unit_are_named() {
     for (factor, words) in [(1e3, "mN m"), (1e-3, "kN m")] {
         let mut log = coulomb();
@@ -204,6 +205,7 @@ fn a_stuck_encoder_is_named() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn the_same_motion_twice_is_named() {
     let log = coulomb();
     // The first half again after itself.

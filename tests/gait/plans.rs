@@ -123,6 +123,7 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
 
 /// The number of steps is the first one for which the wished speed lies between the slowest and the fastest of all ways.
 #[test]
+#[ignore = "takes long"]
 fn no_way_over_the_choices_needs_fewer_steps() {
     let bench = gait("robots/three_link", "thesis");
     let mut random = noise(7);

@@ -121,6 +121,7 @@ fn play_and_the_rotor_before_it() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_spring_and_the_rotor_before_it() {
     let hidden =
         Hidden::simulated("spring", &(effect("series_elasticity", KNEE, "stiffness = 250.0") + &rotor()));
@@ -159,6 +160,7 @@ fn a_kind_of_the_library_goes_through_all_tools() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn a_mass_on_a_link() {
     let place = "link = \"left_tibia\"";
     let hidden =

@@ -46,6 +46,7 @@ fn without_contact_energy_is_kept_to_second_order() {
 }
 
 #[test]
+#[ignore = "takes long"]
 fn landing_converges_with_the_step() {
     // Impacts make it first order; the finest run is the measure.
     let landed = |step: f64| {

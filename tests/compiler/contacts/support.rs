@@ -5,14 +5,14 @@ use bipedc_compiler::expression::{Graph, Sym};
 use bipedc_compiler::program::{Evaluator, Operations, Order, Program, lower};
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_runtime::{Argument, State};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 pub const ROBOTS: [&str; 6] = ["three_link", "five_link", "seven_link", "biped_3d", "tulip", "tulip_v1_leg"];
 pub const PLANAR: [&str; 3] = ["three_link", "five_link", "seven_link"];
 pub const SEED: u64 = 20_261_121;
 
 pub fn project() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
 pub fn robot(name: &str) -> RobotDescription {

@@ -5,7 +5,7 @@ use bipedc_effects::drive::Transmission;
 use std::path::{Path, PathBuf};
 
 fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap().to_path_buf()
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
 }
 
 fn read(folder: &str) -> (description::model::RobotDescription, Vec<String>) {

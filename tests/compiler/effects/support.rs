@@ -27,7 +27,7 @@ impl Random {
 }
 
 pub fn description(robot: &str) -> RobotDescription {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(robot);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(robot);
     Robot::read(&path).unwrap().description
 }
 

@@ -15,7 +15,7 @@ fn parameter(drive: &Drive, column: &str) -> f64 {
 
 #[test]
 fn regressor_times_parameters_is_the_motor_torque() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots/tulip_v1_leg");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/tulip_v1_leg");
     let robot = Robot::read(&path).unwrap();
     let model = ProgramModel::new(robot.compile().unwrap());
     let find = |name: &str| model.compiled().functions.iter().position(|f| f.name == name).unwrap();

@@ -2,7 +2,7 @@
 //! robots; what must and what must not change the rank.
 // 3.1416 is what URDFs write.
 #![allow(clippy::approx_constant)]
-use crate::regressors::support::{Kinds, answer, from_urdf, on_foot, random_urdf, robot};
+use crate::compiler::regressors::support::{Kinds, answer, from_urdf, on_foot, random_urdf, robot};
 use bipedc_compiler::derive::{InertiaMode, Motions, RobotModel, momentum, newton_euler};
 use bipedc_compiler::description::model::{Base, RobotDescription};
 use bipedc_compiler::exact::{

@@ -1,5 +1,5 @@
 //! The ranks of the regressors of the thesis' robot (5.4) and of a second one.
-use crate::regressors::support::{answer, on_foot, robot};
+use crate::compiler::regressors::support::{answer, on_foot, robot};
 use bipedc_compiler::exact::{Model, ParameterList, Question};
 
 fn ranks_of_both(name: &str) {

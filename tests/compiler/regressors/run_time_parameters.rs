@@ -6,7 +6,7 @@ use bipedc_runtime::{Argument, Model, State};
 use std::path::Path;
 
 fn model(robot: &str, runtime: bool) -> ProgramModel {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(robot);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(robot);
     let mut robot = Robot::read(&path).unwrap();
     robot.description.generate.runtime_parameters = runtime;
     ProgramModel::new(robot.compile().unwrap())

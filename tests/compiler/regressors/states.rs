@@ -1,5 +1,5 @@
 //! What the exact analysis evaluates: the same physics as the rounded graph, and feet that really are flat.
-use crate::regressors::support::robot;
+use crate::compiler::regressors::support::robot;
 use bipedc_compiler::derive::{InertiaMode, Motions, RobotModel, frames, newton_euler};
 use bipedc_compiler::description::model::{Base, RobotDescription};
 use bipedc_compiler::exact::{Arithmetic, Evaluator, Field, Rounded, StateSpace};

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// A robot of the repository.
 pub fn robot(name: &str) -> RobotDescription {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(name);
     description::read(&path).unwrap_or_else(|errors| panic!("{errors:?}")).0
 }
 

@@ -1,6 +1,4 @@
-//! All tests of the compiler in one binary.
-#![allow(missing_docs)]
-
+//! The compiler from outside: descriptions, expressions and programs.
 mod asked_for;
 #[path = "contacts/main.rs"]
 mod contacts;
