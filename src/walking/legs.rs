@@ -23,6 +23,8 @@ pub struct Legs {
     pub kinematics: Kinematics,
     /// Names of the feet: right, left.
     pub feet: [String; 2],
+    /// Names of the links that carry them.
+    pub links: [String; 2],
     /// In the frames of their links.
     pub soles: [SoleFrame; 2],
     /// Axes forward, left and up in the frame of the root link.
@@ -77,7 +79,7 @@ impl Legs {
         }
         let mut active: Vec<usize> = (0..6).collect();
         active.extend(joints.iter().filter(|joint| joint.leg.is_some()).map(|joint| joint.column));
-        let feet = pair.map(|foot| foot.name.clone());
+        let [feet, links] = [pair.map(|foot| foot.name.clone()), pair.map(|foot| foot.link.clone())];
         let bend = Settings { ..DEFAULTS }.with(stated).knee_bend;
         bend_knees(&kinematics, &joints, &mut posture, (&soles, &heading), bend);
         stand(&kinematics, &mut posture, (&soles, &heading));
@@ -86,6 +88,7 @@ impl Legs {
             tree,
             kinematics,
             feet,
+            links,
             soles,
             heading,
             joints,

@@ -116,21 +116,22 @@ pub fn plan(robot: &Robot, options: &Options, run: &Run<'_>) -> Result<Plan, Dia
         settings.sample = 0.01;
     }
     let start = Stance::about(Default::default(), settings.stance_width);
+    let ways = |advances: &[Advance], count: usize| repeated(&legs, start, advances, count, &settings);
     let footsteps = match &options.path {
         Path::Table(file) => read_footsteps(file)?,
         Path::Forward(stride, count) => {
             let forward = stride.unwrap_or(settings.com_height / 8.0);
-            repeated(&[Advance { forward, ..Advance::default() }], *count, settings.stance_width)
+            ways(&[Advance { forward, ..Advance::default() }], *count)
         }
         Path::Sideways(side, count) => {
             let sideways = 0.5 * side.unwrap_or(settings.com_height / 10.0);
-            repeated(&[Advance { sideways, ..Advance::default() }], *count, settings.stance_width)
+            ways(&[Advance { sideways, ..Advance::default() }], *count)
         }
-        Path::Repeated(advances, count) => repeated(advances, *count, settings.stance_width),
+        Path::Repeated(advances, count) => ways(advances, *count),
         Path::AtSpeed(advances, count) => {
             let time = settings.step_time;
             let step = |a: &Advance| Advance { forward: a.forward * time, sideways: a.sideways * time, turn: a.turn * time };
-            repeated(&advances.iter().map(step).collect::<Vec<_>>(), *count, settings.stance_width)
+            ways(&advances.iter().map(step).collect::<Vec<_>>(), *count)
         }
     };
     let place = |wrong: Diagnostic, line: Option<usize>| match (&options.path, line) {
@@ -162,10 +163,44 @@ pub fn plan(robot: &Robot, options: &Options, run: &Run<'_>) -> Result<Plan, Dia
     })
 }
 
-/// Equal shares of the steps for each advance.
-fn repeated(advances: &[Advance], count: usize, width: f64) -> Vec<Footstep> {
+/// Equal shares of the steps for each advance; where soles would come too near to one another, on the ground or on the way, feet step farther out.
+fn repeated(legs: &Legs, start: Stance, advances: &[Advance], count: usize, settings: &Settings) -> Vec<Footstep> {
     let of = |k: usize| advances[(k * advances.len() / count.max(1)).min(advances.len() - 1)];
-    Sequence { steps: (0..count).map(of).collect(), width }.footsteps()
+    let steps: Vec<Advance> = (0..count).map(of).collect();
+    let even = steps.iter().all(|step| step.forward.abs() > 0.5 * legs.sole_arm());
+    let mut footsteps = Sequence { steps, width: settings.stance_width, even }.footsteps();
+    let mut stance = start;
+    for step in &mut footsteps {
+        let meant = step.sole;
+        let (sine, cosine) = meant.yaw.sin_cos();
+        let side = if step.foot == 0 { -1.0 } else { 1.0 };
+        for tenths in 0..200 {
+            let out = side * 0.0025 * settings.stance_width * f64::from(tenths);
+            step.sole.place = [meant.place[0] - out * sine, meant.place[1] + out * cosine];
+            if legs.nearest_on_way(&stance, step) >= 1.2 * settings.feet_distance {
+                break;
+            }
+        }
+        stance.soles[step.foot] = step.sole;
+    }
+    footsteps
+}
+
+impl Legs {
+    /// Least distance of the soles, seen from above, while one of them steps, m.
+    fn nearest_on_way(&self, stance: &Stance, step: &Footstep) -> f64 {
+        let other = stance.soles[1 - step.foot];
+        let standing = self.footprint(1 - step.foot, other.place, other.yaw);
+        let from = stance.soles[step.foot];
+        let at = |k: usize| {
+            let part = k as f64 / 24.0;
+            let between = |a: f64, b: f64| a + part * (b - a);
+            let place = [0, 1].map(|i| between(from.place[i], step.sole.place[i]));
+            distance(&standing, &self.footprint(step.foot, place, between(from.yaw, step.sole.yaw)))
+        };
+        // Where it leaves from was its own step's care.
+        (1..=24).map(at).fold(f64::INFINITY, f64::min)
+    }
 }
 
 fn schedule(method: Method, start: Stance, steps: &[Footstep], of: &Settings) -> Schedule {

@@ -156,7 +156,7 @@ impl Serialize for Plan {
                 let sole = &self.legs.soles[k];
                 let axes: Vec<[f64; 3]> = sole.axes.row_iter().map(|row| [row[0], row[1], row[2]]).collect();
                 let center: [f64; 3] = sole.center.into();
-                json!({"foot": self.legs.feet[k], "center": center, "axes": axes, "corners": sole.corners})
+                json!({"foot": self.legs.feet[k], "link": self.legs.links[k], "center": center, "axes": axes, "corners": sole.corners})
             })
             .collect();
         let mut map = serializer.serialize_map(None)?;

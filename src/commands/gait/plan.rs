@@ -37,7 +37,7 @@ them instead. docs/walking.md lists them, and the columns of the plan; `[control
 JSON: {\"robot\", \"method\", \"complete\", \"holds\", \"samples\", \"duration\" (s), \"moved\": [m, m, rad], \"speed\" (m/s), \"rounds\", \"zmp_error\" (m), \
 \"violation\": {\"quantity\", \"of\", \"value\", \"limit\": {\"least\"|\"most\"}, \"unit\", \"time\" (s), \"step\", \"phase\"}, \"violations\" (samples), \"nearest\": [the same], \
 \"settings\": {name: number}, \"footsteps\": [{\"foot\", \"x\", \"y\" (m), \"yaw\" (rad), \"duration\" (s)}], \"phases\": [{\"kind\", \"step\", \"start\", \"duration\" (s), \
-\"swing\"}], \"soles\": [{\"foot\", \"center\" (m), \"axes\", \"corners\" (m)}]}.";
+\"swing\"}], \"soles\": [{\"foot\", \"link\", \"center\" (m), \"axes\", \"corners\" (m)}]}.";
 
 /// Plans a walk on flat feet: footsteps to joint motions that keep the balance and every limit
 #[derive(Args)]

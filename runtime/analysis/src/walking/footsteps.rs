@@ -31,7 +31,7 @@ pub struct Advance {
     pub forward: f64,
     /// To the left, m. The foot of that side leads with twice as much, the other one joins it.
     pub sideways: f64,
-    /// To the left, rad; as `sideways`.
+    /// To the left, rad; as `sideways`, or the same for every step (`Sequence::even`).
     pub turn: f64,
 }
 
@@ -42,6 +42,8 @@ pub struct Sequence {
     pub steps: Vec<Advance>,
     /// Distance of the middles of the soles, m.
     pub width: f64,
+    /// Every step turns alike: right for feet that come to stand ahead of one another, on the spot toes would meet.
+    pub even: bool,
 }
 
 impl Sequence {
@@ -58,10 +60,11 @@ impl Sequence {
             if k + 1 < self.steps.len() {
                 let part = |side: usize| if foot == side { 2.0 } else { 0.0 };
                 let lateral = part(sides[0]) * step.sideways;
-                let heading: f64 = yaw + 0.5 * part(sides[1]) * step.turn;
+                let turn = if self.even { step.turn } else { part(sides[1]) * step.turn };
+                let heading: f64 = yaw + 0.5 * turn;
                 x += step.forward * heading.cos() - lateral * heading.sin();
                 y += step.forward * heading.sin() + lateral * heading.cos();
-                yaw += part(sides[1]) * step.turn;
+                yaw += turn;
             }
             let body = Sole { place: [x, y], yaw };
             found.push(Footstep { foot, sole: Stance::about(body, self.width).soles[foot], duration: None, line: None });
