@@ -144,7 +144,9 @@ impl Legs {
                     row: index,
                 };
                 // A number that is none holds no limit.
-                if !(measured.left() >= -ROUNDING) && wrong.as_ref().is_none_or(|w| measured.part() < w.part()) {
+                if !(measured.left() >= -ROUNDING)
+                    && wrong.as_ref().is_none_or(|w| measured.part() < w.part())
+                {
                     wrong = Some(measured.clone());
                 }
                 match checked.nearest.iter_mut().find(|nearest| nearest.quantity == quantity) {
@@ -196,7 +198,13 @@ impl Legs {
             }
             let v = state.v[joint.column].abs();
             if joint.velocity.is_finite() && joint.leg.is_some() {
-                found.push((Quantity::Velocity, name, v, Limit::Most(settings.velocity_part * joint.velocity), units[1]));
+                found.push((
+                    Quantity::Velocity,
+                    name,
+                    v,
+                    Limit::Most(settings.velocity_part * joint.velocity),
+                    units[1],
+                ));
             }
             if joint.effort.is_finite() {
                 let most = Limit::Most(settings.effort_part * joint.effort);
@@ -206,7 +214,13 @@ impl Legs {
         found
     }
 
-    fn of_legs<'a>(&'a self, row: &Row, schedule: &Schedule, settings: &Settings, found: &mut Vec<Found<'a>>) {
+    fn of_legs<'a>(
+        &'a self,
+        row: &Row,
+        schedule: &Schedule,
+        settings: &Settings,
+        found: &mut Vec<Found<'a>>,
+    ) {
         let instant = &row.instant;
         let phase = &schedule.phases[instant.phase];
         if let Some(foot) = phase.swing() {
@@ -219,7 +233,13 @@ impl Legs {
             // The soles stay level: all corners are as high as the middle.
             let high = instant.soles[foot][2][0];
             if middle {
-                found.push((Quantity::Clearance, Some(LEGS[foot]), high, Limit::Least(settings.clearance), "m"));
+                found.push((
+                    Quantity::Clearance,
+                    Some(LEGS[foot]),
+                    high,
+                    Limit::Least(settings.clearance),
+                    "m",
+                ));
             }
         }
         let prints = [0, 1].map(|k| {
@@ -247,7 +267,8 @@ fn of_segments([p1, q1]: [Vector3<f64>; 2], [p2, q2]: [Vector3<f64>; 2]) -> f64 
     let tiny = 1e-14;
     let part = |x: f64, y: f64| if y > tiny { (x / y).clamp(0.0, 1.0) } else { 0.0 };
     let denominator = a * e - b * b;
-    let mut s = if a > tiny && denominator > tiny { ((b * f - c * e) / denominator).clamp(0.0, 1.0) } else { 0.0 };
+    let mut s =
+        if a > tiny && denominator > tiny { ((b * f - c * e) / denominator).clamp(0.0, 1.0) } else { 0.0 };
     let mut t = part(b * s + f, e);
     if e > tiny {
         let along = (b * s + f) / e;

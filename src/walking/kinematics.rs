@@ -53,7 +53,8 @@ impl Kinematics {
         ];
         let mut requests: Vec<FunctionRequest> = WHOLE.map(FunctionRequest::of_robot).into();
         for link in links {
-            let of = |family: &str| FunctionRequest { family: family.to_owned(), subject: Some(link.to_owned()) };
+            let of =
+                |family: &str| FunctionRequest { family: family.to_owned(), subject: Some(link.to_owned()) };
             requests.extend(FRAME.map(of));
         }
         let model = ProgramModel::new(robot.compile_only(&requests)?);
@@ -153,7 +154,8 @@ impl Kinematics {
                 .map(|c| Vector3::from_column_slice(&jacobian[6 * c + 3..6 * c + 6]) * v[c])
                 .sum();
             let rate = self.call(self.feet[k][3], [q, v, &zero]);
-            let (linear, angular) = (Vector3::from_column_slice(&rate[..3]), Vector3::from_column_slice(&rate[3..]));
+            let (linear, angular) =
+                (Vector3::from_column_slice(&rate[..3]), Vector3::from_column_slice(&rate[3..]));
             let of_sole = linear + angular.cross(&arm) + omega.cross(&omega.cross(&arm));
             found.fixed_rows_mut::<3>(6 * k).copy_from(&of_sole);
             found.fixed_rows_mut::<3>(6 * k + 3).copy_from(&angular);

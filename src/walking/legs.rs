@@ -35,6 +35,8 @@ pub struct Legs {
     pub bodies: [Vec<usize>; 2],
     /// Columns of `v` that move: the base and the legs.
     pub active: Vec<usize>,
+    /// Straight legs.
+    straight: Vec<f64>,
     /// Near the posture of standing.
     pub posture: Vec<f64>,
     /// What follows from the robot, and what is stated.
@@ -48,23 +50,29 @@ impl Legs {
     /// A base that does not float, feet or legs that cannot walk, joints that do not exist.
     pub fn new(robot: &Robot, stated: &Stated) -> Result<Self, Diagnostic> {
         let Base::Floating { root } = &robot.description.base else {
-            return Err(Diagnostic::error("only a robot on a floating base walks").help("add --base floating"));
+            return Err(
+                Diagnostic::error("only a robot on a floating base walks").help("add --base floating")
+            );
         };
         let (tree, description) = (robot.tree()?, &robot.description);
         let [gx, gy, gz] = description.gravity;
         if gx != 0.0 || gy != 0.0 || gz >= 0.0 {
-            return Err(Diagnostic::error("walks are planned on level ground: gravity has to point along -z"));
+            return Err(Diagnostic::error(
+                "walks are planned on level ground: gravity has to point along -z",
+            ));
         }
         if !description.links.iter().any(|link| link.name == *root) {
             let help = "let the torso or pelvis carry the base: --root LINK";
-            return Err(Diagnostic::error(format!("the base is carried by `{root}`, which is no link")).help(help));
+            return Err(
+                Diagnostic::error(format!("the base is carried by `{root}`, which is no link")).help(help)
+            );
         }
         let pair = feet(description)?;
         let joints = joints(description, &tree, root, pair);
         let kinematics = Kinematics::new(robot, pair.map(|foot| foot.link.as_str()))?;
-        let mut posture = stated_posture(&kinematics, &joints, stated)?;
-        let heading = heading(&kinematics, &posture);
-        let soles = [0, 1].map(|k| sole(&kinematics, k, &posture, &heading, &pair[k].points));
+        let straight = stated_posture(&kinematics, &joints, stated)?;
+        let heading = heading(&kinematics, &straight);
+        let soles = [0, 1].map(|k| sole(&kinematics, k, &straight, &heading, &pair[k].points));
         let bodies = pair.map(|foot| {
             let names = chain(description, &foot.link, root);
             let own = names.iter().filter(|name| joints.iter().any(|j| j.name == **name && j.leg.is_some()));
@@ -74,15 +82,15 @@ impl Legs {
             let count = joints.iter().filter(|joint| joint.leg == Some(leg)).count();
             if count < 6 {
                 let help = "a foot that stays level and goes where it is wished takes six joints between it and the root";
-                return Err(Diagnostic::error(format!("the {name} leg has {count} joints, walks are planned for six or more")).help(help));
+                return Err(Diagnostic::error(format!(
+                    "the {name} leg has {count} joints, walks are planned for six or more"
+                ))
+                .help(help));
             }
         }
         let mut active: Vec<usize> = (0..6).collect();
         active.extend(joints.iter().filter(|joint| joint.leg.is_some()).map(|joint| joint.column));
         let [feet, links] = [pair.map(|foot| foot.name.clone()), pair.map(|foot| foot.link.clone())];
-        let bend = Settings { ..DEFAULTS }.with(stated).knee_bend;
-        bend_knees(&kinematics, &joints, &mut posture, (&soles, &heading), bend);
-        stand(&kinematics, &mut posture, (&soles, &heading));
         let mut legs = Self {
             robot: robot.clone(),
             tree,
@@ -94,35 +102,63 @@ impl Legs {
             joints,
             bodies,
             active,
-            posture,
+            posture: straight.clone(),
+            straight,
             settings: DEFAULTS,
         };
-        legs.settings = legs.derived().with(stated);
+        legs.bend(DEFAULTS.with(stated).knee_bend, stated);
         Ok(legs)
     }
 
-    /// Numbers that follow from the robot's size.
-    fn derived(&self) -> Settings {
+    /// Stands with knees that are so bent (rad).
+    pub fn bend(&mut self, knee_bend: f64, stated: &Stated) {
+        let frames = (&self.soles, &self.heading);
+        self.posture.clone_from(&self.straight);
+        bend_knees(&self.kinematics, &self.joints, &mut self.posture, frames, knee_bend);
+        stand(&self.kinematics, &mut self.posture, frames);
+        self.settings = self.derived(knee_bend, stated);
+    }
+
+    /// Numbers that follow from the robot's size, and from what is stated.
+    fn derived(&self, knee_bend: f64, stated: &Stated) -> Settings {
         let at = self.kinematics.posture(&self.posture, &self.soles, &self.heading);
-        let leg: f64 = self.leg_line(&self.posture, 0).windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+        let leg = self.leg_length();
         let width = (at.places[1] - at.places[0]).y.abs();
-        let half = 0.5 * self.soles.iter().flat_map(|sole| sole.corners.iter()).map(|c| 2.0 * c[1].abs()).fold(0.0, f64::max);
+        let half =
+            self.soles.iter().flat_map(|sole| sole.corners.iter()).map(|c| c[1].abs()).fold(0.0, f64::max);
         // Times go with the square root of lengths; 0.6 m of leg is TUlip's.
         let scale = (leg / 0.6).sqrt();
-        Settings {
+        let sizes = Settings {
+            knee_bend,
             com_height: at.center.z,
             stance_width: width,
             step_height: 0.05 * leg,
             margin: 0.15 * half,
-            clearance: 0.02 * leg,
             feet_distance: 0.1 * half,
-            legs_distance: 0.3 * width,
-            static_shift_time: 1.5 * scale,
             static_swing_time: 1.5 * scale,
             step_time: 0.6 * scale,
             stand_time: 1.0 * scale,
             ..DEFAULTS
+        };
+        let sizes = sizes.with(stated);
+        // A shift from sole to sole accelerates by at most 2π d / T² (6.43), which moves the zero moment point by so much times z / g: no farther than
+        // half of what the margin leaves of a sole.
+        let room = 0.5 * (half - sizes.margin).max(0.1 * half);
+        let way = std::f64::consts::TAU * sizes.stance_width * sizes.com_height;
+        let shift = (way / (self.kinematics.gravity() * room)).sqrt();
+        Settings {
+            clearance: 0.4 * sizes.step_height,
+            legs_distance: 0.3 * sizes.stance_width,
+            static_shift_time: shift.max(scale),
+            ..sizes
         }
+        .with(stated)
+    }
+
+    /// Of the right leg between its first and last joint, m.
+    pub fn leg_length(&self) -> f64 {
+        let line = self.leg_line(&self.posture, 0);
+        line[..line.len() - 1].windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
     }
 
     /// Corners of a sole at a place with a yaw, on the ground, m.
@@ -177,7 +213,11 @@ const DEFAULTS: Settings = Settings {
 };
 
 /// All joints at zero, within their limits, or where they are stated to be.
-fn stated_posture(kinematics: &Kinematics, joints: &[Limited], stated: &Stated) -> Result<Vec<f64>, Diagnostic> {
+fn stated_posture(
+    kinematics: &Kinematics,
+    joints: &[Limited],
+    stated: &Stated,
+) -> Result<Vec<f64>, Diagnostic> {
     let mut q = vec![0.0; kinematics.nq()];
     q[6] = 1.0;
     for (name, angle) in &stated.posture {
@@ -188,11 +228,14 @@ fn stated_posture(kinematics: &Kinematics, joints: &[Limited], stated: &Stated) 
         };
         if joint.leg.is_some() {
             let message = format!("the posture of the walk names `{name}`, a joint of a leg");
-            return Err(Diagnostic::error(message).help("legs move: state `knee_bend` or `com_height` instead"));
+            return Err(
+                Diagnostic::error(message).help("legs move: state `knee_bend` or `com_height` instead")
+            );
         }
         if !(joint.position[0]..=joint.position[1]).contains(angle) {
             let [low, high] = joint.position;
-            let message = format!("the posture of the walk has `{name}` at {angle}, its limits are {low} and {high}");
+            let message =
+                format!("the posture of the walk has `{name}` at {angle}, its limits are {low} and {high}");
             return Err(Diagnostic::error(message));
         }
         q[joint.column + 1] = *angle;
@@ -251,7 +294,7 @@ fn sole(
     SoleFrame { center: mean + axes * offset, axes, corners }
 }
 
-/// Hip, knee and ankle of each leg so that the knee has this angle: those of its joints that turn about the robot's left.
+/// Bends both legs: hip, knee and ankle, which turn about the robot's left, so that the knee has this angle.
 fn bend_knees(
     kinematics: &Kinematics,
     joints: &[Limited],
@@ -260,22 +303,27 @@ fn bend_knees(
     bend: f64,
 ) {
     let at = kinematics.posture(q, soles, heading);
-    for leg in 0..2 {
-        let lateral = |joint: &&Limited| {
-            let axis: Vector3<f64> = at.jacobian.fixed_view::<3, 1>(6 * leg + 3, joint.column).into_owned();
-            axis.dot(&heading.column(1))
-        };
+    let lateral = |joint: &Limited| {
+        let leg = joint.leg.unwrap_or(0);
+        let axis: Vector3<f64> = at.jacobian.fixed_view::<3, 1>(6 * leg + 3, joint.column).into_owned();
+        axis.dot(&heading.column(1))
+    };
+    let clamped = |joint: &Limited, angle: f64| {
+        (lateral(joint).signum() * angle).clamp(joint.position[0], joint.position[1])
+    };
+    let legs = [0, 1].map(|leg| {
         let own = joints.iter().filter(|joint| joint.leg == Some(leg) && !joint.prismatic);
         let mut pitch: Vec<&Limited> = own.filter(|joint| lateral(joint).abs() > LATERAL).collect();
-        // From the root on: what moves more of the leg comes first.
+        // From the root on.
         pitch.sort_by_key(|joint| joint.column);
+        pitch
+    });
+    for pitch in &legs {
         let &[hip, .., knee, ankle] = &pitch[..] else { continue };
         // Knees bend forward unless their limits forbid it.
-        let reach = |angle: f64| (lateral(&knee) * angle).clamp(knee.position[0], knee.position[1]).abs();
-        let way = if reach(bend) + 1e-9 >= reach(-bend) { 1.0 } else { -1.0 };
+        let way = if clamped(knee, bend).abs() + 1e-9 >= clamped(knee, -bend).abs() { 1.0 } else { -1.0 };
         for (joint, angle) in [(hip, -0.5 * bend), (knee, bend), (ankle, -0.5 * bend)] {
-            let angle = way * angle * lateral(&joint).signum();
-            q[joint.column + 1] = angle.clamp(joint.position[0], joint.position[1]);
+            q[joint.column + 1] = clamped(joint, way * angle);
         }
     }
 }

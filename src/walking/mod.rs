@@ -15,12 +15,12 @@ pub use legs::Legs;
 
 use crate::progress::Run;
 use bipedc_analysis::walking::{
-    Advance, Footstep, LEGS, Rest, Schedule, Sequence, Settings, Stance, Stated, Timing, distance, read_footsteps,
-    read_settings,
+    Advance, Footstep, LEGS, Rest, Schedule, Sequence, Settings, Stance, Stated, Timing, distance,
+    read_footsteps, read_settings,
 };
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use motion::Row;
+use motion::{Motion, Row};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -104,50 +104,41 @@ pub fn robots_own(robot: &Robot) -> Result<(Stated, Option<PathBuf>), Diagnostic
     Ok((read_settings(&file)?, Some(file)))
 }
 
+/// Angles of the knees that are tried one after the other where nothing else is stated, rad: long steps want bent knees, ankles that give way little straight ones.
+const BENDS: [f64; 5] = [0.7, 0.6, 0.5, 0.85, 1.0];
+
 /// Plans a walk.
 ///
 /// # Errors
 /// A robot that does not walk, footsteps that cross, postures that no joints reach: with step, joint and time. Limits that do not hold are in
 /// the plan.
 pub fn plan(robot: &Robot, options: &Options, run: &Run<'_>) -> Result<Plan, Diagnostics> {
-    let legs = run.progress.stage("deriving", || Legs::new(robot, &options.stated))?;
-    let mut settings = legs.settings;
-    if options.method == Method::Static && !options.stated.states("sample") {
-        settings.sample = 0.01;
+    let mut legs = run.progress.stage("deriving", || Legs::new(robot, &options.stated))?;
+    let free = !options.stated.states("knee_bend") && !options.stated.states("com_height");
+    let mut first = None;
+    for bend in if free { &BENDS[..] } else { &BENDS[..1] } {
+        if free {
+            legs.bend(*bend, &options.stated);
+        }
+        let asked = Asked::new(&legs, options)?;
+        match legs.follow(options.method, &asked.schedule, &asked.settings, run) {
+            Ok(motion) => return Ok(checked(legs, options.method, asked, motion)),
+            Err(lost) => {
+                let line = asked.schedule.phases[lost.phase].step.and_then(|step| asked.footsteps[step].line);
+                let told = legs.lost(&lost, &asked.schedule, &asked.footsteps);
+                first.get_or_insert(options.place(told, line));
+            }
+        }
     }
-    let start = Stance::about(Default::default(), settings.stance_width);
-    let ways = |advances: &[Advance], count: usize| repeated(&legs, start, advances, count, &settings);
-    let footsteps = match &options.path {
-        Path::Table(file) => read_footsteps(file)?,
-        Path::Forward(stride, count) => {
-            let forward = stride.unwrap_or(settings.com_height / 8.0);
-            ways(&[Advance { forward, ..Advance::default() }], *count)
-        }
-        Path::Sideways(side, count) => {
-            let sideways = 0.5 * side.unwrap_or(settings.com_height / 10.0);
-            ways(&[Advance { sideways, ..Advance::default() }], *count)
-        }
-        Path::Repeated(advances, count) => ways(advances, *count),
-        Path::AtSpeed(advances, count) => {
-            let time = settings.step_time;
-            let step = |a: &Advance| Advance { forward: a.forward * time, sideways: a.sideways * time, turn: a.turn * time };
-            ways(&advances.iter().map(step).collect::<Vec<_>>(), *count)
-        }
-    };
-    let place = |wrong: Diagnostic, line: Option<usize>| match (&options.path, line) {
-        (Path::Table(file), Some(line)) => wrong.in_file(file).at(line, 1),
-        _ => wrong,
-    };
-    crossing(&legs, start, &footsteps, &settings).map_err(|(wrong, line)| place(wrong, line))?;
-    let schedule = schedule(options.method, start, &footsteps, &settings);
-    let found = legs.follow(options.method, &schedule, &settings, run);
-    let motion = found.map_err(|lost| {
-        let line = schedule.phases[lost.phase].step.and_then(|step| footsteps[step].line);
-        place(legs.lost(&lost, &schedule, &footsteps), line)
-    })?;
-    let checked = legs.check(&motion.rows, &schedule, (options.method, &settings));
-    Ok(Plan {
-        method: options.method,
+    Err(first.into_iter().collect::<Vec<_>>()).map_err(Diagnostics)
+}
+
+/// A motion against its limits.
+fn checked(legs: Legs, method: Method, asked: Asked, motion: Motion) -> Plan {
+    let Asked { settings, start, footsteps, schedule } = asked;
+    let checked = legs.check(&motion.rows, &schedule, (method, &settings));
+    Plan {
+        method,
         rows: motion.rows,
         rounds: motion.rounds,
         zmp_error: motion.zmp_error,
@@ -160,11 +151,84 @@ pub fn plan(robot: &Robot, options: &Options, run: &Run<'_>) -> Result<Plan, Dia
         footsteps,
         schedule,
         start,
-    })
+    }
+}
+
+/// What options mean for a robot.
+struct Asked {
+    settings: Settings,
+    start: Stance,
+    footsteps: Vec<Footstep>,
+    schedule: Schedule,
+}
+
+impl Asked {
+    fn new(legs: &Legs, options: &Options) -> Result<Self, Diagnostics> {
+        let mut settings = legs.settings;
+        if options.method == Method::Static && !options.stated.states("sample") {
+            settings.sample = 0.01;
+        }
+        if let (Path::AtSpeed(advances, _), false) = (&options.path, options.stated.states("step_time")) {
+            settings.step_time = cadence(legs, advances, settings.step_time);
+        }
+        let start = Stance::about(Default::default(), settings.stance_width);
+        let ways = |advances: &[Advance], count: usize| repeated(legs, start, advances, count, &settings);
+        let footsteps = match &options.path {
+            Path::Table(file) => read_footsteps(file)?,
+            Path::Forward(stride, count) => {
+                let forward = stride.unwrap_or(settings.com_height / 12.0);
+                ways(&[Advance { forward, ..Advance::default() }], *count)
+            }
+            Path::Sideways(side, count) => {
+                let sideways = 0.5 * side.unwrap_or(settings.com_height / 15.0);
+                ways(&[Advance { sideways, ..Advance::default() }], *count)
+            }
+            Path::Repeated(advances, count) => ways(advances, *count),
+            Path::AtSpeed(advances, count) => {
+                let time = settings.step_time;
+                let step = |a: &Advance| Advance {
+                    forward: a.forward * time,
+                    sideways: a.sideways * time,
+                    turn: a.turn * time,
+                };
+                ways(&advances.iter().map(step).collect::<Vec<_>>(), *count)
+            }
+        };
+        let crossed = crossing(legs, start, &footsteps, &settings);
+        crossed.map_err(|(wrong, line)| options.place(wrong, line))?;
+        let schedule = schedule(options.method, start, &footsteps, &settings);
+        Ok(Self { settings, start, footsteps, schedule })
+    }
+}
+
+impl Options {
+    /// With the line of the table of footsteps.
+    fn place(&self, wrong: Diagnostic, line: Option<usize>) -> Diagnostic {
+        match (&self.path, line) {
+            (Path::Table(file), Some(line)) => wrong.in_file(file).at(line, 1),
+            _ => wrong,
+        }
+    }
+}
+
+/// Longest step on flat feet, as a part of the leg, that default step times aim at.
+const LONGEST_STEP: f64 = 0.27;
+
+/// The time of a step: shorter where its speed would make it long.
+fn cadence(legs: &Legs, advances: &[Advance], usual: f64) -> f64 {
+    let fastest = advances.iter().map(|a| a.forward.abs()).fold(0.0, f64::max);
+    let time = if fastest > 0.0 { LONGEST_STEP * legs.leg_length() / fastest } else { usual };
+    time.clamp(0.5 * usual, usual)
 }
 
 /// Equal shares of the steps for each advance; where soles would come too near to one another, on the ground or on the way, feet step farther out.
-fn repeated(legs: &Legs, start: Stance, advances: &[Advance], count: usize, settings: &Settings) -> Vec<Footstep> {
+fn repeated(
+    legs: &Legs,
+    start: Stance,
+    advances: &[Advance],
+    count: usize,
+    settings: &Settings,
+) -> Vec<Footstep> {
     let of = |k: usize| advances[(k * advances.len() / count.max(1)).min(advances.len() - 1)];
     let steps: Vec<Advance> = (0..count).map(of).collect();
     let even = steps.iter().all(|step| step.forward.abs() > 0.5 * legs.sole_arm());
@@ -216,7 +280,9 @@ fn schedule(method: Method, start: Stance, steps: &[Footstep], of: &Settings) ->
             Schedule::dynamically(start, steps, &timing(of.stand_time, shift, of.step_time - shift), sample)
         }
         // Two samples for the change of feet, which has no duration in the thesis.
-        Method::Pendulum => Schedule::dynamically(start, steps, &timing(of.stand_time, 0.0, of.step_time), sample),
+        Method::Pendulum => {
+            Schedule::dynamically(start, steps, &timing(of.stand_time, 0.0, of.step_time), sample)
+        }
     }
 }
 
@@ -246,7 +312,10 @@ fn crossing(
             apart(&stance),
             settings.feet_distance
         );
-        return Err((Diagnostic::error(message).help("state a larger `stance_width` or a smaller `feet_distance`"), None));
+        return Err((
+            Diagnostic::error(message).help("state a larger `stance_width` or a smaller `feet_distance`"),
+            None,
+        ));
     }
     for (k, step) in steps.iter().enumerate() {
         stance.soles[step.foot] = step.sole;
@@ -256,8 +325,15 @@ fn crossing(
         let across = cosine * between[1] - sine * between[0];
         let name = format!("step {} ({} foot)", k + 1, LEGS[step.foot]);
         if across <= 0.0 {
-            let message = format!("{name}: the feet cross: the left one would stand {:.4} m to the right of the right one", -across);
-            return Err((Diagnostic::error(message).help("let the left foot lead to the left and the right one to the right"), step.line));
+            let message = format!(
+                "{name}: the feet cross: the left one would stand {:.4} m to the right of the right one",
+                -across
+            );
+            return Err((
+                Diagnostic::error(message)
+                    .help("let the left foot lead to the left and the right one to the right"),
+                step.line,
+            ));
         }
         let gap = apart(&stance);
         if gap < settings.feet_distance {

@@ -79,7 +79,9 @@ impl Legs {
         loop {
             let wishes = wishes(&instants, &centers, settings);
             let stage = if rounds == 0 { "inverse kinematics" } else { "zero moment point" };
-            states = run.progress.counted(stage, |advance| self.along(&wishes, &states, schedule.sample, advance))?;
+            states = run
+                .progress
+                .counted(stage, |advance| self.along(&wishes, &states, schedule.sample, advance))?;
             if method != Method::Dynamic {
                 break;
             }
@@ -103,7 +105,8 @@ impl Legs {
         }
         let complete = !(run.stop)();
         let wishes = wishes(&instants, &centers, settings);
-        let rows = wishes.into_iter().zip(states).map(|(wish, state)| self.row(wish, state, settings)).collect();
+        let rows =
+            wishes.into_iter().zip(states).map(|(wish, state)| self.row(wish, state, settings)).collect();
         Ok(Motion { rows, rounds, zmp_error, complete })
     }
 
@@ -140,7 +143,8 @@ impl Legs {
                 (None, Some(State { q, v, a })) => {
                     // (6.49), with the drift that this leaves taken out by (6.52).
                     let mut q = q.clone();
-                    let step: Vec<f64> = v.iter().zip(a).map(|(v, a)| sample * (v + 0.5 * sample * a)).collect();
+                    let step: Vec<f64> =
+                        v.iter().zip(a).map(|(v, a)| sample * (v + 0.5 * sample * a)).collect();
                     advance(&mut q, &step);
                     q
                 }
@@ -179,7 +183,8 @@ impl Legs {
         use nalgebra::Vector3;
         let turn = super::kinematics::root_rotation(q);
         let force = turn * Vector3::from_column_slice(&forces[..3]);
-        let moment = turn * Vector3::from_column_slice(&forces[3..6]) + Vector3::new(q[0], q[1], q[2]).cross(&force);
+        let moment =
+            turn * Vector3::from_column_slice(&forces[3..6]) + Vector3::new(q[0], q[1], q[2]).cross(&force);
         [force.x, force.y, force.z, moment.x, moment.y, moment.z]
     }
 
@@ -204,7 +209,9 @@ impl Legs {
     pub(super) fn lost(&self, lost: &Lost, schedule: &Schedule, steps: &[Footstep]) -> Diagnostic {
         let phase = &schedule.phases[lost.phase];
         let place = match phase.step {
-            Some(step) => format!("step {} ({} foot), {}", step + 1, LEGS[steps[step].foot], phase.kind.name()),
+            Some(step) => {
+                format!("step {} ({} foot), {}", step + 1, LEGS[steps[step].foot], phase.kind.name())
+            }
             None => phase.kind.name().to_owned(),
         };
         let why = match (&lost.why.limits[..], &lost.why.stretched) {
@@ -218,8 +225,10 @@ impl Legs {
             }
             _ => "no joint can do more".to_owned(),
         };
-        let message = format!("{place}, at {:.3} s: {why}, {:.4} m or rad are missing", lost.time, lost.why.error);
-        Diagnostic::error(message).help("shorter steps, a lower `com_height` or a smaller `step_height` take less")
+        let message =
+            format!("{place}, at {:.3} s: {why}, {:.4} m or rad are missing", lost.time, lost.why.error);
+        Diagnostic::error(message)
+            .help("shorter steps, a lower `com_height` or a smaller `step_height` take less")
     }
 }
 

@@ -100,7 +100,8 @@ impl Plan {
         let print = |(foot, sole): (usize, bipedc_analysis::walking::Sole)| {
             let outline: Vec<Point> = self.legs.footprint(foot, sole.place, sole.yaw);
             let n = outline.len();
-            let corners = [-THIN, 0.0].into_iter().flat_map(|z| outline.iter().map(move |[x, y]| [*x, *y, z]));
+            let corners =
+                [-THIN, 0.0].into_iter().flat_map(|z| outline.iter().map(move |[x, y]| [*x, *y, z]));
             let mut faces = vec![(0..n).rev().collect::<Vec<_>>(), (n..2 * n).collect()];
             faces.extend((0..n).map(|k| vec![k, (k + 1) % n, n + (k + 1) % n, n + k]));
             let side = [bipedc_analysis::robot::Side::Right, bipedc_analysis::robot::Side::Left][foot];

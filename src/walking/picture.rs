@@ -9,7 +9,8 @@ const SIZE: [f64; 2] = [900.0, 500.0];
 const ROOM: f64 = 24.0;
 /// Colours of right and left soles, and of the three lines.
 const SOLES: [&str; 2] = ["#c2410c", "#1d4ed8"];
-const LINES: [(&str, &str); 3] = [("centre of mass", "#111827"), ("zero moment point", "#be185d"), ("divergent component", "#15803d")];
+const LINES: [(&str, &str); 3] =
+    [("centre of mass", "#111827"), ("zero moment point", "#be185d"), ("divergent component", "#15803d")];
 
 impl Plan {
     /// The picture as SVG text, forward to the right.
@@ -21,7 +22,8 @@ impl Plan {
         let all = || prints.iter().flat_map(|(_, print)| print.iter());
         let low = [0, 1].map(|i| all().map(|p| p[i]).fold(f64::MAX, f64::min));
         let high = [0, 1].map(|i| all().map(|p| p[i]).fold(f64::MIN, f64::max));
-        let scale = (0..2).map(|i| (SIZE[i] - 2.0 * ROOM) / (high[i] - low[i]).max(0.1)).fold(f64::MAX, f64::min);
+        let scale =
+            (0..2).map(|i| (SIZE[i] - 2.0 * ROOM) / (high[i] - low[i]).max(0.1)).fold(f64::MAX, f64::min);
         let at = |[x, y]: Point| [ROOM + (x - low[0]) * scale, ROOM + (high[1] - y) * scale];
         let points = |line: &mut dyn Iterator<Item = Point>| {
             line.map(at).map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
@@ -35,7 +37,11 @@ impl Plan {
         // Writing to a string cannot fail.
         for (foot, print) in &prints {
             let colour = SOLES[*foot];
-            let _ = write!(svg, r#"<polygon points="{}" fill="{colour}" fill-opacity="0.13" stroke="{colour}"/>"#, points(&mut print.iter().copied()));
+            let _ = write!(
+                svg,
+                r#"<polygon points="{}" fill="{colour}" fill-opacity="0.13" stroke="{colour}"/>"#,
+                points(&mut print.iter().copied())
+            );
         }
         let every = self.rows.len().div_ceil(1500).max(1);
         for (k, (name, colour)) in LINES.iter().enumerate() {
@@ -45,15 +51,25 @@ impl Plan {
                 _ => row.divergent,
             };
             let line = points(&mut self.rows.iter().step_by(every).map(of));
-            let _ = write!(svg, r#"<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.3"/>"#);
+            let _ = write!(
+                svg,
+                r#"<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.3"/>"#
+            );
             let x = ROOM + 180.0 * k as f64;
             let _ = write!(svg, r#"<text x="{x}" y="{:.0}" fill="{colour}">— {name}</text>"#, size[1] + 14.0);
         }
         if let Some(first) = &self.violation {
             let row = &self.rows[first.row];
-            let _ = write!(svg, r##"<polygon points="{}" fill="none" stroke="#dc2626" stroke-width="2" stroke-dasharray="5 3"/>"##, points(&mut row.support.iter().copied()));
+            let _ = write!(
+                svg,
+                r##"<polygon points="{}" fill="none" stroke="#dc2626" stroke-width="2" stroke-dasharray="5 3"/>"##,
+                points(&mut row.support.iter().copied())
+            );
             let [x, y] = at(row.zmp);
-            let _ = write!(svg, r##"<circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" stroke="#dc2626" stroke-width="2"/>"##);
+            let _ = write!(
+                svg,
+                r##"<circle cx="{x:.1}" cy="{y:.1}" r="7" fill="none" stroke="#dc2626" stroke-width="2"/>"##
+            );
             let words = format!("{} at {:.3} s", first.quantity.words(), first.time);
             let _ = write!(svg, r##"<text x="{ROOM}" y="16" fill="#dc2626">{words}</text>"##);
         }

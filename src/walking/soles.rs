@@ -52,9 +52,12 @@ pub fn feet(description: &RobotDescription) -> Result<[&Foot; 2], Diagnostic> {
         let mut found = description.feet.iter().filter(|foot| foot.side == Some(side));
         match (found.next(), found.next()) {
             (Some(foot), None) if foot.points.len() >= 3 => Ok(foot),
-            (Some(foot), None) => {
-                Err(Diagnostic::error(format!("the foot `{}` has only {} contact points", foot.name, foot.points.len())).help(help))
-            }
+            (Some(foot), None) => Err(Diagnostic::error(format!(
+                "the foot `{}` has only {} contact points",
+                foot.name,
+                foot.points.len()
+            ))
+            .help(help)),
             (None, _) => Err(Diagnostic::error(format!("the robot has no {name} foot")).help(help)),
             _ => Err(Diagnostic::error(format!("the robot has several {name} feet")).help(help)),
         }

@@ -14,9 +14,13 @@ impl Plan {
     pub fn columns(&self) -> Vec<String> {
         let mut names = vec!["time".to_owned()];
         for joint in &self.legs.joints {
-            names.extend(["position", "velocity", "acceleration", "effort"].map(|what| format!("{}/{what}", joint.name)));
+            names.extend(
+                ["position", "velocity", "acceleration", "effort"]
+                    .map(|what| format!("{}/{what}", joint.name)),
+            );
         }
-        let mut of = |what: &str, axes: &[&str]| names.extend(axes.iter().map(|axis| format!("{what}/{axis}")));
+        let mut of =
+            |what: &str, axes: &[&str]| names.extend(axes.iter().map(|axis| format!("{what}/{axis}")));
         of("base/position", &AXES);
         of("base/orientation", &["x", "y", "z", "w"]);
         for what in ["linear_velocity", "angular_velocity", "linear_acceleration", "angular_acceleration"] {

@@ -1,6 +1,6 @@
 //! A plan in words and as JSON.
-use super::{Method, Plan};
 use super::check::{Limit, Measured};
+use super::{Method, Plan};
 use crate::table::table;
 use bipedc_analysis::walking::LEGS;
 use serde::ser::SerializeMap;
@@ -49,7 +49,9 @@ impl Plan {
     /// Largest speed of the centre of mass over a pair of steps, m/s; none of walks of fewer.
     pub fn speed(&self) -> Option<f64> {
         let starts: Vec<f64> = (0..self.footsteps.len())
-            .filter_map(|k| self.schedule.phases.iter().find(|phase| phase.step == Some(k)).map(|phase| phase.start))
+            .filter_map(|k| {
+                self.schedule.phases.iter().find(|phase| phase.step == Some(k)).map(|phase| phase.start)
+            })
             .collect();
         let at = |time: f64| {
             let row = &self.rows[((time / self.schedule.sample).round() as usize).min(self.rows.len() - 1)];

@@ -51,17 +51,23 @@ pub struct Plan {
     /// Steps, the one that joins the feet at the end included
     #[arg(long, value_name = "N", default_value_t = 6)]
     count: usize,
-    /// forward: how far each step goes beyond the other foot, m [default: an eighth of the height of the centre of mass]
+    /// forward: how far each step goes beyond the other foot, m [default: a twelfth of the height of the centre of mass]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     stride: Option<f64>,
-    /// side: how far each pair of steps goes to the left, m [default: a tenth of the height of the centre of mass]
+    /// side: how far each pair of steps goes to the left, m [default: a fifteenth of the height of the centre of mass]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     side: Option<f64>,
     /// turn: by how much each pair of steps turns to the left, degrees
     #[arg(long, value_name = "DEG", default_value_t = 15.0, allow_negative_numbers = true)]
     angle: f64,
     /// dynamic, pendulum: speed forward, m/s; several, separated by commas, have equal shares of the steps
-    #[arg(long, value_name = "V[,V…]", value_delimiter = ',', default_value = "0", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "V[,V…]",
+        value_delimiter = ',',
+        default_value = "0",
+        allow_negative_numbers = true
+    )]
     speed: Vec<f64>,
     /// dynamic, pendulum: speed to the left, m/s
     #[arg(long, value_name = "V", default_value_t = 0.0, allow_negative_numbers = true)]

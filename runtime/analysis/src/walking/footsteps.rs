@@ -67,7 +67,12 @@ impl Sequence {
                 yaw += turn;
             }
             let body = Sole { place: [x, y], yaw };
-            found.push(Footstep { foot, sole: Stance::about(body, self.width).soles[foot], duration: None, line: None });
+            found.push(Footstep {
+                foot,
+                sole: Stance::about(body, self.width).soles[foot],
+                duration: None,
+                line: None,
+            });
         }
         found
     }
@@ -81,13 +86,13 @@ impl Sequence {
 pub fn read_footsteps(path: &Path) -> Result<Vec<Footstep>, Diagnostics> {
     let cannot = |error: std::io::Error| Diagnostic::error(format!("cannot be read: {error}")).in_file(path);
     let text = input::read_to_string(path).map_err(cannot)?;
-    parse_footsteps(&text).map_err(|list| {
-        Diagnostics(list.0.into_iter().map(|wrong| wrong.in_file(path)).collect())
-    })
+    parse_footsteps(&text)
+        .map_err(|list| Diagnostics(list.0.into_iter().map(|wrong| wrong.in_file(path)).collect()))
 }
 
 pub(super) fn parse_footsteps(text: &str) -> Result<Vec<Footstep>, Diagnostics> {
-    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
+    let mut lines =
+        text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
     let (number, head) = lines.next().ok_or_else(|| help(Diagnostic::error("no header")))?;
     let names: Vec<&str> = head.split(',').map(str::trim).collect();
     if names != COLUMNS && names != COLUMNS[..4] {
@@ -102,7 +107,9 @@ pub(super) fn parse_footsteps(text: &str) -> Result<Vec<Footstep>, Diagnostics> 
             Err((message, column)) => wrong.push(help(Diagnostic::error(message).at(number + 1, column))),
         }
         if steps.len() > MOST || wrong.len() > 20 {
-            wrong.push(Diagnostic::error(format!("more than {MOST} steps, or too many errors")).at(number + 1, 1));
+            wrong.push(
+                Diagnostic::error(format!("more than {MOST} steps, or too many errors")).at(number + 1, 1),
+            );
             break;
         }
     }
@@ -125,7 +132,8 @@ fn footstep(line: &str, columns: usize) -> Result<Footstep, (String, usize)> {
     let column = |k: usize| fields[..k].iter().map(|field| field.chars().count() + 1).sum::<usize>() + 1;
     let number = |k: usize| {
         let text = fields[k].trim();
-        let value: f64 = text.parse().map_err(|_| (format!("`{}` is no number", shorten(text)), column(k)))?;
+        let value: f64 =
+            text.parse().map_err(|_| (format!("`{}` is no number", shorten(text)), column(k)))?;
         if value.is_finite() && magnitude::refusal(value).is_none() && value.abs() <= 1e4 {
             Ok(value)
         } else {

@@ -31,11 +31,7 @@ pub struct Solved {
 
 /// The least `|J x − b|` within bounds, damped where it is close to singular (Nakamura and Hanafusa, 1986): (6.48), (6.52) with joint
 /// limits as constraints. Columns that would leave their bounds are held there one after the other, the farthest first.
-pub fn bounded_least_squares(
-    jacobian: &DMatrix<f64>,
-    right: &DVector<f64>,
-    bounds: &[[f64; 2]],
-) -> Solved {
+pub fn bounded_least_squares(jacobian: &DMatrix<f64>, right: &DVector<f64>, bounds: &[[f64; 2]]) -> Solved {
     let n = jacobian.ncols();
     let mut solved = Solved { step: DVector::zeros(n), held: Vec::new(), damped: false };
     loop {
@@ -70,6 +66,9 @@ fn damped_least_squares(jacobian: &DMatrix<f64>, right: &DVector<f64>) -> (DVect
             return (x, false);
         }
     }
+    if !decomposes(jacobian) {
+        return (DVector::zeros(jacobian.ncols()), true);
+    }
     let svd = jacobian.clone().svd(true, true);
     let (Some(u), Some(vt)) = (&svd.u, &svd.v_t) else { return (DVector::zeros(jacobian.ncols()), true) };
     let largest = svd.singular_values.iter().copied().fold(0.0, f64::max);
@@ -86,8 +85,16 @@ fn damped_least_squares(jacobian: &DMatrix<f64>, right: &DVector<f64>) -> (DVect
     (vt.tr_mul(&coordinates), damped)
 }
 
+/// Singular values exist: of an empty matrix there are none, and of one with NaN they are never found.
+fn decomposes(matrix: &DMatrix<f64>) -> bool {
+    !matrix.is_empty() && matrix.iter().all(|x| x.is_finite())
+}
+
 /// The column that takes the largest part in the direction that the equations feel least: the joint that is stretched.
 pub fn straight_direction(jacobian: &DMatrix<f64>, columns: std::ops::Range<usize>) -> Option<usize> {
+    if !decomposes(jacobian) {
+        return None;
+    }
     let svd = jacobian.clone().svd(false, true);
     let vt = svd.v_t?;
     let least = svd.singular_values.imin();

@@ -49,9 +49,7 @@ pub fn margin(polygon: &[Point], point: Point) -> f64 {
 pub fn distance(a: &[Point], b: &[Point]) -> f64 {
     let within = |one: &[Point], other: &[Point]| one.iter().any(|p| margin(other, *p) >= 0.0);
     let crossing = |(p, q): (Point, Point)| {
-        edges(b).any(|(r, s)| {
-            cross(p, q, r) * cross(p, q, s) < 0.0 && cross(r, s, p) * cross(r, s, q) < 0.0
-        })
+        edges(b).any(|(r, s)| cross(p, q, r) * cross(p, q, s) < 0.0 && cross(r, s, p) * cross(r, s, q) < 0.0)
     };
     if a.is_empty() || b.is_empty() || within(a, b) || within(b, a) || edges(a).any(crossing) {
         return 0.0;

@@ -68,11 +68,14 @@ impl Stated {
         let Some((_, unit, [low, high], _)) = Settings::KEYS.iter().find(|key| key.0 == name) else {
             let message = format!("a walk has no number `{name}`");
             let names = Settings::KEYS.iter().map(|key| key.0);
-            return Err(Diagnostic::error(message).help(suggest(name, names, || "docs/walking.md lists them".to_owned())));
+            return Err(Diagnostic::error(message)
+                .help(suggest(name, names, || "docs/walking.md lists them".to_owned())));
         };
         if !(*low..=*high).contains(&value) {
             let message = format!("`{name}` = {value} is not possible");
-            return Err(Diagnostic::error(message).help(format!("write a number from {low} to {high} ({unit})")));
+            return Err(
+                Diagnostic::error(message).help(format!("write a number from {low} to {high} ({unit})"))
+            );
         }
         self.values.insert(name.to_owned(), value);
         Ok(())
