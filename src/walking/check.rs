@@ -144,7 +144,8 @@ impl Legs {
                     row: index,
                 };
                 // A number that is none holds no limit.
-                if !(measured.left() >= -ROUNDING)
+                let left = measured.left();
+                if (left.is_nan() || left < -ROUNDING)
                     && wrong.as_ref().is_none_or(|w| measured.part() < w.part())
                 {
                     wrong = Some(measured.clone());

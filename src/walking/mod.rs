@@ -130,7 +130,7 @@ pub fn plan(robot: &Robot, options: &Options, run: &Run<'_>) -> Result<Plan, Dia
             }
         }
     }
-    Err(first.into_iter().collect::<Vec<_>>()).map_err(Diagnostics)
+    Err(Diagnostics(first.into_iter().collect()))
 }
 
 /// A motion against its limits.

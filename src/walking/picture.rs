@@ -34,6 +34,8 @@ impl Plan {
             size[0].max(560.0),
             size[1] + 24.0
         );
+        // White also where the page is dark.
+        svg += r#"<rect width="100%" height="100%" fill="white"/>"#;
         // Writing to a string cannot fail.
         for (foot, print) in &prints {
             let colour = SOLES[*foot];

@@ -101,7 +101,7 @@ impl Legs {
         let solve = |right: &DVector<f64>| {
             let solved = bounded_least_squares(&jacobian, right, &free);
             let error = (&jacobian * &solved.step - right).amax();
-            if !(error < RATE * (1.0 + right.amax())) {
+            if error.is_nan() || error >= RATE * (1.0 + right.amax()) {
                 return Err(self.stuck(q, here, &[], error));
             }
             let mut full = vec![0.0; self.kinematics.nv()];

@@ -165,7 +165,7 @@ impl Plan {
     fn path(&self) -> Result<Path, Diagnostics> {
         let mut wrong = Vec::new();
         let mut within = |name: &str, value: f64, most: f64| {
-            if !(value.abs() <= most) {
+            if !(-most..=most).contains(&value) {
                 let message = format!("{name}: {value} is not possible");
                 wrong.push(Diagnostic::error(message).help(format!("write a number from -{most} to {most}")));
             }

@@ -201,3 +201,28 @@ fn numbers_of_walks_are_read_or_refused_with_their_place() {
         assert!(wrong.message.contains(words) && wrong.position == Some(place), "{text}: {wrong}");
     }
 }
+
+/// Whatever stands in a file: an answer, no panic.
+#[test]
+fn mutated_files_are_read_or_refused() {
+    let mut random = Random::new(77);
+    let steps = "foot,x,y,yaw,duration\nleft,0.08,0.09,0.1,0.5\nright,0.15,-0.07,0.2,\n";
+    let numbers = "margin = 0.02\nstep_height = 3e-2\n[posture]\nneck = 1\n";
+    let pieces = ["", ",", "\n", "nan", "-", "1e999", "[", "\"", "=", "ä", "left", "\0"];
+    for _ in 0..4000 {
+        for text in [steps, numbers] {
+            let mut letters: Vec<char> = text.chars().collect();
+            for _ in 0..3 {
+                let at = (random.unit() * letters.len() as f64) as usize;
+                let end = (at + (random.unit() * 6.0) as usize).min(letters.len());
+                let piece = pieces[(random.unit() * pieces.len() as f64) as usize];
+                letters.splice(at..end, piece.chars());
+            }
+            let changed: String = letters.into_iter().collect();
+            if let Ok(steps) = parse_footsteps(&changed) {
+                assert!(steps.iter().all(|step| step.sole.place[0].is_finite() && step.sole.yaw.is_finite()));
+            }
+            let _ = parse_settings(&changed);
+        }
+    }
+}
