@@ -97,7 +97,7 @@ impl Plan {
     fn footprints(&self) -> Vec<FilmPart> {
         let start = (0..2).map(|k| (k, self.start.soles[k]));
         let steps = self.footsteps.iter().map(|step| (step.foot, step.sole));
-        let print = |(foot, sole): (usize, bipedc_analysis::walking::Sole)| {
+        let part = |(foot, sole): (usize, bipedc_analysis::walking::Sole)| {
             let outline: Vec<Point> = self.legs.footprint(foot, sole.place, sole.yaw);
             let n = outline.len();
             let corners =
@@ -107,7 +107,7 @@ impl Plan {
             let side = [bipedc_analysis::robot::Side::Right, bipedc_analysis::robot::Side::Left][foot];
             FilmPart { body: None, side: Some(side), form: Form::Solid { corners: corners.collect(), faces } }
         };
-        start.chain(steps).map(print).collect()
+        start.chain(steps).map(part).collect()
     }
 
     fn facts(&self) -> Vec<Fact> {

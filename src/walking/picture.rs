@@ -19,7 +19,7 @@ impl Plan {
         let steps = self.footsteps.iter().map(|step| (step.foot, step.sole));
         let prints: Vec<(usize, Vec<Point>)> =
             start.chain(steps).map(|(k, sole)| (k, self.legs.footprint(k, sole.place, sole.yaw))).collect();
-        let all = || prints.iter().flat_map(|(_, print)| print.iter());
+        let all = || prints.iter().flat_map(|(_, outline)| outline.iter());
         let low = [0, 1].map(|i| all().map(|p| p[i]).fold(f64::MAX, f64::min));
         let high = [0, 1].map(|i| all().map(|p| p[i]).fold(f64::MIN, f64::max));
         let scale =
@@ -37,12 +37,12 @@ impl Plan {
         // White also where the page is dark.
         svg += r#"<rect width="100%" height="100%" fill="white"/>"#;
         // Writing to a string cannot fail.
-        for (foot, print) in &prints {
+        for (foot, outline) in &prints {
             let colour = SOLES[*foot];
             let _ = write!(
                 svg,
                 r#"<polygon points="{}" fill="{colour}" fill-opacity="0.13" stroke="{colour}"/>"#,
-                points(&mut print.iter().copied())
+                points(&mut outline.iter().copied())
             );
         }
         let every = self.rows.len().div_ceil(1500).max(1);

@@ -26,7 +26,7 @@ fn the_first_limit_that_does_not_hold_is_named() {
     violated(&[&forward[..], &["velocity_part=0.1"]].concat(), "velocity", "knee");
     violated(&[&forward[..], &["clearance=0.02"]].concat(), "clearance", "left");
     violated(&[&forward[..], &["static_shift_time=0.7"]].concat(), "zero_moment_point", "");
-    violated(&[&forward[..], &["friction=0.02"]].concat(), "friction", "");
+    violated(&[&forward[..], &["friction=0.012"]].concat(), "friction", "");
     violated(&[&forward[..], &["legs_distance=0.152"]].concat(), "legs_distance", "");
 }
 
