@@ -19,7 +19,7 @@ pub struct Kinematics {
     center_acceleration: usize,
     zero_moment_point: usize,
     inverse_dynamics: usize,
-    potential_gravity: f64,
+    gravity: f64,
 }
 
 /// A posture: where soles, centre of mass and torso are, and how they move with `v`.
@@ -78,14 +78,14 @@ impl Kinematics {
             center_acceleration: find(WHOLE[2], None)?,
             zero_moment_point: find(WHOLE[3], None)?,
             inverse_dynamics: find(WHOLE[4], None)?,
-            potential_gravity: gravity.iter().map(|x| x * x).sum::<f64>().sqrt(),
+            gravity: gravity.iter().map(|x| x * x).sum::<f64>().sqrt(),
             model,
         })
     }
 
     /// Size of the gravitational acceleration, m/s².
     pub fn gravity(&self) -> f64 {
-        self.potential_gravity
+        self.gravity
     }
     /// Length of `q`.
     pub fn nq(&self) -> usize {

@@ -4,7 +4,7 @@ use super::soles::{Limited, SoleFrame, chain, feet, joints};
 use crate::film::poses;
 use bipedc_analysis::walking::{LEGS, Point, Settings, Stated, hull};
 use bipedc_compiler::Robot;
-use bipedc_compiler::description::model::{Base, ContactPoint};
+use bipedc_compiler::description::model::{Base, ContactPoint, RobotDescription};
 use bipedc_compiler::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::spelling::suggest;
@@ -55,20 +55,10 @@ impl Legs {
             );
         };
         let (tree, description) = (robot.tree()?, &robot.description);
-        let [gx, gy, gz] = description.gravity;
-        if gx != 0.0 || gy != 0.0 || gz >= 0.0 {
-            return Err(Diagnostic::error(
-                "walks are planned on level ground: gravity has to point along -z",
-            ));
-        }
-        if !description.links.iter().any(|link| link.name == *root) {
-            let help = "let the torso or pelvis carry the base: --root LINK";
-            return Err(
-                Diagnostic::error(format!("the base is carried by `{root}`, which is no link")).help(help)
-            );
-        }
+        ground_and_root(description, root)?;
         let pair = feet(description)?;
         let joints = joints(description, &tree, root, pair);
+        six_each(&joints)?;
         let kinematics = Kinematics::new(robot, pair.map(|foot| foot.link.as_str()))?;
         let straight = stated_posture(&kinematics, &joints, stated)?;
         let heading = heading(&kinematics, &straight);
@@ -78,16 +68,6 @@ impl Legs {
             let own = names.iter().filter(|name| joints.iter().any(|j| j.name == **name && j.leg.is_some()));
             own.filter_map(|name| tree.bodies.iter().position(|body| body.joint == *name)).collect::<Vec<_>>()
         });
-        for (leg, name) in LEGS.iter().enumerate() {
-            let count = joints.iter().filter(|joint| joint.leg == Some(leg)).count();
-            if count < 6 {
-                let help = "a foot that stays level and goes where it is wished takes six joints between it and the root";
-                return Err(Diagnostic::error(format!(
-                    "the {name} leg has {count} joints, walks are planned for six or more"
-                ))
-                .help(help));
-            }
-        }
         let mut active: Vec<usize> = (0..6).collect();
         active.extend(joints.iter().filter(|joint| joint.leg.is_some()).map(|joint| joint.column));
         let [feet, links] = [pair.map(|foot| foot.name.clone()), pair.map(|foot| foot.link.clone())];
@@ -188,6 +168,33 @@ impl Legs {
         let corners = self.soles.iter().flat_map(|sole| sole.corners.iter());
         corners.map(|c| c[0].abs()).fold(0.01, f64::max)
     }
+}
+
+/// Gravity straight down, and a link that carries the base.
+fn ground_and_root(description: &RobotDescription, root: &str) -> Result<(), Diagnostic> {
+    let [gx, gy, gz] = description.gravity;
+    if gx != 0.0 || gy != 0.0 || gz >= 0.0 {
+        let message = "walks are planned on level ground: gravity has to point along -z";
+        return Err(Diagnostic::error(message).help("turn `gravity` in biped.toml"));
+    }
+    if !description.links.iter().any(|link| link.name == *root) {
+        let message = format!("the base is carried by `{root}`, which is no link");
+        return Err(Diagnostic::error(message).help("let the torso or pelvis carry the base: --root LINK"));
+    }
+    Ok(())
+}
+
+/// Legs that can put a foot anywhere.
+fn six_each(joints: &[Limited]) -> Result<(), Diagnostic> {
+    for (leg, name) in LEGS.iter().enumerate() {
+        let count = joints.iter().filter(|joint| joint.leg == Some(leg)).count();
+        if count < 6 {
+            let message = format!("the {name} leg has {count} joints, walks are planned for six or more");
+            let help = "a foot that stays level and goes where it is wished takes six joints between it and the root";
+            return Err(Diagnostic::error(message).help(help));
+        }
+    }
+    Ok(())
 }
 
 /// What does not follow from sizes.
