@@ -20,6 +20,7 @@ pub mod report;
 pub mod robot;
 pub mod simulation;
 pub mod table;
+pub mod walking;
 pub mod workbench;
 
 pub use bipedc_compiler::Robot;

@@ -66,6 +66,8 @@ mod reproduced;
 mod simulated;
 #[path = "time_stepping/main.rs"]
 mod time_stepping;
+#[path = "walking/main.rs"]
+mod walking;
 
 // Where the example's modules look for one another.
 use hidden_effects::generator;

@@ -24,7 +24,7 @@ const ANALYSIS: [&[&str]; 6] = [
     &["robot"],
     &["measure", "physical"],
     &["experiments"],
-    &["compare", "diagnose", "gait", "identify", "simulate"],
+    &["compare", "diagnose", "gait", "identify", "simulate", "walking"],
     &["report"],
 ];
 /// The same of the root package: its library, then the command on top of it.
@@ -32,7 +32,7 @@ const ROOT: [&[&str]; 8] = [
     &["crate_paths", "export", "kinds", "progress", "robot", "table"],
     &["amendment", "film", "gait", "inventory", "measurements"],
     &["report", "simulation"],
-    &["comparison", "diagnosis", "identification"],
+    &["comparison", "diagnosis", "identification", "walking"],
     &["excitation"],
     &["workbench"],
     &["terminal"],

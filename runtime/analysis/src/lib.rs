@@ -13,3 +13,4 @@ pub mod report;
 pub mod robot;
 pub mod signal;
 pub mod simulate;
+pub mod walking;

@@ -2,6 +2,7 @@
 mod cycle;
 mod map;
 mod optimise;
+mod plan;
 mod robust;
 mod step;
 mod steps;
@@ -20,6 +21,7 @@ Examples:
   bipedc gait cycle robots/five_link --gait thesis --over step_length=0.15:0.7:23
   bipedc gait robust robots/three_link --scenario robots/three_link/scenarios/robust.toml --disturb push=10
   bipedc gait optimise robots/five_link --gait optimised --speed 0.7 --out new.toml
+  bipedc gait plan robots/tulip --gait dynamic --speed 0.3 --out plan.csv --report plan.html
 
 A gait is a file of virtual constraints, gaits/NAME.toml beside the robot's description; docs/gaits.md explains it. \
 `bipedc gait step --help` says what a step is.";
@@ -41,6 +43,7 @@ enum GaitCommand {
     Cycle(cycle::Cycle),
     Robust(robust::Robust),
     Optimise(optimise::Optimise),
+    Plan(plan::Plan),
 }
 
 impl Gait {
@@ -54,6 +57,7 @@ impl Gait {
             GaitCommand::Cycle(command) => command.run(),
             GaitCommand::Robust(command) => command.run(),
             GaitCommand::Optimise(command) => command.run(),
+            GaitCommand::Plan(command) => command.run(),
         }
     }
 }

@@ -36,7 +36,7 @@ pub use curve::{Curve as PlottedCurve, CurveFigure, CurveKind, curves_svg, rende
 pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, NextStep, Report};
 pub use fill::rows_of;
 pub use film::{
-    Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Plot, Pose, render_film, write_film,
+    Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Picture, Plot, Pose, render_film, write_film,
     write_strobe,
 };
 pub use map::{MapAxisFigure, MapFigure, MapPanel, Table, map_svg, render_map};

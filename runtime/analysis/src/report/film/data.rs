@@ -31,6 +31,19 @@ pub struct Film {
     pub loads: Vec<Vec<f64>>,
     /// Plots over `time`.
     pub plots: Vec<Plot>,
+    /// Pictures beside the film.
+    pub pictures: Vec<Picture>,
+}
+
+/// A picture that does not move.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Picture {
+    /// Its heading.
+    pub title: String,
+    /// What it shows.
+    pub caption: String,
+    /// A whole `<svg>` element of our own making: it is shown as it is.
+    pub svg: String,
 }
 
 /// A foot.

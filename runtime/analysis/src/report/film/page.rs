@@ -3,7 +3,7 @@ use super::data::Film;
 use super::payload;
 use super::strobe::{self, View};
 use crate::report::page::{PageParts, document};
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("../assets/film.css");
 const VIEWS: &str = include_str!("../assets/views.js");
@@ -14,6 +14,7 @@ pub fn render(film: &Film) -> String {
     let content = html! {
         (text(film))
         (stage(film))
+        (pictures(film))
         (plots(film))
         (glance(film))
         (basis(film))
@@ -78,6 +79,18 @@ fn stage(film: &Film) -> Markup {
                 input #scrub type="range" min="0" value="0" step="any" aria-label="Time";
             }
             noscript { p { "The film needs JavaScript; the picture below shows the motion without it." } }
+        }
+    }
+}
+
+fn pictures(film: &Film) -> Markup {
+    html! {
+        @for picture in &film.pictures {
+            section aria-label=(picture.title) {
+                h2 { (picture.title) }
+                figure.strobe { (PreEscaped(&picture.svg)) }
+                p.hint { (picture.caption) }
+            }
         }
     }
 }
