@@ -19,6 +19,18 @@ pub(crate) fn white_noise(signal: &[f64]) -> f64 {
     of_differences(signal.windows(4).map(third_difference).collect())
 }
 
+/// Standard deviation of the noise of a difference of two encoders' angles: white, or from rounding to their steps.
+///
+/// Between two steps a slow joint's encoders say the same again and again: third differences see nothing. Where that is so for
+/// half the samples, what changes is a step, s; both angles are uniformly rounded, which makes s/√6.
+pub(crate) fn of_encoders(difference: &[f64]) -> f64 {
+    let mut steps: Vec<f64> =
+        difference.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).collect();
+    let rounded = 2 * steps.len() < difference.len();
+    let rounding = if rounded { median(&mut steps) / 6f64.sqrt() } else { 0.0 };
+    white_noise(difference).max(rounding)
+}
+
 fn third_difference(w: &[f64]) -> f64 {
     (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()
 }
@@ -111,6 +123,21 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         (0..count).map(|i| (0.01 * i as f64).sin() + 0.1 * noise()).collect()
+    }
+
+    #[test]
+    fn rounding_to_steps_is_noise() {
+        let step = 0.0015;
+        let rounded = |x: f64| (x / step).round() * step;
+        let angles = |i: usize| ((2e-3 * i as f64).sin(), 4e-3 + 1e-3 * (3e-3 * i as f64).cos());
+        let play: Vec<f64> = (0..6000).map(angles).map(|(q, play)| rounded(q + play) - rounded(q)).collect();
+        let errors = play.iter().enumerate().map(|(i, seen)| seen - angles(i).1);
+        let error = (errors.map(|e| e * e).sum::<f64>() / 6000.0).sqrt();
+        let found = of_encoders(&play);
+        assert!((0.7..1.4).contains(&(found / error)), "{found} {error}");
+        // What does not rest on steps is judged as before.
+        let noisy = signal(4000);
+        assert_eq!(of_encoders(&noisy).to_bits(), white_noise(&noisy).to_bits());
     }
 
     #[test]

@@ -147,7 +147,7 @@ impl<'a> MotionExperiment<'a> {
         for (j, joint) in self.layout.joints.iter().enumerate() {
             if let Some(values) = &self.recording.transmission[j] {
                 self.joint_of.push(j);
-                let noise = crate::measure::noise::white_noise(values).max(1e-7);
+                let noise = crate::measure::noise::of_encoders(values).max(1e-7);
                 self.rows.push(Row {
                     name: format!("{}/motor_position", joint.name),
                     channel: Channel::Transmission,

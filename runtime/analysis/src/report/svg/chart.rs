@@ -96,18 +96,28 @@ impl Chart {
         }
     }
 
-    /// A line; broken where a value is not finite.
+    /// A line; broken where a value is not finite. Points that nobody could see apart from the one before are left out: small files.
     pub fn line(&self, class: &str, points: impl Iterator<Item = (f64, f64)>) -> Markup {
         let mut path = String::new();
-        let mut pen = "M";
+        // What is drawn last, and what was left out behind it.
+        let (mut drawn, mut left_out) = (None::<[f64; 2]>, None::<[f64; 2]>);
         for (x, y) in points {
-            if x.is_finite() && y.is_finite() {
-                path.push_str(&format!("{pen}{} {}", px(self.x(x)), px(self.y(y))));
-                pen = "L";
-            } else {
-                pen = "M";
+            if !(x.is_finite() && y.is_finite()) {
+                left_out.take().into_iter().for_each(|to| stroke(&mut path, true, to));
+                drawn = None;
+                continue;
             }
+            let to = [self.x(x), self.y(y)];
+            if drawn.is_some_and(|[x, y]| (to[0] - x).abs().max((to[1] - y).abs()) < LINE_STEP) {
+                left_out = Some(to);
+                continue;
+            }
+            // From where the line stood before it leapt.
+            left_out.take().into_iter().for_each(|to| stroke(&mut path, true, to));
+            stroke(&mut path, drawn.is_some(), to);
+            drawn = Some(to);
         }
+        left_out.into_iter().for_each(|to| stroke(&mut path, true, to));
         html! { path class=(format!("line {class}")) d=(path) {} }
     }
 
@@ -126,6 +136,14 @@ impl Chart {
         let (top, bottom) = (inside(high), inside(low));
         html! { rect class=(class) x=(px(self.left)) y=(px(top)) width=(px(self.width)) height=(px(bottom - top)) {} }
     }
+}
+
+/// Points of a line that are nearer to each other are not all drawn, px.
+const LINE_STEP: f64 = 0.3;
+
+/// A line's next point: drawn to, or where its pen is set down.
+fn stroke(path: &mut String, drawn: bool, [x, y]: [f64; 2]) {
+    path.push_str(&format!("{}{} {}", if drawn { "L" } else { "M" }, px(x), px(y)));
 }
 
 /// A tick's number.
