@@ -3,7 +3,7 @@ use super::values::INTERRUPTED;
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc::gait::optimise::Demands;
+use bipedc::gait::optimise::Wishes;
 use bipedc::workbench::OptimiseOptions;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::write_with_folders;
@@ -51,15 +51,18 @@ pub struct Optimise {
     /// Coulomb's coefficient that forces and impulses stay below
     #[arg(long, value_name = "MU", default_value_t = 0.5, allow_negative_numbers = true)]
     friction: f64,
-    /// Height of feet in the air, m
-    #[arg(long, value_name = "H", default_value_t = 0.012, allow_negative_numbers = true)]
-    clearance: f64,
-    /// Distance of centres of pressure from the ends of a sole, m
-    #[arg(long, value_name = "D", default_value_t = 0.012, allow_negative_numbers = true)]
-    zmp: f64,
-    /// Smallest vertical impulse on a foot that an impact holds, N s
-    #[arg(long, value_name = "P", default_value_t = 0.15, allow_negative_numbers = true)]
-    impulse: f64,
+    /// Height of feet in the air, m; default 0.012, of small robots a fiftieth of the base's height
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    clearance: Option<f64>,
+    /// Distance of centres of pressure from the ends of a sole, m; default as --clearance
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    zmp: Option<f64>,
+    /// Smallest vertical impulse on a foot that an impact holds, N s; default 0.15, of light robots less
+    #[arg(long, value_name = "P", allow_negative_numbers = true)]
+    impulse: Option<f64>,
+    /// Largest multiplier: what is left of a small deviation after a step
+    #[arg(long, value_name = "PART", default_value_t = 0.8, allow_negative_numbers = true)]
+    multiplier: f64,
     /// Longest step, as a part of the height of the base
     #[arg(long, value_name = "PART", default_value_t = 0.75, allow_negative_numbers = true)]
     longest_step: f64,
@@ -118,28 +121,28 @@ impl Optimise {
         };
         self.speed.iter().for_each(|&speed| within("--speed", speed, [0.01, 10.0]));
         within("--friction", self.friction, [0.05, 5.0]);
-        within("--clearance", self.clearance, [0.0, 1.0]);
-        within("--zmp", self.zmp, [0.0, 1.0]);
-        within("--impulse", self.impulse, [0.0, 1e3]);
+        self.clearance.iter().for_each(|&x| within("--clearance", x, [0.0, 1.0]));
+        self.zmp.iter().for_each(|&x| within("--zmp", x, [0.0, 1.0]));
+        self.impulse.iter().for_each(|&x| within("--impulse", x, [0.0, 1e3]));
+        within("--multiplier", self.multiplier, [0.05, 1.0]);
         within("--longest-step", self.longest_step, [0.05, 2.0]);
         within("--coefficients", self.coefficients as f64, [5.0, 16.0]);
         within("--intervals", self.intervals as f64, [6.0, 200.0]);
         if !wrong.is_empty() {
             return Err(Diagnostics(wrong));
         }
-        let usual = Demands::new(self.speed[0]);
         Ok(OptimiseOptions {
             form: self.gait.clone(),
             speeds: self.speed.clone(),
             coefficients: self.coefficients,
-            demands: Demands {
+            wishes: Wishes {
                 friction: self.friction,
                 clearance: self.clearance,
                 zmp: self.zmp,
                 impulse: self.impulse,
                 longest_step: self.longest_step,
                 intervals: self.intervals,
-                ..usual
+                multiplier: self.multiplier,
             },
             command: self.command(),
         })
@@ -148,14 +151,18 @@ impl Optimise {
     /// As it would be typed again.
     fn command(&self) -> String {
         let speeds: Vec<String> = self.speed.iter().map(ToString::to_string).collect();
+        let given = |name: &str, value: Option<f64>| {
+            value.map_or_else(String::new, |value| format!(" --{name} {value}"))
+        };
         format!(
-            "bipedc gait optimise … --gait {} --speed {} --friction {} --clearance {} --zmp {} --impulse {} --longest-step {} --coefficients {} --intervals {}",
+            "bipedc gait optimise … --gait {} --speed {} --friction {}{}{}{} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
             self.gait,
             speeds.join(" "),
             self.friction,
-            self.clearance,
-            self.zmp,
-            self.impulse,
+            given("clearance", self.clearance),
+            given("zmp", self.zmp),
+            given("impulse", self.impulse),
+            self.multiplier,
             self.longest_step,
             self.coefficients,
             self.intervals

@@ -60,6 +60,12 @@ pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
     Guess { x, parts, rates, height: postures.height() }
 }
 
+/// Height of the base above the ground with the joints at ease, m.
+pub(super) fn height(of: &Collocation) -> f64 {
+    let layout = Layout::new(of, &vec![1; of.phases.len()]);
+    Postures { of, layout: &layout, ease: ease(of) }.height()
+}
+
 /// Parts of a step that its phases take: the first as much as three others.
 pub(super) fn parts(count: usize) -> Vec<f64> {
     match count {

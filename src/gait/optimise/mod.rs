@@ -11,7 +11,7 @@ mod transcription;
 mod write;
 
 pub use constraints::RowName;
-pub use demands::Demands;
+pub use demands::{Demands, Wishes};
 pub use margins::MotionMargins;
 pub use write::gait_text;
 
@@ -31,6 +31,8 @@ pub struct Optimum {
     parts: Vec<f64>,
     rates: Vec<f64>,
     height: f64,
+    /// Of the constraints, where the last stage ended.
+    multipliers: Vec<f64>,
     /// How the search ended.
     pub ending: Ending,
     /// Mean squared torque over the squared twentieth of the weight.
@@ -58,7 +60,18 @@ pub fn from_neighbour(
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
     let from = Optimum { iterations: 0, ..neighbour.clone() };
+    let found = solve(of, demands, &from, Stage::Gait, watch);
+    if matches!(found.ending, Ending::Minimum | Ending::Feasible | Ending::Stopped) {
+        return found;
+    }
+    // What is known of the multipliers may lead astray.
+    let from = Optimum { multipliers: Vec::new(), iterations: found.iterations, ..neighbour.clone() };
     solve(of, demands, &from, Stage::Gait, watch)
+}
+
+/// Mass of the robot (kg) and height of its base (m), which usual margins follow from.
+pub fn size(of: &Collocation) -> [f64; 2] {
+    [of.mass, guess::height(of)]
 }
 
 /// Finds a gait from nothing but the robot.
@@ -77,6 +90,7 @@ pub fn from_nothing(
         parts: guess.parts,
         rates: guess.rates,
         height: guess.height,
+        multipliers: Vec::new(),
         ending: Ending::Infeasible,
         cost: 0.0,
         iterations: 0,
@@ -203,7 +217,9 @@ pub fn solve(
     let rows = builder.rows();
     let program = Transcription::new(of, layout, rows, demands, &from.x);
     let start = program.scaled(&from.x);
-    let start = Start { x: &start, multipliers: None };
+    let known = Some(&from.multipliers[..]);
+    let known = known.filter(|known| stage == Stage::Gait && known.len() == program.rows.limits.len());
+    let start = Start { x: &start, multipliers: known };
     let usual = InteriorPoint { iterations: 500, ..InteriorPoint::default() };
     // The first stage is a guess for the second.
     let solver = match stage {
@@ -221,6 +237,7 @@ pub fn solve(
         parts: from.parts.clone(),
         rates: from.rates.clone(),
         height: from.height,
+        multipliers: if stage == Stage::Gait { found.multipliers } else { Vec::new() },
         layout: program.layout.clone(),
     }
 }
