@@ -202,8 +202,11 @@ impl Trial {
                         found.friction = found.friction.max(sum(0).abs() / sum(2));
                     }
                     let held = phase.feet.iter().flatten().find(|foot| foot.force[0] == first);
-                    let Some(held) = held.filter(|held| held.holds && held.moment.is_some()) else { continue };
-                    let middle: f64 = foot.points.iter().map(|p| p.position[0]).sum::<f64>() / forces.len() as f64;
+                    let Some(held) = held.filter(|held| held.holds && held.moment.is_some()) else {
+                        continue;
+                    };
+                    let middle: f64 =
+                        foot.points.iter().map(|p| p.position[0]).sum::<f64>() / forces.len() as f64;
                     let moments = foot.points.iter().zip(forces);
                     let centre = moments.map(|(p, f)| (p.position[0] - middle) * f[2]).sum::<f64>() / sum(2);
                     for side in (0..2).filter(|&side| held.level[side]) {
@@ -211,10 +214,13 @@ impl Trial {
                     }
                 }
                 None => {
-                    let lands = of.changes[p].landing.iter().any(|&point| {
-                        of.tree.points[point].name.split('/').next() == Some(name)
-                    });
-                    if part.is_some_and(|part| (0.1..=0.9).contains(&part)) && (of.phases.len() == 1 || !lands) {
+                    let lands = of.changes[p]
+                        .landing
+                        .iter()
+                        .any(|&point| of.tree.points[point].name.split('/').next() == Some(name));
+                    if part.is_some_and(|part| (0.1..=0.9).contains(&part))
+                        && (of.phases.len() == 1 || !lands)
+                    {
                         heights[own].iter().for_each(|&height| lower(&mut found.clearance, height));
                     }
                 }

@@ -48,7 +48,7 @@ struct Repeated {
 }
 
 /// Steps until they repeat themselves.
-const STEPS: usize = 30;
+const STEPS: usize = 14;
 
 impl Workbench {
     /// What the written gait does: steps on its zero dynamics until they repeat themselves, then a walk of the whole robot.
@@ -197,7 +197,9 @@ impl Lack {
     }
 
     fn worst(&self) -> f64 {
-        self.missing.iter().fold(0.0, |worst: f64, (_, part)| if part.is_nan() { f64::INFINITY } else { worst.max(*part) })
+        self.missing
+            .iter()
+            .fold(0.0, |worst: f64, (_, part)| if part.is_nan() { f64::INFINITY } else { worst.max(*part) })
     }
 
     pub fn is_less_than(&self, other: &Self) -> bool {
@@ -212,23 +214,25 @@ impl Lack {
     /// Asks for as much more as is missing.
     pub fn tighten(&self, (wished, largest): (&Demands, f64), tried: &ClosedLoop, demands: &mut Demands) {
         if let Some(speed) = tried.walking_speed {
-            demands.speed = (demands.speed * wished.speed / speed).clamp(0.7 * wished.speed, 1.4 * wished.speed);
+            demands.speed =
+                (demands.speed * wished.speed / speed).clamp(0.7 * wished.speed, 1.4 * wished.speed);
         }
         if tried.multiplier.is_some_and(|multiplier| multiplier.abs() > largest) {
             // Harder landings take more of a deviation away.
             demands.landing[0] = (1.4 * demands.landing[0]).min(0.7 * demands.landing[1]);
         }
         let Some(margins) = &tried.margins else { return };
-        let more = |now: &mut f64, value: Option<f64>, wished: f64| {
+        // Other motions lie far from this one: not everything that is missing is asked for at once.
+        let more = |now: &mut f64, value: Option<f64>, wished: f64, most: f64| {
             if let Some(value) = value {
-                *now = (*now + 1.2 * (wished - value).max(0.0)).min(4.0 * wished);
+                *now = (*now + (wished - value).clamp(0.0, 0.5 * wished)).min((most * wished).max(*now));
             }
         };
-        more(&mut demands.impulse, margins.impulse, wished.impulse);
-        more(&mut demands.zmp, margins.zmp, wished.zmp);
-        more(&mut demands.clearance, margins.clearance, wished.clearance);
-        let friction = margins.friction.max(margins.impact_friction.unwrap_or(0.0));
-        let excess = (friction - wished.friction).clamp(0.0, 0.1);
+        more(&mut demands.impulse, margins.impulse, wished.impulse, 4.0);
+        more(&mut demands.zmp, margins.zmp, wished.zmp, 1.8);
+        more(&mut demands.clearance, margins.clearance, wished.clearance, 1.8);
+        // Friction of the feet that stand is the controller's to keep: only impacts are asked for again.
+        let excess = (margins.impact_friction.unwrap_or(0.0) - wished.friction).clamp(0.0, 0.1);
         demands.friction = (demands.friction - 1.2 * excess).max(0.5 * wished.friction);
         if margins.torque.is_some_and(|torque| torque < 1e-3) {
             demands.effort = (demands.effort - 0.1).max(0.5);

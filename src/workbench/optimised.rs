@@ -2,13 +2,13 @@
 use super::Workbench;
 use super::closed_loop::{ClosedLoop, Lack, Tried};
 use crate::gait::optimise::{
-    Demands, MotionMargins, Optimum, Stage, Wishes, from_neighbour, from_nothing, gait_text, size,
+    Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_neighbour, from_nothing, gait_text, size,
 };
 use crate::simulation::Trial;
 use crate::table::table;
 use bipedc_analysis::nonlinear::{Ending, Iteration};
 use bipedc_compiler::compile::{Collocation, GaitForm, compile_collocation};
-use bipedc_compiler::description::gait::{gait_path, parse_any_gait, read_any_gait};
+use bipedc_compiler::description::gait::{AnyGait, gait_path, parse_any_gait, read_any_gait};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::input;
 use serde::Serialize;
@@ -21,6 +21,8 @@ use std::time::Instant;
 pub struct OptimiseOptions {
     /// The gait whose phases, phase variables and outputs are kept: a name in `gaits/` or a file.
     pub form: String,
+    /// A gait with curves at which the search begins, a name in `gaits/` or a file; none: from nothing.
+    pub start: Option<String>,
     /// Mean walking speeds, m/s; each search after the first begins where the one before ended.
     pub speeds: Vec<f64>,
     /// Bezier coefficients of each output.
@@ -42,8 +44,10 @@ pub struct OptimisedGait {
     pub minimum: bool,
     /// Iterations.
     pub iterations: usize,
-    /// Of the search, s.
+    /// Of everything, s.
     pub seconds: f64,
+    /// Of the first search alone, s.
+    pub search_seconds: f64,
     /// Duration of each phase, s.
     pub durations: Vec<f64>,
     /// m
@@ -115,7 +119,9 @@ impl Workbench {
             complete: true,
             gaits: Vec::new(),
         };
-        let asked = Asked { file: &file, source: &source, form: &form, of: &of, options };
+        let seed = options.start.as_ref().map(|name| self.seed(name)).transpose()?;
+        let asked =
+            Asked { file: &file, source: &source, form: &form, of: &of, seed: seed.as_ref(), options };
         let trial = self.progress.stage("deriving", || Trial::new(&self.robot, &of))?;
         let mut near: Option<Optimum> = None;
         for &speed in &options.speeds {
@@ -143,14 +149,18 @@ impl Workbench {
         let begin = Instant::now();
         let wished = asked.options.wishes.demands(speed, size(asked.of));
         let largest = asked.options.wishes.multiplier;
-        let mut demands = wished.clone();
+        let mut demands = wished.with_reserve();
         let mut near = near.cloned();
         let mut best: Option<(Lack, OptimisedGait, Optimum)> = None;
         let (mut rounds, mut iterations) = (0, 0);
+        let mut search_seconds = 0.0;
         while rounds < ROUNDS {
-            let optimum = self.search(asked.of, &demands, near.as_ref());
+            let optimum = self.search(asked, &demands, near.as_ref())?;
             if (self.stop)() {
                 return Ok(None);
+            }
+            if rounds == 0 {
+                search_seconds = begin.elapsed().as_secs_f64();
             }
             rounds += 1;
             iterations += optimum.iterations;
@@ -167,7 +177,7 @@ impl Workbench {
                 continue;
             }
             let head = format!("Found at {speed} m/s by\n  {}", asked.options.command);
-            let friction = wished.friction.max(0.6);
+            let friction = wished.friction;
             let text = gait_text(asked.source, asked.form, asked.of, &optimum, (&head, friction))?;
             let it = Tried { file: asked.file, text: &text, of: asked.of, optimum: &optimum, friction };
             let tried = self.progress.stage("walking", || self.tried(trial, &it));
@@ -193,11 +203,26 @@ impl Workbench {
         let seconds = begin.elapsed().as_secs_f64();
         Ok(best.map(|(lack, gait, optimum)| {
             let lacking = if gait.feasible { lack.names() } else { Vec::new() };
-            (OptimisedGait { rounds, iterations, seconds, lacking, ..gait }, optimum)
+            (OptimisedGait { rounds, iterations, seconds, search_seconds, lacking, ..gait }, optimum)
         }))
     }
 
-    fn search(&self, of: &Collocation, demands: &Demands, near: Option<&Optimum>) -> Optimum {
+    /// A gait to begin from, with its form derived.
+    fn seed(&self, name: &str) -> Result<(AnyGait, Collocation), Diagnostics> {
+        let file = gait_path(&self.robot.sources, name)?;
+        let (gait, _) = read_any_gait(&file, &self.robot.sources, &self.robot.description)?;
+        let form = GaitForm::new(&gait, 5);
+        let derive = || compile_collocation(&self.robot.description, &form);
+        let seed = self.progress.stage("deriving", derive).map_err(|error| error.or_in_file(&file))?;
+        Ok((gait, seed))
+    }
+
+    fn search(
+        &self,
+        asked: &Asked<'_>,
+        demands: &Demands,
+        near: Option<&Optimum>,
+    ) -> Result<Optimum, Diagnostic> {
         let stage = format!("optimising for {} m/s", demands.speed);
         self.progress.counted(&stage, |advance| {
             let mut watch = |stage: Stage, at: &Iteration| {
@@ -207,9 +232,10 @@ impl Workbench {
                 advance(half + (if stage == Stage::Motion { 0.4 } else { 0.6 }) * part);
                 !(self.stop)()
             };
-            match near {
-                Some(near) => from_neighbour(of, demands, near, &mut watch),
-                None => from_nothing(of, demands, &mut watch),
+            match (near, asked.seed) {
+                (Some(near), _) => Ok(from_neighbour(asked.of, demands, near, &mut watch)),
+                (None, Some((gait, seed))) => from_gait(asked.of, demands, (gait, seed), &mut watch),
+                (None, None) => Ok(from_nothing(asked.of, demands, &mut watch)),
             }
         })
     }
@@ -221,6 +247,7 @@ struct Asked<'a> {
     source: &'a str,
     form: &'a GaitForm,
     of: &'a Collocation,
+    seed: Option<&'a (AnyGait, Collocation)>,
     options: &'a OptimiseOptions,
 }
 
@@ -248,6 +275,7 @@ fn described(of: &Collocation, optimum: &Optimum, speed: f64) -> OptimisedGait {
         minimum: optimum.ending == Ending::Minimum,
         iterations: optimum.iterations,
         seconds: 0.0,
+        search_seconds: 0.0,
         durations: optimum.durations(),
         step_length: optimum.step_length(),
         margins: optimum.margins(of),
@@ -297,7 +325,11 @@ impl fmt::Display for OptimisedGait {
             (true, false) => "feasible, the search ended before a minimum",
             (false, _) => "not found",
         };
-        writeln!(f, "{} m/s: {ended}, {} iterations in {} rounds, {:.2} s", self.speed, self.iterations, self.rounds, self.seconds)?;
+        writeln!(
+            f,
+            "{} m/s: {ended}, {} iterations in {} rounds, {:.2} s",
+            self.speed, self.iterations, self.rounds, self.seconds
+        )?;
         if !self.feasible {
             let row = |violated: &Violated| {
                 let node = violated.node.map_or_else(|| "end".to_owned(), |node| node.to_string());
@@ -344,7 +376,12 @@ impl OptimisedGait {
             ("multiplier", None, of(tried.map(|t| t.multiplier)), "1"),
             ("speed at mid-stance", None, of(tried.map(|t| t.speed)), "1/s"),
             ("friction needed", Some(margins.friction), walked.map(|w| w.friction), "1"),
-            ("friction needed by impacts", margins.impact_friction, of(walked.map(|w| w.impact_friction)), "1"),
+            (
+                "friction needed by impacts",
+                margins.impact_friction,
+                of(walked.map(|w| w.impact_friction)),
+                "1",
+            ),
             ("smallest vertical impulse", margins.impulse, of(walked.map(|w| w.impulse)), "N s"),
             ("smallest vertical force", Some(margins.push), None, "N"),
             ("centre of pressure inside by", margins.zmp, of(walked.map(|w| w.zmp)), "m"),

@@ -4,8 +4,8 @@ use super::curve::{bezier, splines};
 use super::frames::{frame_pose, world_poses};
 use super::model::RobotModel;
 use crate::description::gait::{
-    formula_name,
-    Curve, Feedforward, Gait, GaitOutput, GaitParameter, GaitPhase, PHASE, PHASE_END, PHASE_START, PhasedGait,
+    Curve, Feedforward, Gait, GaitOutput, GaitParameter, GaitPhase, PHASE, PHASE_END, PHASE_START,
+    PhasedGait, formula_name,
 };
 use crate::expression::{Input, Sloped, Sym, ValuedFormula, replaced, slopes_along};
 use crate::tree::Tree;

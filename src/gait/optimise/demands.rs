@@ -98,7 +98,7 @@ impl Default for Wishes {
     fn default() -> Self {
         let usual = Demands::new(1.0);
         Self {
-            friction: usual.friction,
+            friction: 0.6,
             clearance: None,
             zmp: None,
             impulse: None,
@@ -109,18 +109,37 @@ impl Default for Wishes {
     }
 }
 
+/// What a search is asked for, of what a walk is to keep: friction, impulses, distances.
+const RESERVE: [f64; 3] = [5.0 / 6.0, 1.5, 1.2];
+
 impl Wishes {
-    /// For a robot of this mass (kg) with its base at this height (m).
+    /// What the walk is to keep, of a robot of this mass (kg) with its base at this height (m).
     pub fn demands(&self, speed: f64, [mass, height]: [f64; 2]) -> Demands {
         let sized = Demands::of_size(speed, mass, height);
+        let [_, impulse, distance] = RESERVE;
         Demands {
             friction: self.friction,
-            clearance: self.clearance.unwrap_or(sized.clearance),
-            zmp: self.zmp.unwrap_or(sized.zmp),
-            impulse: self.impulse.unwrap_or(sized.impulse),
+            clearance: self.clearance.unwrap_or(sized.clearance / distance),
+            zmp: self.zmp.unwrap_or(sized.zmp / distance),
+            impulse: self.impulse.unwrap_or(sized.impulse / impulse),
             longest_step: self.longest_step,
             intervals: self.intervals,
             ..sized
+        }
+    }
+}
+
+impl Demands {
+    /// With what the controller's walk takes of them, so that about as much is left.
+    #[must_use]
+    pub fn with_reserve(&self) -> Self {
+        let [friction, impulse, distance] = RESERVE;
+        Self {
+            friction: friction * self.friction,
+            impulse: impulse * self.impulse,
+            zmp: distance * self.zmp,
+            clearance: distance * self.clearance,
+            ..self.clone()
         }
     }
 }

@@ -5,6 +5,7 @@ mod demands;
 mod guess;
 mod layout;
 mod margins;
+mod seed;
 #[cfg(test)]
 mod tests;
 mod transcription;
@@ -17,7 +18,10 @@ pub use write::gait_text;
 
 use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};
 use bipedc_compiler::compile::{Collocation, NodeRow};
+use bipedc_compiler::description::gait::AnyGait;
+use bipedc_effects::diagnostic::Diagnostic;
 use constraints::Builder;
+use guess::Guess;
 use layout::Layout;
 use transcription::Transcription;
 
@@ -80,11 +84,34 @@ pub fn from_nothing(
     demands: &Demands,
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
-    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(6);
-    let intervals: Vec<usize> = guess::parts(of.phases.len()).into_iter().map(share).collect();
-    let layout = Layout::new(of, &intervals);
+    let layout = Layout::new(of, &intervals(of, demands));
     let guess = guess::naive(of, &layout, demands.speed);
-    let start = Optimum {
+    in_two_stages(of, demands, &begun(guess, layout), watch)
+}
+
+/// Finds a gait near one that has curves; `seed` is derived from the form of that one.
+///
+/// # Errors
+/// Other phases, outputs without Bezier coefficients, curves along which there are no postures.
+pub fn from_gait(
+    of: &Collocation,
+    demands: &Demands,
+    (gait, seed): (&AnyGait, &Collocation),
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Result<Optimum, Diagnostic> {
+    let layout = Layout::new(of, &intervals(of, demands));
+    let guess = seed::along_curves((of, &layout), (gait, seed), demands.speed)?;
+    Ok(in_two_stages(of, demands, &begun(guess, layout), watch))
+}
+
+/// Of each phase, at least six.
+fn intervals(of: &Collocation, demands: &Demands) -> Vec<usize> {
+    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(6);
+    guess::parts(of.phases.len()).into_iter().map(share).collect()
+}
+
+fn begun(guess: Guess, layout: Layout) -> Optimum {
+    Optimum {
         x: guess.x,
         layout,
         parts: guess.parts,
@@ -95,10 +122,20 @@ pub fn from_nothing(
         cost: 0.0,
         iterations: 0,
         violations: Vec::new(),
-    };
-    let mut found = solve(of, demands, &start, Stage::Motion, watch);
-    for (p, count) in intervals.iter().enumerate().take(of.phases.len()) {
-        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, 2 * count));
+    }
+}
+
+/// First without, then with virtual constraints.
+fn in_two_stages(
+    of: &Collocation,
+    demands: &Demands,
+    start: &Optimum,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Optimum {
+    let mut found = solve(of, demands, start, Stage::Motion, watch);
+    for p in 0..of.phases.len() {
+        let last = found.layout.phases[p].nodes() - 1;
+        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, last));
         let ends = found.layout.phases[p].ends();
         (found.x[ends[0]], found.x[ends[1]]) = (first, last);
         guess::fit(of, &found.layout.clone(), &mut found.x, p);
@@ -220,7 +257,9 @@ pub fn solve(
     let known = Some(&from.multipliers[..]);
     let known = known.filter(|known| stage == Stage::Gait && known.len() == program.rows.limits.len());
     let start = Start { x: &start, multipliers: known };
-    let usual = InteriorPoint { iterations: 500, ..InteriorPoint::default() };
+    // From a neighbour with its multipliers some ten iterations do, or it was none.
+    let most = if known.is_some() { 80 } else { 400 };
+    let usual = InteriorPoint { iterations: most, ..InteriorPoint::default() };
     // The first stage is a guess for the second.
     let solver = match stage {
         Stage::Motion => InteriorPoint { tolerance: 1e-3, patience: (5, 0.02), ..usual },

@@ -1,7 +1,9 @@
 //! A first gait file for a robot that walks in the plane: phases, phase variables and outputs, without curves.
 use super::names::formula_name;
 use crate::description::geometry::{Frame, Vector, norm, subtract};
-use crate::description::model::{Base, Contact, ContactPart, Foot, Joint, JointKind, Phase, RobotDescription};
+use crate::description::model::{
+    Base, Contact, ContactPart, Foot, Joint, JointKind, Phase, RobotDescription,
+};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::fmt::Write as _;
 
@@ -43,7 +45,10 @@ impl<'d> Walker<'d> {
     fn new(of: &'d RobotDescription) -> Result<Self, Diagnostic> {
         if !matches!(of.base, Base::Planar { .. }) {
             let help = "[base] kind = \"planar\" in biped.toml, if all joints turn about the y axis";
-            return Err(refused("gaits are those of robots that walk in the plane: the base is not planar", help));
+            return Err(refused(
+                "gaits are those of robots that walk in the plane: the base is not planar",
+                help,
+            ));
         }
         let moving = || of.joints.iter().filter(|joint| joint.kind.moves());
         if let Some(joint) = moving().find(|joint| !of.actuated_joints.contains(&joint.name)) {
@@ -111,7 +116,10 @@ impl<'d> Walker<'d> {
     fn write(&self, phase: &Phase, alone: bool, text: &mut String) -> Result<(), Diagnostic> {
         let stands: Vec<(&'d Foot, usize)> = self.standing(&phase.contacts)?;
         let Some(&(stance, _)) = stands.first() else {
-            return Err(refused(format!("nothing stands in phase `{}`", phase.name), "a phase in the air has no gait"));
+            return Err(refused(
+                format!("nothing stands in phase `{}`", phase.name),
+                "a phase in the air has no gait",
+            ));
         };
         let (variable, unit) = match alone {
             true => self.angle(stance).map_or_else(|| (self.place(stance), "m"), |angle| (angle, "rad")),
@@ -123,14 +131,18 @@ impl<'d> Walker<'d> {
             phase.name
         );
         if alone {
-            let point = |foot: &Foot| foot.points.first().map(|point| format!("{}_{}_z", foot.name, point.name));
+            let point =
+                |foot: &Foot| foot.points.first().map(|point| format!("{}_{}_z", foot.name, point.name));
             let landing = self.standing(&phase.impact)?;
             let lands = landing.iter().find(|(foot, _)| foot.name != stance.name);
             let (Some(lands), Some(on)) = (lands.and_then(|(foot, _)| point(foot)), point(stance)) else {
                 let help = "a phase alone ends by `impact` of the other foot";
                 return Err(refused(format!("phase `{}` does not end by a landing", phase.name), help));
             };
-            let _ = writeln!(text, "guard = {{ zero = \"{lands} - {on}\", between = [0.05, 0.5] }}  # found anew");
+            let _ = writeln!(
+                text,
+                "guard = {{ zero = \"{lands} - {on}\", between = [0.05, 0.5] }}  # found anew"
+            );
         } else {
             let stiff = self.feedback();
             let _ = writeln!(
@@ -180,13 +192,16 @@ impl<'d> Walker<'d> {
             follow.extend(last.filter(|_| *rows > 2));
         } else {
             let height = stands.first().and_then(|(foot, _)| Some((foot, self.foremost(foot)?)));
-            let height = height.map_or_else(String::new, |(foot, point)| format!("base_z - {}_{point}_z", foot.name));
+            let height =
+                height.map_or_else(String::new, |(foot, point)| format!("base_z - {}_{point}_z", foot.name));
             found.push(("base_pitch".to_owned(), "rad", "base_pitch".to_owned()));
             found.push(("base_height".to_owned(), "m", height));
             for &(foot, rows) in stands {
                 let leg = self.leg(foot);
                 let kept = 1..leg.len().saturating_sub(2).max(1);
-                follow.extend(leg.iter().enumerate().filter(|(k, _)| !kept.contains(k)).map(|(_, j)| j.name.as_str()));
+                follow.extend(
+                    leg.iter().enumerate().filter(|(k, _)| !kept.contains(k)).map(|(_, j)| j.name.as_str()),
+                );
                 if rows == 2 && leg.len() > 2 {
                     found.push((format!("pitch_of_{}", foot.name), "rad", self.pitch(foot)));
                 }

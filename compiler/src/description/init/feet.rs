@@ -38,8 +38,10 @@ pub(super) fn guess_feet(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], pitch
             .map(|body| (body.links[0], body, "its place, its chain ends lowest"))
             .collect();
     }
-    let mut guesses: Vec<FootGuess> =
-        found.into_iter().map(|(link, body, reason)| guess((robot, frames, pitch), link, body, reason)).collect();
+    let mut guesses: Vec<FootGuess> = found
+        .into_iter()
+        .map(|(link, body, reason)| guess((robot, frames, pitch), link, body, reason))
+        .collect();
     if let [a, b] = &mut guesses[..]
         && pitch
         && a.side.is_none()

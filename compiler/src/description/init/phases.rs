@@ -9,7 +9,8 @@ pub(super) fn write_phases(feet: &[FootGuess], known: bool, out: &mut String) {
     let (mut left, mut right) = (of(Side::Left), of(Side::Right));
     let (Some(left), Some(right), 2) = (left.next(), right.next(), feet.len()) else { return };
     let has = |foot: &FootGuess, wanted: &str| foot.points.iter().any(|(name, _)| *name == wanted);
-    let soles = [left, right].iter().all(|foot| foot.points.len() == 2 && has(foot, "heel") && has(foot, "toe"));
+    let soles =
+        [left, right].iter().all(|foot| foot.points.len() == 2 && has(foot, "heel") && has(foot, "toe"));
     let text = match known && soles {
         true => human_like(&left.name, &right.name),
         false => one_phase(&left.name, &right.name),
