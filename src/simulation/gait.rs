@@ -223,7 +223,7 @@ fn wished(
 }
 
 /// A scenario begins in this state; `place` is where that is said.
-fn begin_at(scenario: &mut Scenario, [q, v]: [Vec<f64>; 2], place: (usize, usize)) {
+pub(super) fn begin_at(scenario: &mut Scenario, [q, v]: [Vec<f64>; 2], place: (usize, usize)) {
     (scenario.initial.q, scenario.initial.v, scenario.initial.clearance) = (q, v, None);
     scenario.initial.position = place;
     if let Some(events) = &mut scenario.events {

@@ -7,11 +7,13 @@ mod log;
 mod robust;
 mod run;
 mod stepping;
+mod trial;
 mod walking;
 
 pub use chosen::{StepEnergy, WalkedSpeeds};
 pub use robust::{Disturbance, DisturbanceKind, Robust, RobustOptions, Survival, Tried, wilson};
 pub use run::{Options, Outcome, Scene, Simulated};
+pub use trial::{Trial, WalkedMargins};
 
 use crate::robot::{feet, joint_layout};
 use bipedc_analysis::robot::Foot;

@@ -187,7 +187,7 @@ fn verdict_words(violation: &Violation) -> String {
 }
 
 /// Six decimals where they say something.
-fn figure(x: f64) -> String {
+pub(super) fn figure(x: f64) -> String {
     match x.abs() {
         0.0 => "0".to_owned(),
         1e-3..1e6 => format!("{x:.6}"),

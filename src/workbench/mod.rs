@@ -1,10 +1,12 @@
 //! A robot on the bench: compared with logs, diagnosed, amended, identified, simulated, filmed.
+mod closed_loop;
 mod explaining;
 mod identified;
 mod optimised;
 
+pub use closed_loop::ClosedLoop;
 pub use explaining::{Event, Explained};
-pub use optimised::{ClosedLoop, OptimiseOptions, OptimisedGait, OptimisedGaits};
+pub use optimised::{OptimiseOptions, OptimisedGait, OptimisedGaits};
 
 use crate::amendment::diagnosis::{Selection, propose};
 use crate::amendment::history::History;

@@ -1,19 +1,19 @@
 //! Gaits found by optimisation, written, and tried under their own controllers.
 use super::Workbench;
+use super::closed_loop::{ClosedLoop, Lack, Tried};
 use crate::gait::optimise::{
-    Demands, MotionMargins, Optimum, Stage, from_neighbour, from_nothing, gait_text,
+    Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_neighbour, from_nothing, gait_text, size,
 };
-use crate::gait::{ChainOptions, GaitBench, PhasedBench, StepOptions};
-use crate::simulation;
+use crate::simulation::Trial;
 use crate::table::table;
 use bipedc_analysis::nonlinear::{Ending, Iteration};
 use bipedc_compiler::compile::{Collocation, GaitForm, compile_collocation};
-use bipedc_compiler::description::gait::{gait_path, parse_any_gait, read_any_gait};
+use bipedc_compiler::description::gait::{AnyGait, gait_path, parse_any_gait, read_any_gait};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::input;
 use serde::Serialize;
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// What gaits are asked for.
@@ -21,12 +21,14 @@ use std::time::Instant;
 pub struct OptimiseOptions {
     /// The gait whose phases, phase variables and outputs are kept: a name in `gaits/` or a file.
     pub form: String,
+    /// A gait with curves at which the search begins, a name in `gaits/` or a file; none: from nothing.
+    pub start: Option<String>,
     /// Mean walking speeds, m/s; each search after the first begins where the one before ended.
     pub speeds: Vec<f64>,
     /// Bezier coefficients of each output.
     pub coefficients: usize,
-    /// Everything else that is asked; its speed does not count.
-    pub demands: Demands,
+    /// Everything else that is wished.
+    pub wishes: Wishes,
     /// The comment at the beginning of the files.
     pub command: String,
 }
@@ -42,8 +44,10 @@ pub struct OptimisedGait {
     pub minimum: bool,
     /// Iterations.
     pub iterations: usize,
-    /// Of the search, s.
+    /// Of everything, s.
     pub seconds: f64,
+    /// Of the first search alone, s.
+    pub search_seconds: f64,
     /// Duration of each phase, s.
     pub durations: Vec<f64>,
     /// m
@@ -52,8 +56,12 @@ pub struct OptimisedGait {
     pub margins: MotionMargins,
     /// What does not hold, the worst first.
     pub violations: Vec<Violated>,
+    /// Searches: after the first one each asked for a little more where the walk under the controller lacked something.
+    pub rounds: usize,
     /// What the gait does under its own controller; none where the search failed.
     pub closed_loop: Option<ClosedLoop>,
+    /// What was wished and does not hold under its controller.
+    pub lacking: Vec<String>,
     /// The gait file's text; none where the search failed.
     #[serde(skip)]
     pub text: Option<String>,
@@ -70,23 +78,6 @@ pub struct Violated {
     pub node: Option<usize>,
     /// By how much, in the unit of the constraint.
     pub by: f64,
-}
-
-/// A written gait under its own controller.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ClosedLoop {
-    /// Whether steps repeat themselves and deviations shrink.
-    pub walks: bool,
-    /// Why not.
-    pub reason: Option<String>,
-    /// φ̇ at the dead centre of every step, per s.
-    pub speed: Option<f64>,
-    /// What is left of a small deviation after a step.
-    pub multiplier: Option<f64>,
-    /// Mean walking speed, m/s.
-    pub walking_speed: Option<f64>,
-    /// Of a step, s.
-    pub duration: Option<f64>,
 }
 
 /// All that were asked for. As text and as JSON they are what `bipedc gait optimise` prints.
@@ -128,22 +119,17 @@ impl Workbench {
             complete: true,
             gaits: Vec::new(),
         };
+        let seed = options.start.as_ref().map(|name| self.seed(name)).transpose()?;
+        let asked =
+            Asked { file: &file, source: &source, form: &form, of: &of, seed: seed.as_ref(), options };
+        let trial = self.progress.stage("deriving", || Trial::new(&self.robot, &of))?;
         let mut near: Option<Optimum> = None;
         for &speed in &options.speeds {
-            let demands = Demands { speed, ..options.demands.clone() };
-            let begin = Instant::now();
-            let optimum = self.search(&of, &demands, near.as_ref());
-            if (self.stop)() {
+            let Some((gait, optimum)) = self.found_at(&asked, &trial, speed, near.as_ref())? else {
                 found.complete = false;
                 break;
-            }
-            let mut gait = described(&of, &optimum, (speed, begin.elapsed().as_secs_f64()));
+            };
             if gait.feasible {
-                let head = format!("Found at {speed} m/s by\n  {}", options.command);
-                let text = gait_text(&source, &form, &of, &optimum, (&head, demands.friction.max(0.6)))?;
-                let tried = self.progress.stage("walking", || self.tried(&file, &text, &of, &optimum));
-                gait.closed_loop = Some(tried);
-                gait.text = Some(text);
                 near = Some(optimum);
             }
             done(&gait)?;
@@ -152,7 +138,91 @@ impl Workbench {
         Ok(found)
     }
 
-    fn search(&self, of: &Collocation, demands: &Demands, near: Option<&Optimum>) -> Optimum {
+    /// Searches and tries, and asks for more where the controller's walk lacks something; none: stopped.
+    fn found_at(
+        &self,
+        asked: &Asked<'_>,
+        trial: &Trial,
+        speed: f64,
+        near: Option<&Optimum>,
+    ) -> Result<Option<(OptimisedGait, Optimum)>, Diagnostics> {
+        let begin = Instant::now();
+        let wished = asked.options.wishes.demands(speed, size(asked.of));
+        let largest = asked.options.wishes.multiplier;
+        let mut demands = wished.with_reserve();
+        let mut near = near.cloned();
+        let mut best: Option<(Lack, OptimisedGait, Optimum)> = None;
+        let (mut rounds, mut iterations) = (0, 0);
+        let mut search_seconds = 0.0;
+        while rounds < ROUNDS {
+            let optimum = self.search(asked, &demands, near.as_ref())?;
+            if (self.stop)() {
+                return Ok(None);
+            }
+            if rounds == 0 {
+                search_seconds = begin.elapsed().as_secs_f64();
+            }
+            rounds += 1;
+            iterations += optimum.iterations;
+            let mut gait = described(asked.of, &optimum, speed);
+            if !gait.feasible {
+                let walks = best.as_ref().is_some_and(|(lack, ..)| lack.walks);
+                if best.is_none() {
+                    best = Some((Lack::everything(), gait, optimum));
+                }
+                if walks || !demands.finer() {
+                    break;
+                }
+                near = None;
+                continue;
+            }
+            let head = format!("Found at {speed} m/s by\n  {}", asked.options.command);
+            let friction = wished.friction;
+            let text = gait_text(asked.source, asked.form, asked.of, &optimum, (&head, friction))?;
+            let it = Tried { file: asked.file, text: &text, of: asked.of, optimum: &optimum, friction };
+            let tried = self.progress.stage("walking", || self.tried(trial, &it));
+            let lack = Lack::of((&wished, largest), &tried);
+            if !lack.walks {
+                near = None;
+                let goes_on = demands.finer();
+                gait.closed_loop = Some(tried);
+                gait.text = Some(text);
+                keep(&mut best, (lack, gait, optimum));
+                if goes_on { continue } else { break }
+            }
+            lack.tighten((&wished, largest), &tried, &mut demands);
+            let met = lack.is_met();
+            gait.closed_loop = Some(tried);
+            gait.text = Some(text);
+            near = Some(optimum.clone());
+            keep(&mut best, (lack, gait, optimum));
+            if met {
+                break;
+            }
+        }
+        let seconds = begin.elapsed().as_secs_f64();
+        Ok(best.map(|(lack, gait, optimum)| {
+            let lacking = if gait.feasible { lack.names() } else { Vec::new() };
+            (OptimisedGait { rounds, iterations, seconds, search_seconds, lacking, ..gait }, optimum)
+        }))
+    }
+
+    /// A gait to begin from, with its form derived.
+    fn seed(&self, name: &str) -> Result<(AnyGait, Collocation), Diagnostics> {
+        let file = gait_path(&self.robot.sources, name)?;
+        let (gait, _) = read_any_gait(&file, &self.robot.sources, &self.robot.description)?;
+        let form = GaitForm::new(&gait, 5);
+        let derive = || compile_collocation(&self.robot.description, &form);
+        let seed = self.progress.stage("deriving", derive).map_err(|error| error.or_in_file(&file))?;
+        Ok((gait, seed))
+    }
+
+    fn search(
+        &self,
+        asked: &Asked<'_>,
+        demands: &Demands,
+        near: Option<&Optimum>,
+    ) -> Result<Optimum, Diagnostic> {
         let stage = format!("optimising for {} m/s", demands.speed);
         self.progress.counted(&stage, |advance| {
             let mut watch = |stage: Stage, at: &Iteration| {
@@ -162,91 +232,36 @@ impl Workbench {
                 advance(half + (if stage == Stage::Motion { 0.4 } else { 0.6 }) * part);
                 !(self.stop)()
             };
-            match near {
-                Some(near) => from_neighbour(of, demands, near, &mut watch),
-                None => from_nothing(of, demands, &mut watch),
+            match (near, asked.seed) {
+                (Some(near), _) => Ok(from_neighbour(asked.of, demands, near, &mut watch)),
+                (None, Some((gait, seed))) => from_gait(asked.of, demands, (gait, seed), &mut watch),
+                (None, None) => Ok(from_nothing(asked.of, demands, &mut watch)),
             }
-        })
-    }
-
-    /// What the written gait does: by its zero dynamics under its own controller.
-    fn tried(&self, form: &Path, text: &str, of: &Collocation, optimum: &Optimum) -> ClosedLoop {
-        let file: PathBuf = form.with_file_name("found.toml");
-        let result = match of.phases.len() {
-            1 => self.cycle(&file, text),
-            _ => self.repeated(&file, text, of, optimum),
-        };
-        result.unwrap_or_else(|why| ClosedLoop {
-            walks: false,
-            reason: Some(why.0.first().map_or_else(String::new, |first| first.message.clone())),
-            speed: None,
-            multiplier: None,
-            walking_speed: None,
-            duration: None,
-        })
-    }
-
-    fn cycle(&self, file: &Path, text: &str) -> Result<ClosedLoop, Diagnostics> {
-        let bench = GaitBench::parse(&self.robot, file, text, &crate::progress::Silent)?;
-        let cycles = bench.cycles(&crate::gait::CycleOptions::default(), &self.run())?;
-        let of = cycles.cycles.first().ok_or_else(|| Diagnostic::error("no cycle was computed"))?;
-        let Some(cycle) = of.cycle else {
-            return Err(Diagnostic::error(of.reason.clone().unwrap_or_default()).into());
-        };
-        let step = bench.step(&StepOptions { speed: cycle.speed, ..StepOptions::default() })?;
-        Ok(ClosedLoop {
-            walks: step.step.feasible && cycle.multiplier < 1.0,
-            reason: step.step.reason.map(|reason| reason.to_string()),
-            speed: Some(cycle.speed),
-            multiplier: Some(cycle.multiplier),
-            walking_speed: Some(cycle.walking_speed),
-            duration: Some(cycle.duration),
-        })
-    }
-
-    /// Steps of several phases until they repeat themselves.
-    fn repeated(
-        &self,
-        file: &Path,
-        text: &str,
-        of: &Collocation,
-        optimum: &Optimum,
-    ) -> Result<ClosedLoop, Diagnostics> {
-        let bench = PhasedBench::parse(&self.robot, file, text, &crate::progress::Silent)?;
-        let walker = simulation::walker(&self.robot)?;
-        let step = |speed: f64| -> Result<_, Diagnostics> {
-            let found = bench.step(&walker.phases, &ChainOptions { speed, set: Vec::new() })?;
-            let next = found.next_speed.filter(|_| found.feasible);
-            let why =
-                || Diagnostic::error(found.reason.clone().unwrap_or_else(|| "a step is not made".to_owned()));
-            next.map(|next| (next, found.duration.unwrap_or(f64::NAN))).ok_or_else(|| why().into())
-        };
-        let mut speed = optimum.slowest_rate(of, 0);
-        for _ in 0..60 {
-            let (next, _) = step(speed)?;
-            let change = next - speed;
-            speed = next;
-            if change.abs() < 1e-7 * speed {
-                break;
-            }
-        }
-        let small = 1e-3 * speed;
-        let [above, below] = [step(speed + small)?, step(speed - small)?];
-        let multiplier = (above.0 - below.0) / (2.0 * small);
-        let (next, duration) = step(speed)?;
-        let repeats = (next - speed).abs() < 1e-4 * speed;
-        Ok(ClosedLoop {
-            walks: repeats && multiplier.abs() < 1.0,
-            reason: (!repeats).then(|| "steps do not settle within 60".to_owned()),
-            speed: Some(speed),
-            multiplier: Some(multiplier),
-            walking_speed: Some(optimum.step_length() / duration),
-            duration: Some(duration),
         })
     }
 }
 
-fn described(of: &Collocation, optimum: &Optimum, (speed, seconds): (f64, f64)) -> OptimisedGait {
+/// What stays the same over all speeds.
+struct Asked<'a> {
+    file: &'a Path,
+    source: &'a str,
+    form: &'a GaitForm,
+    of: &'a Collocation,
+    seed: Option<&'a (AnyGait, Collocation)>,
+    options: &'a OptimiseOptions,
+}
+
+/// Searches at one speed at most.
+const ROUNDS: usize = 6;
+
+/// The gait that lacks least.
+fn keep(best: &mut Option<(Lack, OptimisedGait, Optimum)>, found: (Lack, OptimisedGait, Optimum)) {
+    if best.as_ref().is_none_or(|(lack, ..)| found.0.is_less_than(lack)) {
+        *best = Some(found);
+    }
+}
+
+fn described(of: &Collocation, optimum: &Optimum, speed: f64) -> OptimisedGait {
     let violated = |(name, by): &(crate::gait::optimise::RowName, f64)| Violated {
         constraint: name.what.clone(),
         phase: of.phases[name.phase].name.clone(),
@@ -259,12 +274,15 @@ fn described(of: &Collocation, optimum: &Optimum, (speed, seconds): (f64, f64)) 
             && matches!(optimum.ending, Ending::Minimum | Ending::Feasible),
         minimum: optimum.ending == Ending::Minimum,
         iterations: optimum.iterations,
-        seconds,
+        seconds: 0.0,
+        search_seconds: 0.0,
         durations: optimum.durations(),
         step_length: optimum.step_length(),
         margins: optimum.margins(of),
         violations: optimum.violations.iter().filter(|(_, by)| by.abs() >= FEASIBLE).map(violated).collect(),
+        rounds: 1,
         closed_loop: None,
+        lacking: Vec::new(),
         text: None,
     }
 }
@@ -307,7 +325,11 @@ impl fmt::Display for OptimisedGait {
             (true, false) => "feasible, the search ended before a minimum",
             (false, _) => "not found",
         };
-        writeln!(f, "{} m/s: {ended}, {} iterations, {:.2} s", self.speed, self.iterations, self.seconds)?;
+        writeln!(
+            f,
+            "{} m/s: {ended}, {} iterations in {} rounds, {:.2} s",
+            self.speed, self.iterations, self.rounds, self.seconds
+        )?;
         if !self.feasible {
             let row = |violated: &Violated| {
                 let node = violated.node.map_or_else(|| "end".to_owned(), |node| node.to_string());
@@ -323,14 +345,17 @@ impl fmt::Display for OptimisedGait {
             write!(f, "\n{}", table(&["violated", "phase", "node", "by (SI)"], rows, 2))?;
             return if left > 0 { writeln!(f, "and {left} more") } else { Ok(()) };
         }
-        write!(f, "\n{}", table(&["", "value", "unit"], self.numbers(), 1))?;
+        write!(f, "\n{}", table(&["", "motion", "walked", "unit"], self.numbers(), 1))?;
         match &self.closed_loop {
             Some(tried) if !tried.walks => {
                 let why = tried.reason.as_deref().unwrap_or("deviations grow");
                 writeln!(
                     f,
-                    "\nthe trajectory is feasible, but under its controller the robot does not walk: {why}"
+                    "\nthe motion is possible, but under its controller the robot does not walk: {why}"
                 )
+            }
+            _ if !self.lacking.is_empty() => {
+                writeln!(f, "\nit walks; of what was wished this is missing: {}", self.lacking.join(", "))
             }
             _ => Ok(()),
         }
@@ -338,28 +363,36 @@ impl fmt::Display for OptimisedGait {
 }
 
 impl OptimisedGait {
+    /// As the motion has them at its nodes, and as the robot under its controller has them over whole steps.
     fn numbers(&self) -> Vec<Vec<String>> {
-        let margins = &self.margins;
-        let mut rows = vec![
-            ("step length", Some(self.step_length), "m"),
-            ("duration of a step", Some(self.durations.iter().sum()), "s"),
-            ("friction needed", Some(margins.friction), "1"),
-            ("friction needed by impacts", margins.impact_friction, "1"),
-            ("smallest vertical force", Some(margins.push), "N"),
-            ("smallest vertical impulse", margins.impulse, "N s"),
-            ("centre of pressure inside by", margins.zmp, "m"),
-            ("clearance", margins.clearance, "m"),
-            ("torque below its limit by", margins.torque, "N m"),
-            ("largest torque", Some(margins.largest_torque), "N m"),
-            ("joint inside its limits by", margins.joint, "rad"),
+        let (margins, tried) = (&self.margins, self.closed_loop.as_ref());
+        let walked = tried.and_then(|tried| tried.margins.as_ref());
+        let of = |number: Option<Option<f64>>| number.flatten();
+        let duration: f64 = self.durations.iter().sum();
+        let rows = [
+            ("walking speed", Some(self.step_length / duration), of(tried.map(|t| t.walking_speed)), "m/s"),
+            ("duration of a step", Some(duration), of(tried.map(|t| t.duration)), "s"),
+            ("step length", Some(self.step_length), None, "m"),
+            ("multiplier", None, of(tried.map(|t| t.multiplier)), "1"),
+            ("speed at mid-stance", None, of(tried.map(|t| t.speed)), "1/s"),
+            ("friction needed", Some(margins.friction), walked.map(|w| w.friction), "1"),
+            (
+                "friction needed by impacts",
+                margins.impact_friction,
+                of(walked.map(|w| w.impact_friction)),
+                "1",
+            ),
+            ("smallest vertical impulse", margins.impulse, of(walked.map(|w| w.impulse)), "N s"),
+            ("smallest vertical force", Some(margins.push), None, "N"),
+            ("centre of pressure inside by", margins.zmp, of(walked.map(|w| w.zmp)), "m"),
+            ("clearance", margins.clearance, of(walked.map(|w| w.clearance)), "m"),
+            ("torque below its limit by", margins.torque, of(walked.map(|w| w.torque)), "N m"),
+            ("largest torque", Some(margins.largest_torque), None, "N m"),
+            ("joint inside its limits by", margins.joint, of(walked.map(|w| w.joint)), "rad"),
         ];
-        if let Some(tried) = &self.closed_loop {
-            rows.push(("under its controller: walking speed", tried.walking_speed, "m/s"));
-            rows.push(("under its controller: multiplier", tried.multiplier, "1"));
-        }
-        let row = |(name, value, unit): (&str, Option<f64>, &str)| {
-            let value = value.map_or_else(|| "—".to_owned(), |value| format!("{value:.6}"));
-            vec![name.to_owned(), value, unit.to_owned()]
+        let number = |value: Option<f64>| value.map_or_else(|| "—".to_owned(), |value| format!("{value:.6}"));
+        let row = |(name, motion, walked, unit): (&str, Option<f64>, Option<f64>, &str)| {
+            vec![name.to_owned(), number(motion), number(walked), unit.to_owned()]
         };
         rows.into_iter().map(row).collect()
     }

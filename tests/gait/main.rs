@@ -14,6 +14,7 @@ mod phased_chain;
 mod phased_files;
 mod phased_lie;
 mod phased_walks;
+mod planar;
 mod plans;
 mod scenarios;
 mod simulated;

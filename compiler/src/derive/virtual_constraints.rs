@@ -4,7 +4,8 @@ use super::curve::{bezier, splines};
 use super::frames::{frame_pose, world_poses};
 use super::model::RobotModel;
 use crate::description::gait::{
-    Curve, Feedforward, Gait, GaitOutput, GaitParameter, GaitPhase, PHASE, PHASE_END, PHASE_START, PhasedGait,
+    Curve, Feedforward, Gait, GaitOutput, GaitParameter, GaitPhase, PHASE, PHASE_END, PHASE_START,
+    PhasedGait, formula_name,
 };
 use crate::expression::{Input, Sloped, Sym, ValuedFormula, replaced, slopes_along};
 use crate::tree::Tree;
@@ -277,6 +278,10 @@ fn configuration_names<'g>(model: &RobotModel<'g, '_>, points: &[[Sym<'g>; 2]]) 
     let mut names: BTreeMap<String, Sym<'g>> =
         base.into_iter().map(str::to_owned).zip((0..3).map(position)).collect();
     // On a planar base q and v have the same places.
+    for joint in &model.tree.joints {
+        names.entry(formula_name(&joint.name)).or_insert_with(|| position(joint.v_index));
+    }
+    // Names as they are count more than what others become.
     names.extend(model.tree.joints.iter().map(|joint| (joint.name.clone(), position(joint.v_index))));
     for (point, place) in model.tree.points.iter().zip(points) {
         for (axis, &value) in ["x", "z"].into_iter().zip(place) {

@@ -1,6 +1,7 @@
 //! `bipedc gait`: steps on the zero dynamics of a gait.
 mod cycle;
 mod map;
+mod new;
 mod optimise;
 mod plan;
 mod robust;
@@ -20,7 +21,8 @@ Examples:
   bipedc gait capture robots/three_link --gait thesis --speed 0.5:4:141
   bipedc gait cycle robots/five_link --gait thesis --over step_length=0.15:0.7:23
   bipedc gait robust robots/three_link --scenario robots/three_link/scenarios/robust.toml --disturb push=10
-  bipedc gait optimise robots/five_link --gait optimised --speed 0.7 --out new.toml
+  bipedc gait new robots/five_link --out form.toml
+  bipedc gait optimise robots/five_link --gait form.toml --speed 0.7 --out new.toml
   bipedc gait plan robots/tulip --gait dynamic --speed 0.3 --out plan.csv --report plan.html
 
 A gait is a file of virtual constraints, gaits/NAME.toml beside the robot's description; docs/gaits.md explains it. \
@@ -42,6 +44,7 @@ enum GaitCommand {
     Capture(steps::Capture),
     Cycle(cycle::Cycle),
     Robust(robust::Robust),
+    New(new::New),
     Optimise(optimise::Optimise),
     Plan(plan::Plan),
 }
@@ -56,6 +59,7 @@ impl Gait {
             GaitCommand::Capture(command) => command.run(),
             GaitCommand::Cycle(command) => command.run(),
             GaitCommand::Robust(command) => command.run(),
+            GaitCommand::New(command) => command.run(),
             GaitCommand::Optimise(command) => command.run(),
             GaitCommand::Plan(command) => command.run(),
         }

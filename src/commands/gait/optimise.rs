@@ -3,7 +3,7 @@ use super::values::INTERRUPTED;
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc::gait::optimise::Demands;
+use bipedc::gait::optimise::Wishes;
 use bipedc::workbench::OptimiseOptions;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::write_with_folders;
@@ -22,16 +22,22 @@ robot: its posture at ease, feet on straight lines. The whole dynamics hold at t
 steps that repeat themselves, and with margins from the ground, friction, torques and joints. The mean squared torque is made small, with a little of the \
 squared accelerations. Coefficients of the Bezier polynomials are unknowns of the search, so that what is found is a gait file.
 
-What is written was tried under its own controller on its zero dynamics: that a motion is possible does not say that the robot walks by it. A \
-motion that is found but does not walk is written all the same, and the exit code is 3. Whether the ground holds all that is for `bipedc simulate` with [assumptions] to say. Where none is found, the violated constraints are told \
+What was found is tried as it would be written: steps under its own controller until they repeat themselves, then a walk of the whole robot from event to \
+event, with the ground checked as `bipedc simulate` with [assumptions] checks it. Where that walk lacks something of what was asked (speed within 1 %, friction, \
+impulses, centre of pressure, clearance, multiplier), the search goes on from there and asks for so much more, six rounds at most; a motion \
+that does not walk is looked for again on more nodes. What is still missing is said, and is in the JSON under \"lacking\". \
+A motion that does not walk is written all the same, exit code 3. Where none is found, the violated constraints are told \
 with phase and node; exit code 4, nothing is written.
+
+--start begins at the curves of another gait with the same phases instead of from nothing: one that was found before, or that somebody else found. A robot without any \
+gait gets a form by `bipedc gait new`.
 
 Several speeds make a library: --out is a folder, each search begins where the one before ended. Ctrl-C leaves what is done; \
 exit code 130.
 
 JSON: {\"form\", \"robot\", \"complete\", \"gaits\": [{\"speed\" (m/s), \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \
-\"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\"}, \"violations\": \
-[{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s)}}]}.";
+\"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\"}, \"rounds\", \"lacking\", \"search_seconds\", \"violations\": \
+[{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\"}}}]}.";
 
 /// Finds gaits: the least torques at a walking speed, within all limits
 #[derive(Args)]
@@ -42,6 +48,9 @@ pub struct Optimise {
     /// The gait whose form is kept: a name in gaits/ beside the robot's description, or a file
     #[arg(long, value_name = "NAME|FILE.toml")]
     gait: String,
+    /// A gait with Bezier curves where the search begins, such as one that was found before; without: from nothing
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    start: Option<String>,
     /// Mean walking speed, m/s; several make a library
     #[arg(long, value_name = "V", num_args = 1.., required = true, allow_negative_numbers = true)]
     speed: Vec<f64>,
@@ -49,17 +58,20 @@ pub struct Optimise {
     #[arg(long, value_name = "NEW.toml|FOLDER")]
     out: PathBuf,
     /// Coulomb's coefficient that forces and impulses stay below
-    #[arg(long, value_name = "MU", default_value_t = 0.5, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MU", default_value_t = 0.6, allow_negative_numbers = true)]
     friction: f64,
-    /// Height of feet in the air, m
-    #[arg(long, value_name = "H", default_value_t = 0.012, allow_negative_numbers = true)]
-    clearance: f64,
-    /// Distance of centres of pressure from the ends of a sole, m
-    #[arg(long, value_name = "D", default_value_t = 0.012, allow_negative_numbers = true)]
-    zmp: f64,
-    /// Smallest vertical impulse on a foot that an impact holds, N s
-    #[arg(long, value_name = "P", default_value_t = 0.15, allow_negative_numbers = true)]
-    impulse: f64,
+    /// Height of feet in the air, m; default 0.010, of small robots a sixtieth of the base's height
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    clearance: Option<f64>,
+    /// Distance of centres of pressure from the ends of a sole, m; default as --clearance
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    zmp: Option<f64>,
+    /// Smallest vertical impulse on a foot that an impact holds, N s; default 0.1, of light robots less
+    #[arg(long, value_name = "P", allow_negative_numbers = true)]
+    impulse: Option<f64>,
+    /// Largest multiplier: what is left of a small deviation after a step
+    #[arg(long, value_name = "PART", default_value_t = 0.8, allow_negative_numbers = true)]
+    multiplier: f64,
     /// Longest step, as a part of the height of the base
     #[arg(long, value_name = "PART", default_value_t = 0.75, allow_negative_numbers = true)]
     longest_step: f64,
@@ -88,6 +100,9 @@ impl Optimise {
         };
         let mut ledger = bench.ledger();
         ledger.reads("the gait", &bench.gait_file(&self.gait)?);
+        if let Some(start) = &self.start {
+            ledger.reads("the gait to begin from", &bench.gait_file(start)?);
+        }
         for &speed in &self.speed {
             ledger.writes("--out", &place(speed))?;
         }
@@ -118,28 +133,29 @@ impl Optimise {
         };
         self.speed.iter().for_each(|&speed| within("--speed", speed, [0.01, 10.0]));
         within("--friction", self.friction, [0.05, 5.0]);
-        within("--clearance", self.clearance, [0.0, 1.0]);
-        within("--zmp", self.zmp, [0.0, 1.0]);
-        within("--impulse", self.impulse, [0.0, 1e3]);
+        self.clearance.iter().for_each(|&x| within("--clearance", x, [0.0, 1.0]));
+        self.zmp.iter().for_each(|&x| within("--zmp", x, [0.0, 1.0]));
+        self.impulse.iter().for_each(|&x| within("--impulse", x, [0.0, 1e3]));
+        within("--multiplier", self.multiplier, [0.05, 1.0]);
         within("--longest-step", self.longest_step, [0.05, 2.0]);
         within("--coefficients", self.coefficients as f64, [5.0, 16.0]);
         within("--intervals", self.intervals as f64, [6.0, 200.0]);
         if !wrong.is_empty() {
             return Err(Diagnostics(wrong));
         }
-        let usual = Demands::new(self.speed[0]);
         Ok(OptimiseOptions {
             form: self.gait.clone(),
+            start: self.start.clone(),
             speeds: self.speed.clone(),
             coefficients: self.coefficients,
-            demands: Demands {
+            wishes: Wishes {
                 friction: self.friction,
                 clearance: self.clearance,
                 zmp: self.zmp,
                 impulse: self.impulse,
                 longest_step: self.longest_step,
                 intervals: self.intervals,
-                ..usual
+                multiplier: self.multiplier,
             },
             command: self.command(),
         })
@@ -148,14 +164,19 @@ impl Optimise {
     /// As it would be typed again.
     fn command(&self) -> String {
         let speeds: Vec<String> = self.speed.iter().map(ToString::to_string).collect();
+        let given = |name: &str, value: Option<f64>| {
+            value.map_or_else(String::new, |value| format!(" --{name} {value}"))
+        };
         format!(
-            "bipedc gait optimise … --gait {} --speed {} --friction {} --clearance {} --zmp {} --impulse {} --longest-step {} --coefficients {} --intervals {}",
+            "bipedc gait optimise … --gait {}{} --speed {} --friction {}{}{}{} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
             self.gait,
+            self.start.as_ref().map_or_else(String::new, |start| format!(" --start {start}")),
             speeds.join(" "),
             self.friction,
-            self.clearance,
-            self.zmp,
-            self.impulse,
+            given("clearance", self.clearance),
+            given("zmp", self.zmp),
+            given("impulse", self.impulse),
+            self.multiplier,
             self.longest_step,
             self.coefficients,
             self.intervals

@@ -31,6 +31,13 @@ pub struct RowName {
 }
 
 const EQUAL: [f64; 2] = [0.0, 0.0];
+/// A phase that ends where a force vanishes or a foot tips ends clearly: over this last part of it the force (of the weight) and the distance of the centre of
+/// pressure from the end of the sole (of its length) are no smaller than these, times what is left of the phase. Where they fall to nothing more slowly, the
+/// robot under its controller comes to the end of the phase much earlier or later.
+const CLEAR_END: f64 = 0.35;
+const LETTING_GO: f64 = 0.3;
+const TIPPING: f64 = 0.15;
+
 const ABOVE: [f64; 2] = [0.0, f64::INFINITY];
 
 pub(super) struct Builder<'a> {
@@ -190,17 +197,25 @@ impl Builder<'_> {
         for foot in of.feet.iter().flatten() {
             let name = of.forces[foot.force[0]].split('/').next().unwrap_or("");
             let [x, z] = foot.force.map(|k| first + k);
+            let left = 1.0 - node as f64 / (self.layout.phases[phase].nodes() - 1) as f64;
             if last && !foot.holds {
                 let what = format!("{name} lets go");
                 rows.sum((&what, phase, Some(node)), EQUAL, vec![(z, 1.0)]);
                 rows.sum((&what, phase, Some(node)), [-0.5, 0.5], vec![(x, 1.0)]);
             } else {
                 self.friction(rows, (&format!("friction of {name}"), phase, Some(node)), [x, z]);
+                if !foot.holds && left < CLEAR_END {
+                    let least = LETTING_GO * left * self.of.mass * 9.81;
+                    let what = format!("{name} lets go by and by");
+                    rows.sum((&what, phase, Some(node)), [least, f64::INFINITY], vec![(z, 1.0)]);
+                }
             }
             if let Some(moment) = foot.moment {
                 for side in 0..2 {
                     let sign = [-1.0, 1.0][side];
-                    let margin = if foot.level[side] { self.demands.zmp } else { 0.0 };
+                    let tips =
+                        if left < CLEAR_END { TIPPING * left * (foot.sole[1] - foot.sole[0]) } else { 0.0 };
+                    let margin = if foot.level[side] { self.demands.zmp } else { tips };
                     let limits = if last && !foot.level[side] { EQUAL } else { ABOVE };
                     let sum = vec![(z, sign * foot.sole[side] - margin), (first + moment, sign)];
                     rows.sum((&format!("centre of pressure of {name}"), phase, Some(node)), limits, sum);

@@ -30,7 +30,7 @@ pub struct Demands {
 }
 
 impl Demands {
-    /// At a speed, everything else as usual.
+    /// At a speed, everything else as usual for a robot of some 20 kg and 0.7 m.
     pub fn new(speed: f64) -> Self {
         Self {
             speed,
@@ -45,6 +45,101 @@ impl Demands {
             landing: [0.2, 1.0],
             longest_step: 0.75,
             intervals: 24,
+        }
+    }
+
+    /// The same for a robot of this mass (kg) with its base at this height (m): smaller ones are asked for less.
+    pub fn of_size(speed: f64, mass: f64, height: f64) -> Self {
+        let usual = Self::new(speed);
+        let swing = (9.81 * height).sqrt();
+        Self {
+            push: usual.push.min(0.03 * mass * 9.81),
+            zmp: usual.zmp.min(0.02 * height),
+            clearance: usual.clearance.min(0.02 * height),
+            impulse: usual.impulse.min(3.5e-3 * mass * swing),
+            lift_off: usual.lift_off.min(0.02 * swing),
+            landing: [usual.landing[0].min(0.08 * swing), usual.landing[1].max(0.4 * swing)],
+            ..usual
+        }
+    }
+}
+
+/// Most intervals of a step that a search goes on to by itself.
+const MOST_INTERVALS: usize = 60;
+
+impl Demands {
+    /// More nodes, where a motion was not found or does not walk by its outputs; false: there are many already.
+    pub fn finer(&mut self) -> bool {
+        self.intervals = self.intervals * 3 / 2;
+        self.intervals <= MOST_INTERVALS
+    }
+}
+
+/// What is wished of a gait as it walks under its own controller; what is `None` follows from the robot's size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wishes {
+    /// Coulomb's coefficient that forces and impulses stay below.
+    pub friction: f64,
+    /// Height of feet in the air, m.
+    pub clearance: Option<f64>,
+    /// Distance of the centre of pressure from the ends of a sole, m.
+    pub zmp: Option<f64>,
+    /// Smallest vertical impulse on each foot that an impact holds, N s.
+    pub impulse: Option<f64>,
+    /// Longest step, as a part of the base's height.
+    pub longest_step: f64,
+    /// Intervals of a step.
+    pub intervals: usize,
+    /// Largest part of a small deviation that may be left after a step.
+    pub multiplier: f64,
+}
+
+impl Default for Wishes {
+    fn default() -> Self {
+        let usual = Demands::new(1.0);
+        Self {
+            friction: 0.6,
+            clearance: None,
+            zmp: None,
+            impulse: None,
+            longest_step: usual.longest_step,
+            intervals: usual.intervals,
+            multiplier: 0.8,
+        }
+    }
+}
+
+/// What a search is asked for, of what a walk is to keep: friction, impulses, distances.
+const RESERVE: [f64; 3] = [5.0 / 6.0, 1.5, 1.2];
+
+impl Wishes {
+    /// What the walk is to keep, of a robot of this mass (kg) with its base at this height (m).
+    pub fn demands(&self, speed: f64, [mass, height]: [f64; 2]) -> Demands {
+        let sized = Demands::of_size(speed, mass, height);
+        let [_, impulse, distance] = RESERVE;
+        Demands {
+            friction: self.friction,
+            clearance: self.clearance.unwrap_or(sized.clearance / distance),
+            zmp: self.zmp.unwrap_or(sized.zmp / distance),
+            impulse: self.impulse.unwrap_or(sized.impulse / impulse),
+            longest_step: self.longest_step,
+            intervals: self.intervals,
+            ..sized
+        }
+    }
+}
+
+impl Demands {
+    /// With what the controller's walk takes of them, so that about as much is left.
+    #[must_use]
+    pub fn with_reserve(&self) -> Self {
+        let [friction, impulse, distance] = RESERVE;
+        Self {
+            friction: friction * self.friction,
+            impulse: impulse * self.impulse,
+            zmp: distance * self.zmp,
+            clearance: distance * self.clearance,
+            ..self.clone()
         }
     }
 }

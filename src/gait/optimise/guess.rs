@@ -60,6 +60,12 @@ pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
     Guess { x, parts, rates, height: postures.height() }
 }
 
+/// Height of the base above the ground with the joints at ease, m.
+pub(super) fn height(of: &Collocation) -> f64 {
+    let layout = Layout::new(of, &vec![1; of.phases.len()]);
+    Postures { of, layout: &layout, ease: ease(of) }.height()
+}
+
 /// Parts of a step that its phases take: the first as much as three others.
 pub(super) fn parts(count: usize) -> Vec<f64> {
     match count {
@@ -193,11 +199,10 @@ impl Postures<'_> {
         q
     }
 
-    /// A straight line between two postures, with half the weight on each foot that stands.
+    /// A straight line between two postures.
     fn line(&self, x: &mut [f64], p: usize, [from, to]: [&[f64]; 2]) {
         let phase = &self.layout.phases[p];
         let last = (phase.nodes() - 1) as f64;
-        let feet = self.of.phases[p].feet.iter().flatten().count().max(1) as f64;
         for node in 0..phase.nodes() {
             let part = node as f64 / last;
             let [q, v] = [0, 1].map(|order| self.layout.motion(p, node, order));
@@ -205,18 +210,27 @@ impl Postures<'_> {
                 x[q + k] = from[k] + part * (to[k] - from[k]);
                 x[v + k] = (to[k] - from[k]) / x[phase.duration];
             }
-            for foot in self.of.phases[p].feet.iter().flatten() {
-                x[self.layout.forces(p, node) + foot.force[1]] = self.of.mass * 9.81 / feet;
-            }
         }
-        for foot in self.of.changes[p].feet.iter().flatten() {
-            x[phase.impulses.start + foot.force[1]] = 0.02 * self.of.mass * 9.81;
-        }
+        weights(self.of, self.layout, x, p);
     }
 
     /// Coefficients that fit the outputs along the nodes best.
     pub fn coefficients(&self, x: &mut [f64], p: usize) {
         fit(self.of, self.layout, x, p);
+    }
+}
+
+/// Equal parts of the weight on each foot that stands, and a little of it as impulse on each that is hit.
+pub(super) fn weights(of: &Collocation, layout: &Layout, x: &mut [f64], p: usize) {
+    let phase = &layout.phases[p];
+    let feet = of.phases[p].feet.iter().flatten().count().max(1) as f64;
+    for node in 0..phase.nodes() {
+        for foot in of.phases[p].feet.iter().flatten() {
+            x[layout.forces(p, node) + foot.force[1]] = of.mass * 9.81 / feet;
+        }
+    }
+    for foot in of.changes[p].feet.iter().flatten() {
+        x[phase.impulses.start + foot.force[1]] = 0.02 * of.mass * 9.81;
     }
 }
 

@@ -5,19 +5,23 @@ mod demands;
 mod guess;
 mod layout;
 mod margins;
+mod seed;
 #[cfg(test)]
 mod tests;
 mod transcription;
 mod write;
 
 pub use constraints::RowName;
-pub use demands::Demands;
+pub use demands::{Demands, Wishes};
 pub use margins::MotionMargins;
 pub use write::gait_text;
 
 use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};
 use bipedc_compiler::compile::{Collocation, NodeRow};
+use bipedc_compiler::description::gait::AnyGait;
+use bipedc_effects::diagnostic::Diagnostic;
 use constraints::Builder;
+use guess::Guess;
 use layout::Layout;
 use transcription::Transcription;
 
@@ -31,6 +35,8 @@ pub struct Optimum {
     parts: Vec<f64>,
     rates: Vec<f64>,
     height: f64,
+    /// Of the constraints, where the last stage ended.
+    multipliers: Vec<f64>,
     /// How the search ended.
     pub ending: Ending,
     /// Mean squared torque over the squared twentieth of the weight.
@@ -58,7 +64,18 @@ pub fn from_neighbour(
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
     let from = Optimum { iterations: 0, ..neighbour.clone() };
+    let found = solve(of, demands, &from, Stage::Gait, watch);
+    if matches!(found.ending, Ending::Minimum | Ending::Feasible | Ending::Stopped) {
+        return found;
+    }
+    // What is known of the multipliers may lead astray.
+    let from = Optimum { multipliers: Vec::new(), iterations: found.iterations, ..neighbour.clone() };
     solve(of, demands, &from, Stage::Gait, watch)
+}
+
+/// Mass of the robot (kg) and height of its base (m), which usual margins follow from.
+pub fn size(of: &Collocation) -> [f64; 2] {
+    [of.mass, guess::height(of)]
 }
 
 /// Finds a gait from nothing but the robot.
@@ -67,24 +84,58 @@ pub fn from_nothing(
     demands: &Demands,
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
-    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(6);
-    let intervals: Vec<usize> = guess::parts(of.phases.len()).into_iter().map(share).collect();
-    let layout = Layout::new(of, &intervals);
+    let layout = Layout::new(of, &intervals(of, demands));
     let guess = guess::naive(of, &layout, demands.speed);
-    let start = Optimum {
+    in_two_stages(of, demands, &begun(guess, layout), watch)
+}
+
+/// Finds a gait near one that has curves; `seed` is derived from the form of that one.
+///
+/// # Errors
+/// Other phases, outputs without Bezier coefficients, curves along which there are no postures.
+pub fn from_gait(
+    of: &Collocation,
+    demands: &Demands,
+    (gait, seed): (&AnyGait, &Collocation),
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Result<Optimum, Diagnostic> {
+    let layout = Layout::new(of, &intervals(of, demands));
+    let guess = seed::along_curves((of, &layout), (gait, seed), demands.speed)?;
+    Ok(in_two_stages(of, demands, &begun(guess, layout), watch))
+}
+
+/// Of each phase, at least six.
+fn intervals(of: &Collocation, demands: &Demands) -> Vec<usize> {
+    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(6);
+    guess::parts(of.phases.len()).into_iter().map(share).collect()
+}
+
+fn begun(guess: Guess, layout: Layout) -> Optimum {
+    Optimum {
         x: guess.x,
         layout,
         parts: guess.parts,
         rates: guess.rates,
         height: guess.height,
+        multipliers: Vec::new(),
         ending: Ending::Infeasible,
         cost: 0.0,
         iterations: 0,
         violations: Vec::new(),
-    };
-    let mut found = solve(of, demands, &start, Stage::Motion, watch);
-    for (p, count) in intervals.iter().enumerate().take(of.phases.len()) {
-        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, 2 * count));
+    }
+}
+
+/// First without, then with virtual constraints.
+fn in_two_stages(
+    of: &Collocation,
+    demands: &Demands,
+    start: &Optimum,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Optimum {
+    let mut found = solve(of, demands, start, Stage::Motion, watch);
+    for p in 0..of.phases.len() {
+        let last = found.layout.phases[p].nodes() - 1;
+        let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, last));
         let ends = found.layout.phases[p].ends();
         (found.x[ends[0]], found.x[ends[1]]) = (first, last);
         guess::fit(of, &found.layout.clone(), &mut found.x, p);
@@ -203,8 +254,12 @@ pub fn solve(
     let rows = builder.rows();
     let program = Transcription::new(of, layout, rows, demands, &from.x);
     let start = program.scaled(&from.x);
-    let start = Start { x: &start, multipliers: None };
-    let usual = InteriorPoint { iterations: 500, ..InteriorPoint::default() };
+    let known = Some(&from.multipliers[..]);
+    let known = known.filter(|known| stage == Stage::Gait && known.len() == program.rows.limits.len());
+    let start = Start { x: &start, multipliers: known };
+    // From a neighbour with its multipliers some ten iterations do, or it was none.
+    let most = if known.is_some() { 80 } else { 400 };
+    let usual = InteriorPoint { iterations: most, ..InteriorPoint::default() };
     // The first stage is a guess for the second.
     let solver = match stage {
         Stage::Motion => InteriorPoint { tolerance: 1e-3, patience: (5, 0.02), ..usual },
@@ -221,6 +276,7 @@ pub fn solve(
         parts: from.parts.clone(),
         rates: from.rates.clone(),
         height: from.height,
+        multipliers: if stage == Stage::Gait { found.multipliers } else { Vec::new() },
         layout: program.layout.clone(),
     }
 }

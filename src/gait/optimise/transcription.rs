@@ -22,6 +22,11 @@ pub(super) struct Transcription<'c> {
 /// one is wanted; without it valleys are so flat that a search does not end.
 const SMOOTH: f64 = 2.5e-4;
 
+/// What a torque in the middle of an interval off the mean of its ends costs, of a squared torque. Where the ground holds more than it needs, torques have a
+/// freedom that motion alone does not settle: without this they go up and down from node to node, and what is fed forward over φ as a smooth curve is another
+/// torque than that of the motion.
+const EVEN: f64 = 10.0;
+
 /// A function of the program with its variables and rows.
 struct Part<'a> {
     function: &'a LocalFunction,
@@ -206,7 +211,20 @@ impl<'c> Transcription<'c> {
         }
     }
 
-    /// Second derivatives of the cost, mean τ².
+    /// Torques at both ends and in the middle of each interval, with the weight of their squared deviation from a straight line.
+    fn each_bend(&self, mut tell: impl FnMut([(usize, f64); 3], f64)) {
+        for (p, phase) in self.layout.phases.iter().enumerate() {
+            let weight = self.weight * EVEN / (phase.intervals * self.layout.phases.len()) as f64;
+            for interval in 0..phase.intervals {
+                let [a, m, b] = [0, 1, 2].map(|k| self.layout.torques(p, 2 * interval + k));
+                for k in 0..self.layout.joints {
+                    tell([(a + k, -0.5), (m + k, 1.0), (b + k, -0.5)], weight);
+                }
+            }
+        }
+    }
+
+    /// Second derivatives of the cost.
     fn each_cost(&self, x: &[f64], mut tell: impl FnMut([usize; 2], f64)) {
         let (total, squares) = self.squares(x);
         let durations: Vec<usize> = self.layout.phases.iter().map(|phase| phase.duration).collect();
@@ -225,7 +243,18 @@ impl<'c> Transcription<'c> {
                 tell([own, durations[other]], self.weight * mixed);
             }
         }
+        self.each_bend(|terms, weight| {
+            for (i, &(first, a)) in terms.iter().enumerate() {
+                for &(second, b) in &terms[..=i] {
+                    tell([first, second], 2.0 * weight * a * b);
+                }
+            }
+        });
     }
+}
+
+fn bend(x: &[f64], terms: [(usize, f64); 3]) -> f64 {
+    terms.iter().map(|&(k, factor)| x[k] * factor).sum()
 }
 
 impl Program for Transcription<'_> {
@@ -241,7 +270,9 @@ impl Program for Transcription<'_> {
         let x = self.unscaled(x);
         let (total, squares) = self.squares(&x);
         let all: f64 = self.layout.phases.iter().zip(&squares).map(|(phase, s)| x[phase.duration] * s).sum();
-        self.weight * all / total
+        let mut bends = 0.0;
+        self.each_bend(|terms, weight| bends += weight * bend(&x, terms).powi(2));
+        self.weight * all / total + bends
     }
 
     fn gradient(&self, x: &[f64], gradient: &mut [f64]) {
@@ -256,6 +287,10 @@ impl Program for Transcription<'_> {
                 gradient[k] += self.weight * 2.0 * weight * x[k] * x[own] / total
             });
         }
+        self.each_bend(|terms, weight| {
+            let off = bend(&x, terms);
+            terms.iter().for_each(|&(k, factor)| gradient[k] += 2.0 * weight * off * factor);
+        });
         gradient.iter_mut().zip(&self.scale).for_each(|(g, scale)| *g *= scale);
     }
 

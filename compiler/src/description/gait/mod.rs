@@ -2,12 +2,15 @@
 //! `gaits/<name>.toml` beside a robot's description. `docs/gaits.md` lists all keys.
 mod curve;
 mod dimension;
+mod form;
 mod names;
 mod phase;
 mod phased;
 mod read;
 
 pub use curve::Curve;
+pub use form::gait_form;
+pub use names::formula_name;
 pub use phased::{Feedforward, PhasedGait, SupportPhase};
 pub use read::{AnyGait, gait_path, parse_any_gait, parse_gait, read_any_gait, read_gait};
 

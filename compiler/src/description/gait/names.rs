@@ -45,6 +45,15 @@ pub(super) struct Names {
     pub quantities: BTreeMap<String, Formula>,
 }
 
+/// What formulas call a joint whose name may hold anything: characters that are neither letters nor digits are `_`.
+pub fn formula_name(joint: &str) -> String {
+    let name: String = joint.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    match name.starts_with(|c: char| c.is_ascii_digit()) {
+        true => format!("joint_{name}"),
+        false => name,
+    }
+}
+
 impl Names {
     /// Joints, coordinates of a planar base, contact points, and φ with its ends, whose unit is given later.
     pub(super) fn of_robot(description: &RobotDescription) -> Self {
@@ -53,6 +62,7 @@ impl Names {
         for joint in description.joints.iter().filter(|joint| joint.kind.moves()) {
             let unit = if joint.kind == JointKind::Prismatic { length } else { angle };
             names.add(&joint.name, Of::Configuration, unit);
+            names.add(&formula_name(&joint.name), Of::Configuration, unit);
         }
         if matches!(description.base, Base::Planar { .. }) {
             names.add("base_x", Of::Configuration, length);

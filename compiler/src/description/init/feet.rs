@@ -25,7 +25,8 @@ pub(super) struct FootGuess {
     pub(super) reason: String,
 }
 
-pub(super) fn guess_feet(robot: &UrdfRobot, tree: &Tree, frames: &[Frame]) -> Vec<FootGuess> {
+/// `pitch`: all joints of the robot pitch.
+pub(super) fn guess_feet(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], pitch: bool) -> Vec<FootGuess> {
     let bodies = bodies(robot, tree);
     let ends: Vec<&Body> = bodies.iter().filter(|body| body.joint.is_some() && !body.has_children).collect();
     let mut found: Vec<(usize, &Body, &str)> =
@@ -37,8 +38,18 @@ pub(super) fn guess_feet(robot: &UrdfRobot, tree: &Tree, frames: &[Frame]) -> Ve
             .map(|body| (body.links[0], body, "its place, its chain ends lowest"))
             .collect();
     }
-    let mut guesses: Vec<FootGuess> =
-        found.into_iter().map(|(link, body, reason)| guess(robot, frames, link, body, reason)).collect();
+    let mut guesses: Vec<FootGuess> = found
+        .into_iter()
+        .map(|(link, body, reason)| guess((robot, frames, pitch), link, body, reason))
+        .collect();
+    if let [a, b] = &mut guesses[..]
+        && pitch
+        && a.side.is_none()
+        && b.side.is_none()
+    {
+        (a.side, b.side) = (Some(Side::Left), Some(Side::Right));
+        a.reason += " Nothing tells its side, which in the plane makes no difference.";
+    }
     name_feet(&mut guesses);
     guesses
 }
@@ -69,7 +80,7 @@ fn lowest_ends<'b>(robot: &UrdfRobot, ends: &[&'b Body], frames: &[Frame]) -> Ve
 }
 
 fn lowest_point(robot: &UrdfRobot, body: &Body, frames: &[Frame]) -> f64 {
-    let points = contact_points(robot, frames, body.links[0], &body.links);
+    let points = contact_points(robot, frames, (body.links[0], &body.links), false);
     let heights = points.iter().map(|(_, point)| frames[body.links[0]].point(*point)[2]);
     let masses = body.links.iter().filter_map(|&link| {
         let inertial = robot.links[link].inertial?;
@@ -78,9 +89,14 @@ fn lowest_point(robot: &UrdfRobot, body: &Body, frames: &[Frame]) -> f64 {
     heights.chain(masses).fold(f64::INFINITY, f64::min)
 }
 
-fn guess(robot: &UrdfRobot, frames: &[Frame], link: usize, body: &Body, reason: &str) -> FootGuess {
+fn guess(
+    (robot, frames, pitch): (&UrdfRobot, &[Frame], bool),
+    link: usize,
+    body: &Body,
+    reason: &str,
+) -> FootGuess {
     let name = &robot.links[link].name;
-    let points = contact_points(robot, frames, link, &body.links);
+    let points = contact_points(robot, frames, (link, &body.links), pitch);
     let y = frames[link].position[1];
     let side_by_place = (y.abs() > 1e-3).then_some(if y > 0.0 { Side::Left } else { Side::Right });
     let shapes = body.links.iter().any(|&link| !robot.shapes[link].is_empty());

@@ -2,6 +2,7 @@
 mod feet;
 mod friction;
 mod pairs;
+mod phases;
 mod points;
 
 use super::geometry::Frame;
@@ -38,7 +39,8 @@ pub fn init_text(urdf_text: &str, urdf_name: &Path) -> Result<String, Diagnostic
 
 fn describe(robot: &UrdfRobot, tree: &Tree, file: &str) -> String {
     let frames = tree.frames(robot);
-    let feet = feet::guess_feet(robot, tree, &frames);
+    let planar = is_planar(robot, tree, &frames);
+    let feet = feet::guess_feet(robot, tree, &frames, planar);
     let mut out = String::from(
         "# A first description, guessed from the URDF: check every line. Keys that are left out have defaults.\n\n",
     );
@@ -46,12 +48,13 @@ fn describe(robot: &UrdfRobot, tree: &Tree, file: &str) -> String {
         let _ = writeln!(out, "urdf = {}", quoted(file));
     }
     out.push_str("gravity = [0.0, 0.0, -9.81]     # m/s²\n");
-    write_base(robot, tree, &frames, &feet, &mut out);
+    write_base(robot, tree, planar, &feet, &mut out);
     write_feet(&feet, &mut out);
-    pairs::write_symmetry(robot, tree, &frames, &mut out);
+    let paired = pairs::write_symmetry((robot, tree, &frames), planar, &mut out);
     write_actuation(robot, &mut out);
     friction::write_friction(robot, &mut out);
-    write_phases(&feet, &mut out);
+    let legs = feet.iter().all(|foot| legs_are_paired(robot, tree, &foot.link, &paired));
+    phases::write_phases(&feet, planar && legs && robot.links[tree.root].name != WORLD, &mut out);
     out
 }
 
@@ -60,7 +63,21 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-fn write_base(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], feet: &[FootGuess], out: &mut String) {
+/// Whether the joint that carries a foot has a partner, and those above it up to the root, but for a trunk that both legs share.
+fn legs_are_paired(robot: &UrdfRobot, tree: &Tree, foot: &str, paired: &[String]) -> bool {
+    let mut link = robot.links.iter().position(|link| link.name == foot);
+    let mut known = Vec::new();
+    while let Some((joint, parent)) = link.and_then(|link| tree.above[link]) {
+        if robot.joints[joint].kind.moves() {
+            known.push(paired.contains(&robot.joints[joint].name));
+        }
+        link = Some(parent);
+    }
+    // From the foot upwards: paired ones, then those of the trunk.
+    known.first() == Some(&true) && known.windows(2).all(|pair| pair[0] || !pair[1])
+}
+
+fn write_base(robot: &UrdfRobot, tree: &Tree, planar: bool, feet: &[FootGuess], out: &mut String) {
     let root = &robot.links[tree.root].name;
     let name = quoted(root);
     out.push_str("\n[base]\n");
@@ -71,7 +88,7 @@ fn write_base(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], feet: &[FootGues
             out,
             "kind = \"fixed\"                  # no feet found: bolted to the world. Else \"floating\" or \"planar\", with `root`\nlink = {name}"
         )
-    } else if is_planar(robot, tree, frames) {
+    } else if planar {
         writeln!(
             out,
             "kind = \"planar\"                 # all axes are pitch axes: x, z, pitch. Else \"floating\" or \"fixed\" (with `link`)\nroot = {name}"
@@ -131,16 +148,4 @@ fn write_actuation(robot: &UrdfRobot, out: &mut String) {
         let _ = writeln!(out, "  {},", quoted(&joint.name));
     }
     out.push_str("]\n");
-}
-
-fn write_phases(feet: &[FootGuess], out: &mut String) {
-    let of = |side| feet.iter().filter(move |foot| foot.side == Some(side));
-    let (mut left, mut right) = (of(Side::Left), of(Side::Right));
-    let (Some(left), Some(right), 2) = (left.next(), right.next(), feet.len()) else { return };
-    let _ = write!(
-        out,
-        "\n# Walking phases in their order; this one is a walk that swaps its legs at each touch-down.\n# [[phase]]\n# name = \"single_support\"\n# contacts = [\"{right}\"]\n# impact = [\"{left}\"]\n# relabel = true\n",
-        right = right.name,
-        left = left.name
-    );
 }

@@ -1,4 +1,4 @@
-//! Left and right joints: paired by name, with the sign from their axes.
+//! Left and right joints: paired by name, else by place, with the sign from their axes.
 use super::quoted;
 use crate::description::geometry::{Frame, norm, subtract};
 use crate::description::model::Side;
@@ -14,7 +14,13 @@ const ORIGIN_TOLERANCE: f64 = 1e-3;
 const SWAPS: [(&str, &str); 7] =
     [("left", "right"), ("l", "r"), ("fl", "fr"), ("rl", "rr"), ("hl", "hr"), ("lf", "rf"), ("lh", "rh")];
 
-pub(super) fn write_symmetry(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], out: &mut String) {
+/// Writes the pairs; returns the names of the joints that have a partner. Where all joints pitch (`planar`), those whose names tell nothing are paired by
+/// where they are.
+pub(super) fn write_symmetry(
+    (robot, tree, frames): (&UrdfRobot, &Tree, &[Frame]),
+    planar: bool,
+    out: &mut String,
+) -> Vec<String> {
     let moving: HashMap<&str, usize> = tree
         .below
         .iter()
@@ -23,13 +29,15 @@ pub(super) fn write_symmetry(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], o
         .map(|&(joint, child)| (robot.joints[joint].name.as_str(), child))
         .collect();
     let mut lines = String::new();
+    let mut paired = Vec::new();
     for joint in robot.joints.iter().filter(|joint| side_of_name(&joint.name) == Some(Side::Left)) {
         let left = joint.name.as_str();
         let partner = mirrored_names(left).into_iter().find(|name| moving.contains_key(name.as_str()));
         let (Some(&left_link), Some(right)) = (moving.get(left), partner) else { continue };
         let (a, b) = (frames[left_link].position, frames[moving[right.as_str()]].position);
         let pair = format!("{{ left = {}, right = {}", quoted(left), quoted(&right));
-        let _ = match mirror_sign(robot, frames, left, &right) {
+        let sign = mirror_sign(robot, frames, left, &right);
+        let _ = match sign {
             Some(sign) if norm(subtract(b, [a[0], -a[1], a[2]])) < ORIGIN_TOLERANCE => {
                 writeln!(lines, "  {pair}, sign = {sign} }},")
             }
@@ -38,12 +46,68 @@ pub(super) fn write_symmetry(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], o
             }
             None => writeln!(lines, "  # {pair} }}: the axes are not mirror images"),
         };
+        if sign.is_some() {
+            paired.extend([left.to_owned(), right]);
+        }
+    }
+    if planar {
+        by_place((robot, tree, frames), &mut paired, &mut lines);
     }
     if lines.is_empty() {
         out.push_str("\n# No joints with left and right names were found.\n");
     } else {
-        out.push_str("\n# Joints that mirror each other, by name. sign = 1: equal angles (pitch), -1: opposite ones (roll, yaw).\n");
+        out.push_str("\n# Joints that mirror each other. sign = 1: equal angles (pitch), -1: opposite ones (roll, yaw).\n");
         let _ = write!(out, "[symmetry]\njoints = [\n{lines}]\n");
+    }
+    paired
+}
+
+/// Pairs of joints without names of sides: on one link or on two that are paired already, at places that mirror each other, with equal masses behind
+/// them, and no third one like them. The left one is that of the larger y; in one plane the first.
+fn by_place(
+    (robot, tree, frames): (&UrdfRobot, &Tree, &[Frame]),
+    paired: &mut Vec<String>,
+    lines: &mut String,
+) {
+    let mut partner: HashMap<usize, (usize, bool)> = HashMap::new();
+    let moving: Vec<(usize, usize)> = tree
+        .order
+        .iter()
+        .filter_map(|&link| Some((tree.above[link]?.0, link)))
+        .filter(|&(joint, _)| robot.joints[joint].kind.moves())
+        .collect();
+    let mass = |link: usize| robot.links[link].inertial.map_or(0.0, |inertial| inertial.mass);
+    let above = |link: usize| tree.above[link].map(|(_, parent)| parent);
+    let alike = |(j, a): (usize, usize), (k, b): (usize, usize), partner: &HashMap<usize, (usize, bool)>| {
+        let [p, q] = [a, b].map(|link| frames[link].position);
+        let apart = [[p[0], -p[1], p[2]], p].map(|place| norm(subtract(q, place)));
+        let parents = (above(a), above(b));
+        let legs = parents.0 == parents.1
+            || parents.0.and_then(|a| partner.get(&a)).map(|found| Some(found.0)) == Some(parents.1);
+        let masses = (mass(a) - mass(b)).abs() < 1e-6 * mass(a).max(1e-9);
+        let names = [j, k].map(|joint| robot.joints[joint].name.as_str());
+        let sign = mirror_sign(robot, frames, names[0], names[1]);
+        (a != b && legs && masses && apart[0].min(apart[1]) < ORIGIN_TOLERANCE).then_some(sign).flatten()
+    };
+    for &(joint, link) in &moving {
+        let name = &robot.joints[joint].name;
+        if paired.contains(name) {
+            continue;
+        }
+        let others = moving.iter().filter(|(other, _)| !paired.contains(&robot.joints[*other].name));
+        let found: Vec<(usize, usize, f64)> = others
+            .filter_map(|&(k, other)| Some((k, other, alike((joint, link), (k, other), &partner)?)))
+            .collect();
+        let [(k, other, sign)] = found[..] else { continue };
+        let y = frames[link].position[1];
+        let inherited = above(link).and_then(|parent| partner.get(&parent)).map(|found| found.1);
+        let first = inherited.unwrap_or(y > -1e-6);
+        partner.insert(link, (other, first));
+        partner.insert(other, (link, !first));
+        let names = [name.clone(), robot.joints[k].name.clone()];
+        let [left, right] = if first { [0, 1] } else { [1, 0] }.map(|k: usize| quoted(&names[k]));
+        let _ = writeln!(lines, "  {{ left = {left}, right = {right}, sign = {sign} }}, # by their places");
+        paired.extend(names);
     }
 }
 

@@ -7,12 +7,13 @@ const LEVEL: f64 = 0.005;
 /// Coordinates are rounded to this, m.
 const ROUNDING: f64 = 1e-6;
 
-/// The contact points of a foot in the frame of its link, named; shapes of all links fixed to it count.
+/// The contact points of a foot in the frame of its link, named; shapes of all links fixed to it count. Where all `pitch`, a sole has no width: its
+/// corners are heel and toe.
 pub(super) fn contact_points(
     robot: &UrdfRobot,
     frames: &[Frame],
-    link: usize,
-    fixed_to_it: &[usize],
+    (link, fixed_to_it): (usize, &[usize]),
+    pitch: bool,
 ) -> Vec<(&'static str, Vector)> {
     let mut points: Vec<Vector> = Vec::new();
     for &other in fixed_to_it {
@@ -29,6 +30,10 @@ pub(super) fn contact_points(
     }
     let lowest = points.iter().map(|point| point[2]).fold(f64::INFINITY, f64::min);
     points.retain(|point| point[2] <= lowest + LEVEL);
+    if pitch {
+        let middle = points.iter().map(|point| point[1]).sum::<f64>() / points.len() as f64;
+        points.iter_mut().for_each(|point| point[1] = middle);
+    }
     let back = frames[link].inverse();
     name(&corners(points)).into_iter().map(|(name, point)| (name, round(back.point(point)))).collect()
 }

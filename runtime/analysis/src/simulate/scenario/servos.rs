@@ -24,6 +24,8 @@ impl Reading<'_> {
         let count = plant.layout.joints.len();
         let (first_q, first_v) = (initial.q.len() - count, initial.v.len() - count);
         let mut servos = Vec::with_capacity(count);
+        // Then where joints begin follows from the gait.
+        let by_gait = file.initial.as_ref().is_some_and(|start| start.get_ref().mid_stance_speed.is_some());
         for (j, joint) in plant.layout.joints.iter().enumerate() {
             let own = file.joint.get(&joint.name).map_or(&none, |own| own.get_ref());
             let from_table = trajectory.and_then(|table| followed(table, &joint.name));
@@ -32,6 +34,7 @@ impl Reading<'_> {
             let velocity = self.number("velocity", own.velocity.as_ref(), begins[1], ANY, "rad/s");
             if let Some([low, high]) = plant.position_limits[j]
                 && control.joint_stops.unwrap_or(true)
+                && !by_gait
                 && !(low..=high).contains(&position)
             {
                 let at = own.position.as_ref().map_or(0, |p| p.span().start);

@@ -1,0 +1,290 @@
+//! A first gait file for a robot that walks in the plane: phases, phase variables and outputs, without curves.
+use super::names::formula_name;
+use crate::description::geometry::{Frame, Vector, norm, subtract};
+use crate::description::model::{
+    Base, Contact, ContactPart, Foot, Joint, JointKind, Phase, RobotDescription,
+};
+use bipedc_effects::diagnostic::Diagnostic;
+use std::fmt::Write as _;
+
+/// The text of a gait file whose form `bipedc gait optimise` can fill: a phase for each of the description's, its outputs joints that, with
+/// the contacts and φ, fix all others.
+///
+/// # Errors
+/// A base that is not planar; no phases, or such that are no walk; joints without actuators; feet that are on no leg.
+pub fn gait_form(of: &RobotDescription) -> Result<String, Diagnostic> {
+    let robot = Walker::new(of)?;
+    let phases = robot.phases()?;
+    let mut text = format!(
+        "# The form of a gait of {}: what is controlled over what. Curves are still missing (`wanted = \"0\"`):\n#   bipedc gait optimise ROBOT \
+         --gait THIS --speed V --out NEW.toml\n# finds them. docs/gaits.md explains every key. Any formula of joints, base_x, base_z, base_pitch and contact \
+         points can be controlled.\n\n",
+        of.name
+    );
+    for phase in &phases {
+        robot.write(phase, phases.len() == 1, &mut text)?;
+    }
+    text.push_str("[limits]\nfriction = 0.6                      # Coulomb's coefficient that the controller keeps to\n");
+    Ok(text)
+}
+
+/// Name, unit and formula of an output.
+type Output = (String, &'static str, String);
+
+struct Walker<'d> {
+    of: &'d RobotDescription,
+    /// By link.
+    frames: Vec<(&'d str, Frame)>,
+}
+
+fn refused(message: impl Into<String>, help: &str) -> Diagnostic {
+    Diagnostic::error(message.into()).help(help)
+}
+
+impl<'d> Walker<'d> {
+    fn new(of: &'d RobotDescription) -> Result<Self, Diagnostic> {
+        if !matches!(of.base, Base::Planar { .. }) {
+            let help = "[base] kind = \"planar\" in biped.toml, if all joints turn about the y axis";
+            return Err(refused(
+                "gaits are those of robots that walk in the plane: the base is not planar",
+                help,
+            ));
+        }
+        let moving = || of.joints.iter().filter(|joint| joint.kind.moves());
+        if let Some(joint) = moving().find(|joint| !of.actuated_joints.contains(&joint.name)) {
+            let help = "add it to [actuation] of biped.toml, or hold it by `locked` in [joints]";
+            return Err(refused(format!("joint `{}` has no actuator", joint.name), help));
+        }
+        Ok(Self { of, frames: frames(of) })
+    }
+
+    /// In the order in which they follow each other.
+    fn phases(&self) -> Result<Vec<&'d Phase>, Diagnostic> {
+        let help = "write [[phase]] tables into biped.toml (robots/README.md); `bipedc init` writes a first sequence for two feet";
+        let Some(first) = self.of.phases.first() else {
+            return Err(refused("biped.toml has no phases", help));
+        };
+        let mut found = vec![first];
+        loop {
+            let next = &found[found.len() - 1].next;
+            let next = self.of.phases.iter().find(|phase| phase.name == *next);
+            match next {
+                Some(next) if next.name == first.name => break,
+                Some(next) if found.len() <= self.of.phases.len() => found.push(next),
+                _ => return Err(refused("the phases of biped.toml do not come back to the first", help)),
+            }
+        }
+        if !found.iter().any(|phase| phase.relabel) {
+            let help = "add relabel = true to the phase after which left and right swap their roles";
+            return Err(refused("no phase of biped.toml exchanges the legs: there is no step", help));
+        }
+        Ok(found)
+    }
+
+    fn foot(&self, name: &str) -> Result<&'d Foot, Diagnostic> {
+        let found = self.of.feet.iter().find(|foot| foot.name == name);
+        found.ok_or_else(|| Diagnostic::error(format!("the robot has no foot `{name}`")))
+    }
+
+    /// Moving joints from the root to a foot's link.
+    fn chain(&self, foot: &Foot) -> Vec<&'d Joint> {
+        let mut found = Vec::new();
+        let mut link = foot.link.as_str();
+        while let Some(joint) = self.of.joints.iter().find(|joint| joint.child == link) {
+            if joint.kind.moves() {
+                found.push(joint);
+            }
+            link = &joint.parent;
+        }
+        found.reverse();
+        found
+    }
+
+    /// The joints of a foot that no other foot hangs on.
+    fn leg(&self, foot: &Foot) -> Vec<&'d Joint> {
+        let others: Vec<&str> = (self.of.feet.iter().filter(|other| other.name != foot.name))
+            .flat_map(|other| self.chain(other))
+            .map(|joint| joint.name.as_str())
+            .collect();
+        self.chain(foot).into_iter().filter(|joint| !others.contains(&joint.name.as_str())).collect()
+    }
+
+    fn frame(&self, link: &str) -> Frame {
+        self.frames.iter().find(|(name, _)| *name == link).map_or(Frame::IDENTITY, |found| found.1)
+    }
+
+    fn write(&self, phase: &Phase, alone: bool, text: &mut String) -> Result<(), Diagnostic> {
+        let stands: Vec<(&'d Foot, usize)> = self.standing(&phase.contacts)?;
+        let Some(&(stance, _)) = stands.first() else {
+            return Err(refused(
+                format!("nothing stands in phase `{}`", phase.name),
+                "a phase in the air has no gait",
+            ));
+        };
+        let (variable, unit) = match alone {
+            true => self.angle(stance).map_or_else(|| (self.place(stance), "m"), |angle| (angle, "rad")),
+            false => (self.place(stance), "m"),
+        };
+        let _ = write!(
+            text,
+            "[[phase]]\nname = \"{}\"\nvariable = \"{variable}\"\nunit = \"{unit}\"\n",
+            phase.name
+        );
+        if alone {
+            let point =
+                |foot: &Foot| foot.points.first().map(|point| format!("{}_{}_z", foot.name, point.name));
+            let landing = self.standing(&phase.impact)?;
+            let lands = landing.iter().find(|(foot, _)| foot.name != stance.name);
+            let (Some(lands), Some(on)) = (lands.and_then(|(foot, _)| point(foot)), point(stance)) else {
+                let help = "a phase alone ends by `impact` of the other foot";
+                return Err(refused(format!("phase `{}` does not end by a landing", phase.name), help));
+            };
+            let _ = writeln!(
+                text,
+                "guard = {{ zero = \"{lands} - {on}\", between = [0.05, 0.5] }}  # found anew"
+            );
+        } else {
+            let stiff = self.feedback();
+            let _ = writeln!(
+                text,
+                "end = 0.0                           # found anew\nfeedback = {{ stiffness = {:?}, damping = {:?} }}  # 1/s², 1/s",
+                stiff * stiff,
+                2.0 * stiff
+            );
+        }
+        for (name, unit, formula) in self.outputs(&stands) {
+            let _ = write!(
+                text,
+                "\n[[phase.output]]\nname = \"{name}\"\nunit = \"{unit}\"\ncontrolled = \"{formula}\"\nwanted = \"0\"\n"
+            );
+        }
+        text.push('\n');
+        Ok(())
+    }
+
+    /// Feet that stand, those of the whole sole first, with how many coordinates each is held by.
+    fn standing(&self, contacts: &[Contact]) -> Result<Vec<(&'d Foot, usize)>, Diagnostic> {
+        let mut found: Vec<(&Foot, usize)> = Vec::new();
+        for contact in contacts {
+            let foot = self.foot(&contact.foot)?;
+            let rows = if contact.part == ContactPart::Flat && foot.points.len() > 1 { 3 } else { 2 };
+            match found.iter_mut().find(|(other, _)| other.name == foot.name) {
+                Some((_, held)) => *held = 3,
+                None => found.push((foot, rows)),
+            }
+        }
+        found.sort_by_key(|&(_, rows)| 3 - rows);
+        Ok(found)
+    }
+
+    /// What, with the contacts and φ, fixes every joint. On one foot all joints, but for the last of a leg that stands flat. On two feet the pitch and height
+    /// of the base, the pitch of each foot that stands on a point, and the joints that are then left: those of no leg, and of legs with more than
+    /// three joints those between the first and the last two.
+    fn outputs(&self, stands: &[(&'d Foot, usize)]) -> Vec<Output> {
+        let of_joint = |joint: &Joint| {
+            let name = formula_name(&joint.name);
+            (name.clone(), if joint.kind == JointKind::Prismatic { "m" } else { "rad" }, name)
+        };
+        let mut follow: Vec<&str> = Vec::new();
+        let mut found: Vec<Output> = Vec::new();
+        if let [(foot, rows)] = stands {
+            let last = self.leg(foot).last().map(|joint| joint.name.as_str());
+            follow.extend(last.filter(|_| *rows > 2));
+        } else {
+            let height = stands.first().and_then(|(foot, _)| Some((foot, self.foremost(foot)?)));
+            let height =
+                height.map_or_else(String::new, |(foot, point)| format!("base_z - {}_{point}_z", foot.name));
+            found.push(("base_pitch".to_owned(), "rad", "base_pitch".to_owned()));
+            found.push(("base_height".to_owned(), "m", height));
+            for &(foot, rows) in stands {
+                let leg = self.leg(foot);
+                let kept = 1..leg.len().saturating_sub(2).max(1);
+                follow.extend(
+                    leg.iter().enumerate().filter(|(k, _)| !kept.contains(k)).map(|(_, j)| j.name.as_str()),
+                );
+                if rows == 2 && leg.len() > 2 {
+                    found.push((format!("pitch_of_{}", foot.name), "rad", self.pitch(foot)));
+                }
+            }
+        }
+        let moving = self.of.joints.iter().filter(|joint| joint.kind.moves());
+        found.extend(moving.filter(|joint| !follow.contains(&joint.name.as_str())).map(of_joint));
+        found
+    }
+
+    /// Pitch of a foot: that of the base and all joints down to it.
+    fn pitch(&self, foot: &Foot) -> String {
+        let mut text = "base_pitch".to_owned();
+        for joint in self.chain(foot).iter().filter(|joint| joint.kind != JointKind::Prismatic) {
+            let sign = self.frame(&joint.child).direction(joint.axis)[1];
+            let _ = write!(text, " {} {}", if sign < 0.0 { '-' } else { '+' }, formula_name(&joint.name));
+        }
+        text
+    }
+
+    fn foremost(&self, foot: &'d Foot) -> Option<&'d str> {
+        let x = |point: Vector| self.frame(&foot.link).point(point)[0];
+        let first = foot.points.iter().max_by(|a, b| x(a.position).total_cmp(&x(b.position)));
+        first.map(|point| point.name.as_str())
+    }
+
+    /// The base ahead of the foremost point of a foot.
+    fn place(&self, foot: &'d Foot) -> String {
+        self.foremost(foot).map_or_else(String::new, |point| format!("base_x - {}_{point}_x", foot.name))
+    }
+
+    /// The direction from a point foot to the first joint of its leg, as a sum of angles; none where the base is not the root of the tree.
+    fn angle(&self, foot: &Foot) -> Option<String> {
+        let Base::Planar { root } = &self.of.base else { return None };
+        let leg = self.leg(foot);
+        let hip = self.frame(&leg.first()?.child).position;
+        let end = self.frame(&foot.link).point(foot.points.first()?.position);
+        let along = subtract(end, hip);
+        let length = norm([along[0], 0.0, along[2]]);
+        if *root != self.of.root_link || length < 1e-6 {
+            return None;
+        }
+        let mut text = "base_pitch".to_owned();
+        for joint in self.chain(foot) {
+            let frame = self.frame(&joint.child);
+            let sign = frame.direction(joint.axis)[1].signum();
+            let rest = subtract(end, frame.position);
+            let trunk = leg.iter().all(|other| other.name != joint.name);
+            let weight = (rest[0] * along[0] + rest[2] * along[2]) / (length * length);
+            let weight = if trunk { 1.0 } else { (100.0 * weight).round() / 100.0 };
+            let name = formula_name(&joint.name);
+            let _ = match (sign * weight, weight.abs()) {
+                (_, 0.0) => Ok(()),
+                (x, 1.0) => write!(text, " {} {name}", if x < 0.0 { '-' } else { '+' }),
+                (x, size) => write!(text, " {} {size:?} * {name}", if x < 0.0 { '-' } else { '+' }),
+            };
+        }
+        Some(text)
+    }
+
+    /// How fast deviations decay, 1/s: twelve times the rate of a pendulum of the robot's height.
+    fn feedback(&self) -> f64 {
+        let feet = self.of.feet.iter();
+        let height = feet
+            .filter_map(|foot| {
+                let hip = self.frame(&self.leg(foot).first()?.child).position;
+                let point = self.frame(&foot.link).point(foot.points.first()?.position);
+                Some(hip[2] - point[2])
+            })
+            .fold(0.05, f64::max);
+        let gravity = norm(self.of.gravity).max(0.1);
+        (12.0 * (gravity / height).sqrt()).round()
+    }
+}
+
+/// Frames of all links in that of the root link, all joints at zero.
+fn frames(of: &RobotDescription) -> Vec<(&str, Frame)> {
+    let mut found = vec![(of.root_link.as_str(), Frame::IDENTITY)];
+    let mut next = 0;
+    while let Some(&(link, frame)) = found.get(next) {
+        let below = of.joints.iter().filter(|joint| joint.parent == link);
+        found.extend(below.map(|joint| (joint.child.as_str(), frame.compose(&Frame::of(&joint.origin)))));
+        next += 1;
+    }
+    found
+}

@@ -1,0 +1,53 @@
+//! `bipedc gait new`: a first gait file for a robot.
+use crate::terminal::arguments::RobotArguments;
+use crate::terminal::failure::Outcome;
+use crate::terminal::output;
+use bipedc_compiler::description::gait::gait_form;
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::files::write_with_folders;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+const NEW: &str = "\
+Examples:
+  bipedc gait new my_robot --out my_robot/gaits/form.toml
+  bipedc gait optimise my_robot --gait form --speed 0.5 --out my_robot/gaits/walk.toml
+
+Writes the form of a gait: a phase for each [[phase]] of biped.toml, φ (on one point foot the direction to the hip, else how far the base is ahead of \
+the foot), and as outputs the joints that, with φ and the contacts, fix all others. It has no curves: `bipedc gait optimise` finds those. \
+Change what is controlled as you like; docs/gaits.md explains every key.";
+
+/// Write the form of a gait for a robot that has none, for `bipedc gait optimise` to fill
+#[derive(Args)]
+#[command(after_help = NEW)]
+pub struct New {
+    #[command(flatten)]
+    robot: RobotArguments,
+    /// The gait file to write; gaits/NAME.toml beside the description is found by its name
+    #[arg(long, value_name = "NEW.toml")]
+    out: PathBuf,
+    /// Replace a file that is there
+    #[arg(long)]
+    force: bool,
+}
+
+impl New {
+    pub fn run(self) -> Outcome {
+        let bench = self.robot.open()?;
+        let mut ledger = bench.ledger();
+        ledger.writes("--out", &self.out)?;
+        if self.out.exists() && !self.force {
+            let error = Diagnostic::error("the gait exists already").in_file(&self.out);
+            return Err(error.help("--force replaces it").into());
+        }
+        let text = gait_form(&bench.robot().description)?;
+        write_with_folders(&self.out, &text)?;
+        output::print(&format!(
+            "wrote {0}\nnext: bipedc gait optimise {1} --gait {0} --speed V --out NEW.toml (V in m/s)\n",
+            self.out.display(),
+            bench.path().display()
+        ))?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,280 @@
+//! A gait that was just found, walked from event to event: what its ground and its joints have to bear under its own controller.
+use super::gait::begin_at;
+use super::walking::figure;
+use super::{Walker, plant, walker};
+use crate::gait::{AnyBench, Chain};
+use bipedc_analysis::simulate::phases::{WalkEnd, WalkSummary, Walking};
+use bipedc_analysis::simulate::{Plant, Run, Sample, Scenario};
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::Collocation;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_runtime::model::{Argument, Model, State};
+use serde::Serialize;
+use std::path::Path;
+
+/// Steps that are walked.
+const STEPS: usize = 5;
+/// Samples of a step.
+const SAMPLES: f64 = 400.0;
+/// Vertical forces below this part of the weight need no friction that anybody would measure.
+const LIGHT: f64 = 0.01;
+
+/// The whole robot under its own controller: smallest distances from limits over whole steps, not at nodes alone.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct WalkedMargins {
+    /// Steps that were made of those that were wished.
+    pub steps: usize,
+    /// The assumption of a walk that did not hold: slipping, pulling, tipping, scuffing, joint stops, a second impact.
+    pub verdict: Option<String>,
+    /// Mean over the last step, m/s.
+    pub walking_speed: Option<f64>,
+    /// Largest \|F_x\|/F_z on a foot that carries more than a hundredth of the weight.
+    pub friction: f64,
+    /// The same of impulses.
+    pub impact_friction: Option<f64>,
+    /// Smallest vertical impulse on a foot that an impact holds, N s.
+    pub impulse: Option<f64>,
+    /// Smallest distance of a centre of pressure from an end of the sole over which the phase does not end, m.
+    pub zmp: Option<f64>,
+    /// Lowest height of a foot in the air over the middle four fifths of each phase, before one of its points lands, m.
+    pub clearance: Option<f64>,
+    /// Smallest distance of a torque from its limit, N m.
+    pub torque: Option<f64>,
+    /// Smallest distance of a joint from its limits, rad or m.
+    pub joint: Option<f64>,
+}
+
+/// A robot whose gaits are tried.
+pub struct Trial {
+    robot: Robot,
+    walker: Walker,
+    plant: Plant,
+}
+
+/// A moment of a walk.
+struct Moment {
+    time: f64,
+    q: Vec<f64>,
+    effort: Vec<f64>,
+    forces: Vec<[f64; 3]>,
+}
+
+impl Trial {
+    /// The robot in the world of the gait.
+    ///
+    /// # Errors
+    /// As [`walker`].
+    pub fn new(robot: &Robot, of: &Collocation) -> Result<Self, Diagnostic> {
+        let mut robot = robot.clone();
+        robot.description = of.description.clone();
+        let plant = plant(&robot.description, &robot.tree()?)?;
+        Ok(Self { walker: walker(&robot)?, plant, robot })
+    }
+
+    /// Its phases.
+    pub fn walker(&self) -> &Walker {
+        &self.walker
+    }
+
+    /// Walks a few steps from a speed φ̇ at the dead centre, each of about this duration (s).
+    ///
+    /// # Errors
+    /// There is no such step; the controller refuses a state.
+    pub fn walk(
+        &self,
+        (bench, of): (&AnyBench, &Collocation),
+        (speed, duration): (f64, f64),
+        (friction, gait): (f64, &Path),
+    ) -> Result<WalkedMargins, Diagnostics> {
+        let text = format!(
+            "method = \"event_driven\"\nduration = {:?}\nsteps = {STEPS}\nlog_step = {:?}\n[assumptions]\nfriction = {friction:?}\n[initial]\n\
+             mid_stance_speed = {speed:?}\n[control]\ngait = \"found\"\n",
+            (STEPS as f64 + 2.0) * duration,
+            duration / SAMPLES
+        );
+        let mut scenario = Scenario::parse(gait, &text, &self.plant)?;
+        let mut moments: Vec<Moment> = Vec::new();
+        let mut watch = |sample: &Sample| {
+            moments.push(Moment {
+                time: sample.time,
+                q: sample.q.clone(),
+                effort: sample.effort.clone(),
+                forces: sample.forces.clone(),
+            });
+        };
+        let mut row = |_: &[f64]| Ok(());
+        let mut run = Run { row: &mut row, progress: &|_| (), stop: &|| false };
+        let summary = match bench {
+            AnyBench::OnePhase(bench) => {
+                begin_at(&mut scenario, bench.beginning(&bench.values(&[])?, speed)?, (0, 0));
+                let controller = bench.controller(Default::default(), &[])?;
+                self.walking(&scenario).run_with(controller, &mut run, &mut watch)?
+            }
+            AnyBench::Phased(bench) => {
+                let controller = bench.controller(None, &[])?;
+                let chain = Chain::new(bench, &self.walker.phases, controller.clone())?;
+                begin_at(&mut scenario, chain.beginning(&bench.values(&[])?, speed)?, (0, 0));
+                scenario.phase = chain.first()?;
+                self.walking(&scenario).run_with(controller, &mut run, &mut watch)?
+            }
+        };
+        Ok(self.judged(of, &moments, &summary))
+    }
+
+    fn walking<'a>(&'a self, scenario: &'a Scenario) -> Walking<'a> {
+        Walking { model: &self.walker.model, phases: &self.walker.phases, plant: &self.plant, scenario }
+    }
+
+    fn judged(&self, of: &Collocation, moments: &[Moment], summary: &WalkSummary) -> WalkedMargins {
+        let verdict = summary.verdict.as_ref().map(|found| {
+            format!(
+                "in phase `{}` {}: {} is {} {}, the limit is {}",
+                found.phase,
+                found.meaning,
+                found.quantity,
+                figure(found.value),
+                found.unit,
+                figure(found.limit)
+            )
+        });
+        let ended = || "the walk ended before its steps were made".to_owned();
+        let verdict = verdict.or_else(|| (summary.end != WalkEnd::Steps).then(ended));
+        let mut found = WalkedMargins {
+            steps: summary.steps,
+            verdict,
+            walking_speed: last_speed(moments, summary),
+            friction: 0.0,
+            impact_friction: None,
+            impulse: None,
+            zmp: None,
+            clearance: None,
+            torque: None,
+            joint: None,
+        };
+        for impulse in summary.changes.iter().flat_map(|change| &change.impulse) {
+            lower(&mut found.impulse, impulse.z);
+            let needed = impulse.x.abs() / impulse.z.max(1e-12);
+            found.impact_friction = Some(found.impact_friction.unwrap_or(0.0).max(needed));
+        }
+        let first = of.phases.first().map_or("", |phase| phase.name.as_str());
+        let (mut begin, mut name, mut swapped, mut next) = (0.0, first, false, 0);
+        for change in summary.changes.iter().map(Some).chain([None]) {
+            let end = change.map_or(summary.time, |change| change.time);
+            let until = next + moments[next..].iter().take_while(|moment| moment.time < end).count();
+            if let Some(p) = of.phases.iter().position(|phase| phase.name == name) {
+                for moment in &moments[next..until] {
+                    // A phase that was cut off has no middle.
+                    let part = change.map(|_| (moment.time - begin) / (end - begin));
+                    self.moment(&mut found, (of, p, swapped), moment, part);
+                }
+                swapped ^= of.changes[p].relabel;
+            }
+            (begin, next) = (end, until);
+            name = change.map_or("", |change| change.to.as_str());
+        }
+        found
+    }
+
+    fn moment(
+        &self,
+        found: &mut WalkedMargins,
+        (of, p, swapped): (&Collocation, usize, bool),
+        moment: &Moment,
+        part: Option<f64>,
+    ) {
+        let weight = of.mass * 9.81;
+        let phase = &of.phases[p];
+        let feet = &self.robot.description.feet;
+        let role = |foot: usize| if swapped && feet.len() == 2 { 1 - foot } else { foot };
+        let state = State::new().with(Argument::Q, &moment.q);
+        let heights = self.heights(&state, moment.forces.len());
+        let mut point = 0;
+        for (index, foot) in feet.iter().enumerate() {
+            let own = point..point + foot.points.len();
+            point = own.end;
+            let name = &feet[role(index)].name;
+            let stands = phase.forces.iter().position(|force| force.split('/').next() == Some(name));
+            let forces = &moment.forces[own.clone()];
+            let sum = |axis: usize| forces.iter().map(|force| force[axis]).sum::<f64>();
+            match stands {
+                Some(first) => {
+                    if sum(2) > LIGHT * weight {
+                        found.friction = found.friction.max(sum(0).abs() / sum(2));
+                    }
+                    let held = phase.feet.iter().flatten().find(|foot| foot.force[0] == first);
+                    let Some(held) = held.filter(|held| held.holds && held.moment.is_some()) else {
+                        continue;
+                    };
+                    let middle: f64 =
+                        foot.points.iter().map(|p| p.position[0]).sum::<f64>() / forces.len() as f64;
+                    let moments = foot.points.iter().zip(forces);
+                    let centre = moments.map(|(p, f)| (p.position[0] - middle) * f[2]).sum::<f64>() / sum(2);
+                    for side in (0..2).filter(|&side| held.level[side]) {
+                        lower(&mut found.zmp, [-1.0, 1.0][side] * (held.sole[side] - centre));
+                    }
+                }
+                None => {
+                    let lands = of.changes[p]
+                        .landing
+                        .iter()
+                        .any(|&point| of.tree.points[point].name.split('/').next() == Some(name));
+                    if part.is_some_and(|part| (0.1..=0.9).contains(&part))
+                        && (of.phases.len() == 1 || !lands)
+                    {
+                        heights[own].iter().for_each(|&height| lower(&mut found.clearance, height));
+                    }
+                }
+            }
+        }
+        self.joints(found, moment);
+    }
+
+    fn heights(&self, state: &State<'_, f64>, points: usize) -> Vec<f64> {
+        let model = &self.walker.model;
+        let mut heights = vec![f64::NAN; points];
+        let function = Model::<f64>::function(model, "contact_distances");
+        if function.is_none_or(|function| model.evaluate(function, state, &mut heights).is_err()) {
+            heights.fill(f64::NAN);
+        }
+        heights
+    }
+
+    fn joints(&self, found: &mut WalkedMargins, moment: &Moment) {
+        let first = moment.q.len() - moment.effort.len();
+        for (joint, effort) in moment.effort.iter().enumerate() {
+            if let Some(limit) = self.plant.effort_limits[joint] {
+                lower(&mut found.torque, limit - effort.abs());
+            }
+            if let Some([low, high]) = self.plant.position_limits[joint] {
+                let q = moment.q[first + joint];
+                lower(&mut found.joint, (q - low).min(high - q));
+            }
+        }
+    }
+}
+
+fn lower(of: &mut Option<f64>, by: f64) {
+    *of = Some(of.map_or(by, |x| x.min(by)));
+}
+
+/// Mean speed of the base from the beginning to the end of the last whole step, m/s.
+fn last_speed(moments: &[Moment], summary: &WalkSummary) -> Option<f64> {
+    let last = summary.changes.last()?;
+    let count = summary.changes.len().checked_div(summary.steps)?;
+    let before = summary.changes.len().checked_sub(count + 1).and_then(|k| summary.changes.get(k))?;
+    let place = |time: f64| {
+        let after = moments.iter().position(|moment| moment.time >= time)?.max(1);
+        let [a, b] = match moments.get(after) {
+            Some(b) => [&moments[after - 1], b],
+            None => [&moments[after - 2], &moments[after - 1]],
+        };
+        let part = (time - a.time) / (b.time - a.time);
+        Some(a.q[0] + part * (b.q[0] - a.q[0]))
+    };
+    let end = place(last.time).or_else(|| {
+        // The walk ends with its last landing, between two samples.
+        let [.., a, b] = moments else { return None };
+        Some(b.q[0] + (last.time - b.time) * (b.q[0] - a.q[0]) / (b.time - a.time))
+    });
+    Some((end? - place(before.time)?) / (last.time - before.time))
+}

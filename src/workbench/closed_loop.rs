@@ -1,0 +1,241 @@
+//! A gait that was found, tried under its own controller, and what it lacks then.
+use super::Workbench;
+use crate::gait::optimise::{Demands, Optimum};
+use crate::gait::{AnyBench, ChainOptions, CycleOptions, GaitBench, PhasedBench, StepOptions};
+use crate::progress::Silent;
+use crate::simulation::{Trial, WalkedMargins};
+use bipedc_compiler::compile::Collocation;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use serde::Serialize;
+use std::path::Path;
+
+/// A written gait under its own controller.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct ClosedLoop {
+    /// Whether steps repeat themselves, deviations shrink, and the ground holds what a walk of the whole robot asks of it.
+    pub walks: bool,
+    /// Why not.
+    pub reason: Option<String>,
+    /// φ̇ at the dead centre of every step, per s.
+    pub speed: Option<f64>,
+    /// What is left of a small deviation after a step.
+    pub multiplier: Option<f64>,
+    /// Mean walking speed, m/s.
+    pub walking_speed: Option<f64>,
+    /// Of a step, s.
+    pub duration: Option<f64>,
+    /// Of the walk of the whole robot; none where steps do not repeat themselves.
+    pub margins: Option<WalkedMargins>,
+}
+
+/// What is tried.
+pub(super) struct Tried<'a> {
+    /// Of the form.
+    pub file: &'a Path,
+    /// Of the gait file.
+    pub text: &'a str,
+    pub of: &'a Collocation,
+    pub optimum: &'a Optimum,
+    /// Coulomb's coefficient of the ground.
+    pub friction: f64,
+}
+
+/// A step that repeats itself.
+struct Repeated {
+    speed: f64,
+    multiplier: f64,
+    duration: f64,
+}
+
+/// Steps until they repeat themselves.
+const STEPS: usize = 14;
+
+impl Workbench {
+    /// What the written gait does: steps on its zero dynamics until they repeat themselves, then a walk of the whole robot.
+    pub(super) fn tried(&self, trial: &Trial, it: &Tried<'_>) -> ClosedLoop {
+        let failed = |why: &Diagnostics| {
+            why.0.first().map_or_else(|| "it is not known why".to_owned(), |first| first.message.clone())
+        };
+        let file = it.file.with_file_name("found.toml");
+        let mut found = ClosedLoop::default();
+        let repeated = match it.of.phases.len() {
+            1 => GaitBench::parse(&self.robot, &file, it.text, &Silent)
+                .and_then(|bench| Ok((self.cycle(&bench)?, AnyBench::OnePhase(Box::new(bench))))),
+            _ => PhasedBench::parse(&self.robot, &file, it.text, &Silent).and_then(|bench| {
+                let speed = it.optimum.slowest_rate(it.of, 0);
+                Ok((repeated(&bench, trial, speed)?, AnyBench::Phased(Box::new(bench))))
+            }),
+        };
+        let (step, bench) = match repeated {
+            Ok(found) => found,
+            Err(why) => {
+                found.reason = Some(failed(&why));
+                return found;
+            }
+        };
+        (found.speed, found.multiplier) = (Some(step.speed), Some(step.multiplier));
+        found.duration = Some(step.duration);
+        if step.multiplier.abs() >= 1.0 {
+            found.reason = Some("deviations grow from step to step".to_owned());
+            return found;
+        }
+        match trial.walk((&bench, it.of), (step.speed, step.duration), (it.friction, &file)) {
+            Ok(margins) => {
+                found.reason.clone_from(&margins.verdict);
+                found.walks = margins.verdict.is_none();
+                found.walking_speed = margins.walking_speed;
+                found.margins = Some(margins);
+            }
+            Err(why) => found.reason = Some(failed(&why)),
+        }
+        found
+    }
+
+    fn cycle(&self, bench: &GaitBench) -> Result<Repeated, Diagnostics> {
+        let cycles = bench.cycles(&CycleOptions::default(), &self.run())?;
+        let of = cycles.cycles.first().ok_or_else(|| Diagnostic::error("no cycle was computed"))?;
+        let Some(cycle) = of.cycle else {
+            return Err(Diagnostic::error(of.reason.clone().unwrap_or_default()).into());
+        };
+        let step = bench.step(&StepOptions { speed: cycle.speed, ..StepOptions::default() })?;
+        if let Some(reason) = step.step.reason {
+            return Err(Diagnostic::error(reason.to_string()).into());
+        }
+        Ok(Repeated { speed: cycle.speed, multiplier: cycle.multiplier, duration: cycle.duration })
+    }
+}
+
+/// The fixed point of the map from the speed of a step to that of the next, by the secant method.
+fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, Diagnostics> {
+    let step = |speed: f64| -> Result<(f64, f64), Diagnostics> {
+        let found = bench.step(&trial.walker().phases, &ChainOptions { speed, set: Vec::new() })?;
+        let next = found.next_speed.filter(|_| found.feasible);
+        let why =
+            || Diagnostic::error(found.reason.clone().unwrap_or_else(|| "a step is not made".to_owned()));
+        next.map(|next| (next, found.duration.unwrap_or(f64::NAN))).ok_or_else(|| why().into())
+    };
+    let mut speed = begin;
+    let (mut next, mut duration) = step(speed)?;
+    let mut slope: Option<f64> = None;
+    for _ in 0..STEPS {
+        let off = next - speed;
+        if off.abs() < 1e-7 * speed && slope.is_some() {
+            break;
+        }
+        // Where nothing is known of the slope: a step further, as the robot itself would go on.
+        let by = match slope {
+            Some(slope) if slope < 0.98 => off / (1.0 - slope),
+            _ if off.abs() > 1e-5 * speed => off,
+            _ => 1e-4 * speed,
+        };
+        let to = speed + by.clamp(-0.2 * speed, 0.2 * speed);
+        let found = step(to)?;
+        slope = Some((found.0 - next) / (to - speed));
+        (speed, next, duration) = (to, found.0, found.1);
+    }
+    let multiplier = slope.unwrap_or(f64::NAN);
+    if (next - speed).abs() > 1e-4 * speed {
+        return Err(Diagnostic::error(format!("steps do not repeat themselves within {STEPS}")).into());
+    }
+    Ok(Repeated { speed, multiplier, duration })
+}
+
+/// What a walk lacks of what was wished, as parts of it; 0: nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Lack {
+    pub walks: bool,
+    missing: Vec<(String, f64)>,
+}
+
+/// Part of what is wished that may be missing.
+const ENOUGH: f64 = 0.01;
+
+impl Lack {
+    /// Of a motion that was not found.
+    pub fn everything() -> Self {
+        Self { walks: false, missing: vec![("a motion".to_owned(), f64::INFINITY)] }
+    }
+
+    pub fn of((wished, largest): (&Demands, f64), tried: &ClosedLoop) -> Self {
+        let mut found = Self { walks: tried.walks, missing: Vec::new() };
+        if !tried.walks {
+            found.missing.push(("a walk".to_owned(), f64::INFINITY));
+        }
+        if let Some(speed) = tried.walking_speed {
+            found.add("the walking speed", speed, wished.speed, (speed / wished.speed - 1.0).abs());
+        }
+        if let Some(multiplier) = tried.multiplier {
+            found.add("the multiplier", multiplier, largest, multiplier.abs() / largest - 1.0);
+        }
+        let Some(margins) = &tried.margins else { return found };
+        let friction = margins.friction.max(margins.impact_friction.unwrap_or(0.0));
+        found.add("friction", friction, wished.friction, friction / wished.friction - 1.0);
+        let least = [
+            ("the impulse of an impact", margins.impulse, wished.impulse),
+            ("the centre of pressure", margins.zmp, wished.zmp),
+            ("clearance", margins.clearance, wished.clearance),
+            ("torque", margins.torque.map(|torque| torque.min(1e-3)), 1e-3),
+        ];
+        for (name, value, wished) in least {
+            if let Some(value) = value {
+                found.add(name, value, wished, if wished > 0.0 { 1.0 - value / wished } else { 0.0 });
+            }
+        }
+        found
+    }
+
+    fn add(&mut self, name: &str, value: f64, wished: f64, part: f64) {
+        // What is no number is no fulfilment.
+        let met = part <= ENOUGH;
+        if !met {
+            self.missing.push((format!("{name} ({value:.4} of {wished:.4})"), part));
+        }
+    }
+
+    pub fn is_met(&self) -> bool {
+        self.walks && self.missing.is_empty()
+    }
+
+    fn worst(&self) -> f64 {
+        self.missing
+            .iter()
+            .fold(0.0, |worst: f64, (_, part)| if part.is_nan() { f64::INFINITY } else { worst.max(*part) })
+    }
+
+    pub fn is_less_than(&self, other: &Self) -> bool {
+        (!self.walks, self.worst()) < (!other.walks, other.worst())
+    }
+
+    /// For people.
+    pub fn names(&self) -> Vec<String> {
+        self.missing.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Asks for as much more as is missing.
+    pub fn tighten(&self, (wished, largest): (&Demands, f64), tried: &ClosedLoop, demands: &mut Demands) {
+        if let Some(speed) = tried.walking_speed {
+            demands.speed =
+                (demands.speed * wished.speed / speed).clamp(0.7 * wished.speed, 1.4 * wished.speed);
+        }
+        if tried.multiplier.is_some_and(|multiplier| multiplier.abs() > largest) {
+            // Harder landings take more of a deviation away.
+            demands.landing[0] = (1.4 * demands.landing[0]).min(0.7 * demands.landing[1]);
+        }
+        let Some(margins) = &tried.margins else { return };
+        // Other motions lie far from this one: not everything that is missing is asked for at once.
+        let more = |now: &mut f64, value: Option<f64>, wished: f64, most: f64| {
+            if let Some(value) = value {
+                *now = (*now + (wished - value).clamp(0.0, 0.5 * wished)).min((most * wished).max(*now));
+            }
+        };
+        more(&mut demands.impulse, margins.impulse, wished.impulse, 4.0);
+        more(&mut demands.zmp, margins.zmp, wished.zmp, 1.8);
+        more(&mut demands.clearance, margins.clearance, wished.clearance, 1.8);
+        // Friction of the feet that stand is the controller's to keep: only impacts are asked for again.
+        let excess = (margins.impact_friction.unwrap_or(0.0) - wished.friction).clamp(0.0, 0.1);
+        demands.friction = (demands.friction - 1.2 * excess).max(0.5 * wished.friction);
+        if margins.torque.is_some_and(|torque| torque < 1e-3) {
+            demands.effort = (demands.effort - 0.1).max(0.5);
+        }
+    }
+}

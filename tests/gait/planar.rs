@@ -1,0 +1,102 @@
+//! Planar robots that nobody prepared, from a bare URDF: description, form of a gait, optimised gait, twenty steps.
+use crate::cli::{bipedc, scratch, text};
+use std::path::{Path, PathBuf};
+
+/// The robot in a folder of its own, described by `init`, with the form of a gait by `gait new`.
+fn begun(name: &str) -> PathBuf {
+    let folder = scratch(&format!("planar-{name}"));
+    let urdf = folder.join("robot.urdf");
+    std::fs::copy(format!("tests/data/planar/{name}.urdf"), &urdf).unwrap();
+    bipedc(&["init", text(&urdf), "--force"]).ok();
+    bipedc(&["check", text(&folder)]).ok();
+    let form = folder.join("gaits").join("form.toml");
+    bipedc(&["gait", "new", text(&folder), "--out", text(&form), "--force"]).ok();
+    folder
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// Two legs on points, three joints each, names in one word, axes and frames turned: the direction of the leg knows the signs.
+#[test]
+fn a_robot_on_points_has_a_form_of_one_phase() {
+    let folder = begun("bird");
+    let form = read(&folder.join("gaits/form.toml"));
+    // By hand: 0.85 m from hip to foot, of which 0.57 m are below the knee and 0.25 m below the ankle; the hip's axis is +y in the body, the others −y.
+    let phi = "base_pitch + RightHipJoint - 0.67 * RightKneeJoint - 0.29 * RightAnkleJoint";
+    assert!(form.contains(phi), "{form}");
+    assert_eq!(form.matches("[[phase.output]]").count(), 6, "{form}");
+    bipedc(&["gait", "new", text(&folder), "--out", text(&folder.join("gaits/form.toml"))])
+        .fails_with(&["exists", "--force"]);
+}
+
+/// Names that tell no side, knees that are bent at zero: pairs by place, four phases, heel and toe.
+#[test]
+fn a_robot_with_feet_and_names_without_sides_has_four_phases() {
+    let folder = begun("child");
+    let described = read(&folder.join("biped.toml"));
+    for words in [
+        "points.heel = [-0.05, 0.0, -0.035]",
+        "left = \"leg1_j2\", right = \"leg2_j2\", sign = 1.0",
+        "next = \"push_off\"",
+    ] {
+        let without_point = words.replace("1.0", "1");
+        assert!(
+            described.contains(words) || described.contains(&without_point),
+            "no `{words}` in {described}"
+        );
+    }
+    let form = read(&folder.join("gaits/form.toml"));
+    // N − M − 1 of 10 coordinates and 3, 2, 4 and 5 rows of contacts.
+    let counts: Vec<usize> =
+        form.split("[[phase]]").skip(1).map(|phase| phase.matches("[[phase.output]]").count()).collect();
+    assert_eq!(counts, [6, 7, 5, 4], "{form}");
+}
+
+/// As a new user would go on; twenty steps with all assumptions checked.
+fn walks(name: &str, speed: &str) {
+    let folder = begun(name);
+    let gait = folder.join("gaits").join("walk.toml");
+    let asked = [
+        "gait",
+        "optimise",
+        text(&folder),
+        "--gait",
+        "form",
+        "--speed",
+        speed,
+        "--out",
+        text(&gait),
+        "--json",
+    ];
+    let found = bipedc(&asked).ok().json();
+    let walked = &found["gaits"][0]["closed_loop"];
+    let wished: f64 = speed.parse().unwrap();
+    assert!((walked["walking_speed"].as_f64().unwrap() / wished - 1.0).abs() < 0.01, "{found}");
+    let scenario = folder.join("walk.toml");
+    let mid_stance = walked["speed"].as_f64().unwrap();
+    let words = format!(
+        "method = \"event_driven\"\nduration = 60.0\nsteps = 20\nlog_step = 0.005\n[assumptions]\nfriction = 0.6\n[initial]\n\
+         mid_stance_speed = {mid_stance}\n[control]\ngait = \"{}\"\n",
+        text(&gait)
+    );
+    std::fs::write(&scenario, words).unwrap();
+    let log = folder.join("run.csv");
+    let run =
+        bipedc(&["simulate", text(&folder), "--scenario", text(&scenario), "--out", text(&log), "--json"]);
+    let run = run.ok().json();
+    assert_eq!((run["steps"].as_u64(), run["verdict"].is_null()), (Some(20), true), "{run}");
+}
+
+#[test]
+#[ignore = "takes long"]
+fn a_robot_on_points_walks_from_its_urdf() {
+    walks("bird", "0.6");
+}
+
+#[test]
+#[ignore = "takes long"]
+fn a_robot_of_nine_joints_with_feet_walks_from_its_urdf() {
+    walks("human", "0.9");
+}
