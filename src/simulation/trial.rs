@@ -182,6 +182,7 @@ impl Trial {
         moment: &Moment,
         part: Option<f64>,
     ) {
+        // Which forces are light is no matter of the place on earth.
         let weight = of.mass * 9.81;
         let phase = &of.phases[p];
         let feet = &self.robot.description.feet;
@@ -263,11 +264,8 @@ fn last_speed(moments: &[Moment], summary: &WalkSummary) -> Option<f64> {
     let count = summary.changes.len().checked_div(summary.steps)?;
     let before = summary.changes.len().checked_sub(count + 1).and_then(|k| summary.changes.get(k))?;
     let place = |time: f64| {
-        let after = moments.iter().position(|moment| moment.time >= time)?.max(1);
-        let [a, b] = match moments.get(after) {
-            Some(b) => [&moments[after - 1], b],
-            None => [&moments[after - 2], &moments[after - 1]],
-        };
+        let after = moments.iter().position(|moment| moment.time >= time)?;
+        let [a, b] = moments.get(after.max(1) - 1..=after.max(1))? else { return None };
         let part = (time - a.time) / (b.time - a.time);
         Some(a.q[0] + part * (b.q[0] - a.q[0]))
     };
