@@ -1,6 +1,6 @@
 //! Foot placements and centres of pressure from above.
-use bipedc_analysis::identify::excite::polygon::Polygon;
 use bipedc_analysis::identify::excite::postures::{DesignedPostures, StanceModel};
+use bipedc_analysis::polygon::Polygon;
 use std::fmt::Write as _;
 
 /// Size of a panel and of its margin, px.

@@ -2,7 +2,7 @@
 use crate::ground::cli::{Run, bipedc, scratch, text};
 use crate::ground::stood::{call, rooted, tulip};
 use bipedc::identification::standing::Root;
-use bipedc_analysis::identify::excite::polygon::Polygon;
+use bipedc_analysis::polygon::Polygon;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_runtime::nalgebra::{DMatrix, Matrix3, Vector3};
 use std::path::Path;

@@ -9,6 +9,7 @@ pub mod measure;
 pub mod nonlinear;
 pub mod number;
 pub mod physical;
+pub mod polygon;
 pub mod report;
 pub mod robot;
 pub mod signal;

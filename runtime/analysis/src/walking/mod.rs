@@ -15,7 +15,7 @@ pub use footsteps::{Advance, Footstep, Sequence, read_footsteps};
 pub use forces::{Wrench, corner_forces, distribute};
 pub use inverse_kinematics::{Solved, bounded_least_squares, straight_direction, turn_error, turn_matrix};
 pub use pendulum::{Rest, pendulum};
-pub use polygon::{Point, cross, distance, hull, margin};
+pub use polygon::{Point, distance, hull, margin};
 pub use profile::{Moved, cosine, moved};
 pub use schedule::{Instant, Kind, Phase, Schedule, Sole, Stance, Timing};
 pub use settings::{Settings, Stated, read_settings};

@@ -1,35 +1,15 @@
 //! Support polygons: convex hulls of contact points, margins, distances.
+use crate::polygon::{Polygon, cross};
 
 /// A point of the ground, m.
 pub type Point = [f64; 2];
 
-/// Twice the area of the triangle `a b c`, positive if it runs counterclockwise.
-pub fn cross(a: Point, b: Point, c: Point) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-/// The convex hull, counterclockwise (Andrew's monotone chain).
+/// The convex hull, counterclockwise; of points without an inside the points themselves.
 pub fn hull(points: &[Point]) -> Vec<Point> {
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    sorted.dedup();
-    if sorted.len() < 3 {
-        return sorted;
-    }
-    let chain = |points: &mut dyn Iterator<Item = Point>| {
-        let mut chain: Vec<Point> = Vec::new();
-        for point in points {
-            while chain.len() > 1 && cross(chain[chain.len() - 2], chain[chain.len() - 1], point) <= 0.0 {
-                chain.pop();
-            }
-            chain.push(point);
-        }
-        chain.pop();
-        chain
-    };
-    let mut lower = chain(&mut sorted.iter().copied());
-    lower.extend(chain(&mut sorted.iter().rev().copied()));
-    lower
+    let mut distinct = points.to_vec();
+    distinct.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    distinct.dedup();
+    if distinct.len() < 3 { distinct } else { Polygon::hull(&distinct).corners }
 }
 
 /// How far a point lies inside a convex polygon (counterclockwise), m: the distance to the nearest edge, outside negative.

@@ -1,6 +1,7 @@
 use super::footsteps::parse_footsteps;
 use super::settings::parse_settings;
 use super::*;
+use crate::polygon::cross;
 use bipedc_effects::random::Random;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 

@@ -1,6 +1,6 @@
 //! What may be wrong with a table of postures, before anything is estimated from it.
 use crate::experiments::postures::{PostureExperiment, SolePose};
-use crate::identify::excite::polygon::Polygon;
+use crate::polygon::Polygon;
 use crate::robot::JointLayout;
 use bipedc_effects::diagnostic::Diagnostic;
 

@@ -9,7 +9,6 @@ mod clearance;
 mod information;
 mod limits;
 mod machine;
-pub mod polygon;
 pub mod postures;
 mod search;
 pub mod separate;

@@ -1,6 +1,6 @@
 //! Conditions of a standing robot, as slack that must stay positive, with derivatives.
 use super::standing::{Bodies, StanceModel};
-use crate::identify::excite::polygon::{Polygon, left_of};
+use crate::polygon::{Polygon, left_of};
 use crate::robot::InertialParameters;
 use bipedc_effects::random::Random;
 

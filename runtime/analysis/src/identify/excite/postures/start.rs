@@ -2,7 +2,7 @@
 use super::ground::Conditions;
 use super::standing::{StanceModel, rotation_vector};
 use super::surface::closed;
-use crate::identify::excite::polygon::Polygon;
+use crate::polygon::Polygon;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::random::Random;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};

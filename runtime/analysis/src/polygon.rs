@@ -34,7 +34,8 @@ pub fn left_of(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> (f64, [[f64; 2]; 3]) {
     (distance, [[-by_b[0] - by_c[0], -by_b[1] - by_c[1]], by_b, by_c])
 }
 
-fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+/// Twice the area of the triangle `a b c`, m², positive if it runs counter-clockwise.
+pub fn cross(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
