@@ -9,6 +9,7 @@ pub mod lanes;
 pub mod math;
 pub mod model;
 pub mod real;
+pub mod walking;
 
 #[cfg(feature = "source")]
 pub mod source;

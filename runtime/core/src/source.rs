@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 29] = [
+const FILES: [(&str, &str); 31] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -31,6 +31,8 @@ const FILES: [(&str, &str); 29] = [
     ("src/math/scalar.rs", include_str!("math/scalar.rs")),
     ("src/model.rs", include_str!("model.rs")),
     ("src/real.rs", include_str!("real.rs")),
+    ("src/walking/mod.rs", include_str!("walking/mod.rs")),
+    ("src/walking/space.rs", include_str!("walking/space.rs")),
 ];
 
 /// The core's dependency, as the workspace has it.

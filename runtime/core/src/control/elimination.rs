@@ -41,7 +41,7 @@ impl<R: Scalar> Square<'_, R> {
 
 /// `A x = b` into `b` by Gauss' elimination with row exchanges; A column after column, destroyed. `false`: A is singular, or no
 /// number.
-pub(super) fn solve<R: Scalar>(matrix: &mut [R], right: &mut [R]) -> bool {
+pub(crate) fn solve<R: Scalar>(matrix: &mut [R], right: &mut [R]) -> bool {
     let size = right.len();
     let mut a = Square { elements: matrix, size };
     if !equilibrate(&mut a, right) {

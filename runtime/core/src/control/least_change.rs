@@ -15,7 +15,7 @@ const DEPENDENT: f64 = 1e3;
 const MET: f64 = 1e3;
 
 /// Conditions aᵀx = b, then aᵀx ≤ b.
-pub(super) struct Conditions<'m, R> {
+pub(crate) struct Conditions<'m, R> {
     /// Row after row, each of `size` numbers.
     pub rows: &'m mut [R],
     pub bounds: &'m mut [R],
@@ -28,7 +28,7 @@ pub(super) struct Conditions<'m, R> {
 
 /// What became of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Search {
+pub(crate) enum Search {
     Found,
     /// An equation depends on the others.
     Dependent,
@@ -39,7 +39,7 @@ pub(super) enum Search {
 }
 
 /// Numbers of a search: `size` × (2 `size` + 4) of them.
-pub(super) struct Room<'m, R> {
+pub(crate) struct Room<'m, R> {
     /// Orthonormal columns that span the active rows.
     pub basis: &'m mut [R],
     /// The active rows in that basis: upper triangle, column after column.
@@ -97,7 +97,7 @@ impl<R: Scalar> Conditions<'_, R> {
 }
 
 /// The conditions that hold with equality, in the order in which they became so.
-pub(super) struct Active {
+pub(crate) struct Active {
     indices: [u16; MOST_JOINTS],
     count: usize,
 }
@@ -131,7 +131,7 @@ impl Active {
 }
 
 /// Moves x to the nearest point that meets the conditions, whose rows are unit vectors.
-pub(super) fn nearest<R: Scalar>(
+pub(crate) fn nearest<R: Scalar>(
     conditions: &Conditions<'_, R>,
     x: &mut [R],
     room: &mut Room<'_, R>,
@@ -292,7 +292,7 @@ const WEIGHT: f64 = 1e4;
 
 /// The nearest point where inequalities are met and equations as well as they can be: the least of |x − x₀|² + 10⁴ |A x − b|². Rows are
 /// unit vectors; inequalities are changed. `factor` has size² numbers, `centre` and `point` size.
-pub(super) fn nearest_compromise<R: Scalar>(
+pub(crate) fn nearest_compromise<R: Scalar>(
     conditions: Conditions<'_, R>,
     x: &mut [R],
     (factor, centre, point): (&mut [R], &mut [R], &mut [R]),

@@ -3,16 +3,16 @@
 //! A [`Controller`] is told the state and answers with a [`JointCommand`] for every joint. It neither allocates nor knows who
 //! calls it: a loop on the robot, or one of the simulators. [`GaitController`] is the one that walks by a gait, [`PhasedController`] that of a gait of
 //! several phases.
-mod elimination;
+pub(crate) mod elimination;
 mod feedback;
 mod gait;
 mod gait_controller;
 mod ground_limits;
-mod least_change;
+pub(crate) mod least_change;
 mod phased;
 mod phased_controller;
 mod phased_torques;
-mod slices;
+pub(crate) mod slices;
 mod step_end;
 mod surface;
 mod zero;

@@ -1,16 +1,16 @@
 //! Elements of slices without a panic: what lies beyond reads as zero and is not written.
 use crate::real::Scalar;
 
-pub(super) fn get<R: Scalar>(of: &[R], index: usize) -> R {
+pub(crate) fn get<R: Scalar>(of: &[R], index: usize) -> R {
     of.get(index).copied().unwrap_or(R::constant(0.0))
 }
 
-pub(super) fn set<R>(into: &mut [R], index: usize, value: R) {
+pub(crate) fn set<R>(into: &mut [R], index: usize, value: R) {
     if let Some(element) = into.get_mut(index) {
         *element = value;
     }
 }
 
-pub(super) fn copy<R: Copy>(from: &[R], to: &mut [R]) {
+pub(crate) fn copy<R: Copy>(from: &[R], to: &mut [R]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }

@@ -1,0 +1,2 @@
+//! Walking on flat feet: what a robot does with its legs while one or both stand (thesis 6.3).
+pub mod space;
