@@ -3,6 +3,7 @@ mod check;
 mod kinematics;
 mod legs;
 mod motion;
+mod onboard;
 mod page;
 mod picture;
 mod soles;
@@ -12,6 +13,7 @@ mod track;
 
 pub use check::{Limit, Measured, Quantity};
 pub use legs::Legs;
+pub use onboard::Walker;
 
 use crate::progress::Run;
 use bipedc_analysis::walking::{

@@ -171,6 +171,30 @@ pub trait Model<R> {
     }
 }
 
+impl<R, M: Model<R> + ?Sized> Model<R> for &M {
+    fn nq(&self) -> usize {
+        (**self).nq()
+    }
+    fn nv(&self) -> usize {
+        (**self).nv()
+    }
+    fn joint_name(&self, index: usize) -> Option<&str> {
+        (**self).joint_name(index)
+    }
+    fn joints(&self) -> usize {
+        (**self).joints()
+    }
+    fn signature(&self, index: usize) -> Option<Signature<'_>> {
+        (**self).signature(index)
+    }
+    fn argument_length(&self, argument: Argument) -> usize {
+        (**self).argument_length(argument)
+    }
+    fn evaluate(&self, function: usize, state: &State<'_, R>, output: &mut [R]) -> Result<(), CallError> {
+        (**self).evaluate(function, state, output)
+    }
+}
+
 /// One argument as an array; used by generated code.
 ///
 /// # Errors

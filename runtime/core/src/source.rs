@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 31] = [
+const FILES: [(&str, &str); 39] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -31,8 +31,16 @@ const FILES: [(&str, &str); 31] = [
     ("src/math/scalar.rs", include_str!("math/scalar.rs")),
     ("src/model.rs", include_str!("model.rs")),
     ("src/real.rs", include_str!("real.rs")),
+    ("src/walking/controller.rs", include_str!("walking/controller.rs")),
+    ("src/walking/divergent.rs", include_str!("walking/divergent.rs")),
     ("src/walking/mod.rs", include_str!("walking/mod.rs")),
+    ("src/walking/motion.rs", include_str!("walking/motion.rs")),
+    ("src/walking/robot.rs", include_str!("walking/robot.rs")),
+    ("src/walking/sharing.rs", include_str!("walking/sharing.rs")),
     ("src/walking/space.rs", include_str!("walking/space.rs")),
+    ("src/walking/steps.rs", include_str!("walking/steps.rs")),
+    ("src/walking/support.rs", include_str!("walking/support.rs")),
+    ("src/walking/swing.rs", include_str!("walking/swing.rs")),
 ];
 
 /// The core's dependency, as the workspace has it.

@@ -62,7 +62,8 @@ impl Simulation<'_> {
     fn ask(&mut self, time: f64) -> Result<(), Diagnostic> {
         let scenario = self.scenario;
         let ahead = if scenario.inside { 0.5 * scenario.step } else { 0.0 };
-        let observed = Observation::new(time, 0, &self.motion.q, &self.motion.v);
+        self.weigh();
+        let observed = Observation::new(time, 0, &self.motion.q, &self.motion.v).with_loads(&self.loads);
         let mut asked = JointServos::new(&scenario.servos, ahead).command(&observed, &mut self.asked);
         if let Some(controller) = &mut self.controller {
             if time == 0.0 {
@@ -74,6 +75,18 @@ impl Simulation<'_> {
         match &mut self.phased {
             Some(phased) => phased.command(&self.stepper, &self.motion, time, &mut self.asked),
             None => Ok(()),
+        }
+    }
+
+    /// Normal force of the last step on each foot, N.
+    fn weigh(&mut self) {
+        let mut point = 0;
+        for (load, foot) in self.loads.iter_mut().zip(&self.plant.feet) {
+            let own = point..point + foot.corners.len();
+            point = own.end;
+            let touches = own.end <= self.stepper.mechanics().points();
+            let push: f64 = if touches { own.map(|i| self.stepper.impulse(i)[2]).sum() } else { 0.0 };
+            *load = push / self.scenario.step;
         }
     }
 

@@ -98,6 +98,8 @@ pub struct Simulation<'a> {
     pub(super) phased: Option<PhasedController<'a>>,
     /// Of the controllers, for the present step, by joint.
     pub(super) asked: Vec<JointCommand<f64>>,
+    /// Of the last step on each foot, N.
+    pub(super) loads: Vec<f64>,
     pub(super) energy_flow: Option<EnergyFlow>,
 }
 
@@ -166,6 +168,7 @@ impl<'a> Simulation<'a> {
             controller: None,
             phased: None,
             asked: vec![JointCommand::Off; joints],
+            loads: vec![0.0; plant.feet.len()],
             energy_flow: None,
         })
     }

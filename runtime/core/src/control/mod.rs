@@ -40,12 +40,20 @@ pub struct Observation<'a, T> {
     pub q: &'a [T],
     /// Velocity as the model takes it: twist of the base, then joints; m/s, rad/s.
     pub v: &'a [T],
+    /// Normal force on each foot (N), in the order of the description; empty where nobody measures it.
+    pub loads: &'a [T],
 }
 
 impl<'a, T> Observation<'a, T> {
     /// Of a state (`q`: nq, `v`: nv) in a phase, at a time (s).
     pub fn new(time: T, phase: usize, q: &'a [T], v: &'a [T]) -> Self {
-        Self { time, phase, q, v }
+        Self { time, phase, q, v, loads: &[] }
+    }
+
+    /// The same with the normal force on each foot, N.
+    #[must_use]
+    pub fn with_loads(self, loads: &'a [T]) -> Self {
+        Self { loads, ..self }
     }
 
     /// Positions (rad or m) and velocities of the last joints of the model, as many as are asked for.

@@ -1,0 +1,85 @@
+//! The divergent component of motion ξ = x + ẋ/ω of a linear inverted pendulum (6.45): ξ̇ = ω (ξ − z), where z is the zero moment point.
+use crate::real::Scalar;
+
+/// A place on the ground, m.
+pub type Point<R> = [R; 2];
+
+/// A piece of a walk in which the zero moment point goes straight from one place to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece<R> {
+    /// Where it is at the beginning, m.
+    pub from: Point<R>,
+    /// Where it is at the end, m.
+    pub to: Point<R>,
+    /// s
+    pub duration: R,
+}
+
+impl<R: Scalar> Piece<R> {
+    /// ξ at the beginning of the piece if it is `end` at its end: bounded backwards whatever comes after.
+    pub fn before(&self, omega: R, end: Point<R>) -> Point<R> {
+        let one = R::constant(1.0);
+        let angle = omega * self.duration;
+        let short = angle.abs() < R::constant(1e-9);
+        let (decay, slope) = ((-angle).exp(), if short { R::constant(0.0) } else { one / angle });
+        let of = |from: R, to: R, end: R| {
+            if short {
+                return end;
+            }
+            // y = ξ − from: y(t) = C e^(ωt) + s t + s/ω with s = (to − from)/T.
+            let way = to - from;
+            let constant = (end - from - way - way * slope) * decay;
+            from + constant + way * slope
+        };
+        let ([a, b], [c, d], [e, f]) = (self.from, self.to, end);
+        [of(a, c, e), of(b, d, f)]
+    }
+
+    /// Where the zero moment point is this long (s) after the beginning.
+    pub fn at(&self, time: R) -> Point<R> {
+        let (zero, one) = (R::constant(0.0), R::constant(1.0));
+        let part = if self.duration > zero { time / self.duration } else { one };
+        let part = -(-part.larger(zero)).larger(-one);
+        let ([a, b], [c, d]) = (self.from, self.to);
+        [R::fused(part, c - a, a), R::fused(part, d - b, b)]
+    }
+
+    /// What is left of it after this long (s).
+    pub fn rest(&self, time: R) -> Self {
+        let left = (self.duration - time).larger(R::constant(0.0));
+        Self { from: self.at(time), to: self.to, duration: left }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ξ̇ = ω (ξ − z), integrated forwards by small steps, ends where the closed form began.
+    #[test]
+    fn pieces_solve_the_pendulum() {
+        let omega = 3.5;
+        for duration in [0.15, 0.45, 1.2] {
+            let piece = Piece { from: [0.1, -0.2], to: [0.3, 0.05], duration };
+            let end = [0.35, 0.1];
+            let mut divergent = piece.before(omega, end);
+            let count = 20_000;
+            let h = duration / f64::from(count);
+            for k in 0..count {
+                let middle = piece.at((f64::from(k) + 0.5) * h);
+                let grow = (omega * h).exp();
+                divergent = [0, 1].map(|i| middle[i] + (divergent[i] - middle[i]) * grow);
+            }
+            assert!((0..2).all(|i| (divergent[i] - end[i]).abs() < 1e-8), "{duration}: {divergent:?}");
+        }
+    }
+
+    #[test]
+    fn no_time_changes_nothing() {
+        let piece = Piece { from: [0.1, -0.2], to: [0.3, 0.05], duration: 0.0 };
+        assert_eq!(piece.before(3.0, [1.0, 2.0]), [1.0, 2.0]);
+        assert_eq!(piece.at(0.0), [0.3, 0.05]);
+        let rest = Piece { duration: 0.5, ..piece }.rest(0.25);
+        assert_eq!(rest, Piece { from: [0.2, -0.075], to: [0.3, 0.05], duration: 0.25 });
+    }
+}

@@ -1,0 +1,144 @@
+//! What a robot's controller has to know of it to walk on flat feet: its functions, legs, soles, sizes.
+use super::legs::Legs;
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::Model;
+use bipedc_runtime::walking::robot::{LEG, Leg, MOST_VELOCITIES, WalkingRobot};
+use bipedc_runtime::walking::space::Pose;
+use bipedc_runtime::walking::steps::Stride;
+use bipedc_runtime::walking::{Gains, WalkingController};
+
+/// Functions about the whole robot.
+const WHOLE: [&str; 4] = ["mass_matrix", "bias", "center_of_mass", "center_of_mass_velocity"];
+/// Functions about the link of a foot.
+const FRAME: [&str; 4] = ["position", "rotation", "jacobian", "jacobian_rate_times_velocity"];
+
+/// A robot's controller of walks, with the functions that it calls, in process.
+pub struct Walker {
+    model: ProgramModel,
+    robot: WalkingRobot<f64>,
+    gains: Gains<f64>,
+}
+
+impl Walker {
+    /// Of a robot that walks.
+    ///
+    /// # Errors
+    /// Functions that cannot be derived, legs that have not six joints, too many joints.
+    pub fn new(legs: &Legs) -> Result<Self, Diagnostic> {
+        let mut requests: Vec<FunctionRequest> = WHOLE.map(FunctionRequest::of_robot).into();
+        for link in &legs.links {
+            let of =
+                |family: &str| FunctionRequest { family: family.to_owned(), subject: Some(link.clone()) };
+            requests.extend(FRAME.map(of));
+        }
+        let model = ProgramModel::new(legs.robot.compile_only(&requests)?);
+        let robot = walking_robot(legs, &model)?;
+        let gains = gains(legs);
+        Ok(Self { model, robot, gains })
+    }
+
+    /// The controller.
+    pub fn controller(&self) -> WalkingController<&ProgramModel, f64> {
+        WalkingController::new(&self.model, self.robot.clone(), self.gains)
+    }
+}
+
+fn walking_robot(legs: &Legs, model: &ProgramModel) -> Result<WalkingRobot<f64>, Diagnostic> {
+    let functions = &model.compiled().functions;
+    let find = |family: &str, subject: Option<&str>| {
+        let found = functions.iter().position(|f| f.family == family && f.subject.as_deref() == subject);
+        found.ok_or_else(|| Diagnostic::error(format!("the robot has no function `{family}`")))
+    };
+    let nv = Model::<f64>::nv(model);
+    if nv > MOST_VELOCITIES {
+        let message =
+            format!("the robot has {} joints; the controller of walks knows {}", nv - 6, MOST_VELOCITIES - 6);
+        return Err(Diagnostic::error(message).help("lock some: [joints] locked = { ... } in biped.toml"));
+    }
+    let leg = |k: usize| {
+        let own: Vec<usize> = legs.bodies[k].iter().filter_map(|body| column(legs, *body)).collect();
+        let joints: [usize; LEG] = own.as_slice().try_into().map_err(|_| {
+            let message = format!(
+                "the leg of `{}` has {} joints; the controller of walks knows legs of six",
+                legs.feet[k],
+                own.len()
+            );
+            Diagnostic::error(message)
+        })?;
+        let sole = &legs.soles[k];
+        let ends = |i: usize| {
+            sole.corners.iter().fold([f64::MAX, f64::MIN], |e, c| [e[0].min(c[i]), e[1].max(c[i])])
+        };
+        let ([rear, front], [right, left]) = (ends(0), ends(1));
+        let rows = |m: &nalgebra::Matrix3<f64>| [0, 1, 2].map(|i| [m[(i, 0)], m[(i, 1)], m[(i, 2)]]);
+        let feet = &legs.robot.description.feet;
+        Ok::<_, Diagnostic>(Leg {
+            position: find(FRAME[0], Some(&legs.links[k]))?,
+            rotation: find(FRAME[1], Some(&legs.links[k]))?,
+            jacobian: find(FRAME[2], Some(&legs.links[k]))?,
+            jacobian_rate: find(FRAME[3], Some(&legs.links[k]))?,
+            joints,
+            sole: Pose { position: sole.center.into(), turn: rows(&sole.axes) },
+            extent: [rear, front, right, left],
+            foot: feet.iter().position(|foot| foot.name == legs.feet[k]).unwrap_or(k),
+        })
+    };
+    let mut torque = [f64::INFINITY; MOST_VELOCITIES];
+    let mut posture = [0.0; MOST_VELOCITIES];
+    for joint in &legs.joints {
+        torque[joint.column - 6] = joint.effort;
+        posture[joint.column - 6] = legs.posture[joint.column + 1];
+    }
+    let heading = &legs.heading;
+    Ok(WalkingRobot {
+        legs: [leg(0)?, leg(1)?],
+        mass_matrix: find(WHOLE[0], None)?,
+        bias: find(WHOLE[1], None)?,
+        center_of_mass: find(WHOLE[2], None)?,
+        center_of_mass_velocity: find(WHOLE[3], None)?,
+        heading: [0, 1, 2].map(|i| [heading[(i, 0)], heading[(i, 1)], heading[(i, 2)]]),
+        lengths: [Model::<f64>::nq(model), nv],
+        gravity: legs.kinematics.gravity(),
+        torque,
+        posture,
+    })
+}
+
+/// Column in `v` of the joint that moves a body.
+fn column(legs: &Legs, body: usize) -> Option<usize> {
+    let name = &legs.tree.bodies[body].joint;
+    legs.joints.iter().find(|joint| joint.name == *name).map(|joint| joint.column)
+}
+
+fn gains(legs: &Legs) -> Gains<f64> {
+    let settings = &legs.settings;
+    let leg = legs.leg_length();
+    let gravity = legs.kinematics.gravity();
+    let omega = (gravity / settings.com_height).sqrt();
+    let half = legs.soles.iter().flat_map(|sole| sole.corners.iter()).map(|c| c[1].abs()).fold(0.0, f64::max);
+    let scale = (leg / 0.6).sqrt();
+    Gains {
+        stride: Stride {
+            time: settings.step_time,
+            double_support: settings.double_support,
+            width: settings.stance_width,
+            longest: 0.5 * leg,
+            across: [2.0 * half + settings.feet_distance, settings.stance_width + 0.35 * leg],
+            largest_turn: 0.35,
+            change: 0.1,
+            omega,
+        },
+        height: settings.com_height,
+        lift: settings.step_height,
+        margin: settings.margin,
+        divergent: 1.0 * omega,
+        torso: 12.0 / scale,
+        rise: 10.0 / scale,
+        swing: 25.0 / scale,
+        posture: 12.0 / scale,
+        brake: 20.0,
+        start: settings.step_time,
+        touch: 20.0,
+    }
+}
