@@ -2,6 +2,7 @@
 pub mod absolute;
 mod chosen;
 mod energies;
+mod footsteps;
 mod gait;
 mod log;
 mod robust;
@@ -11,6 +12,7 @@ mod trial;
 mod walking;
 
 pub use chosen::{StepEnergy, WalkedSpeeds};
+pub use footsteps::FootstepSummary;
 pub use robust::{Disturbance, DisturbanceKind, Robust, RobustOptions, Survival, Tried, wilson};
 pub use run::{Options, Outcome, Scene, Simulated};
 pub use trial::{Trial, WalkedMargins};

@@ -1,5 +1,6 @@
 //! A scenario that is run: what is asked for, what comes of it.
 use super::chosen::WalkedSpeeds;
+use super::footsteps::{FootstepSummary, Footsteps};
 use super::gait::Walker;
 use super::{in_world, plant, stepping, walking};
 use crate::progress::Run;
@@ -23,6 +24,7 @@ pub struct Scene {
     pub(super) scenario: Scenario,
     pub(super) file: PathBuf,
     pub(super) gait: Option<Walker>,
+    pub(super) footsteps: Option<Footsteps>,
 }
 
 /// What a simulation writes and keeps beside the log.
@@ -69,6 +71,8 @@ pub struct Simulated {
     pub film: Option<Film>,
     /// Contact problems that were not solved, an assumption that did not hold.
     pub messages: Vec<Diagnostic>,
+    /// How it walked, if by footsteps.
+    pub walk: Option<FootstepSummary>,
 }
 
 impl Scene {
@@ -81,10 +85,11 @@ impl Scene {
         let file = scenario.to_path_buf();
         let mut scenario = Scenario::open(scenario, &plant)?;
         let gait = Walker::open(robot, &mut scenario, &file)?;
+        let footsteps = Footsteps::open(robot, &mut scenario, &file)?;
         let robot = in_world(robot.clone(), &scenario.world);
         // Sensors feel the gravity that the scenario says.
         let plant = Plant { gravity: robot.description.gravity, ..plant };
-        Ok(Self { robot, plant, scenario, file, gait })
+        Ok(Self { robot, plant, scenario, file, gait, footsteps })
     }
 
     /// Notes the files that were read, so that outputs do not overwrite them.
@@ -94,6 +99,7 @@ impl Scene {
             ledger.reads("the scenario's trajectory", table);
         }
         self.gait.iter().for_each(|gait| gait.note(ledger));
+        self.footsteps.iter().for_each(|walk| walk.note(ledger));
     }
 
     /// What is odd about the gait that drives the robot, if one does.
@@ -145,7 +151,7 @@ impl Simulated {
             Outcome::Walked { summary, .. } => summary.time,
         };
         let real_time_factor = time / wall_time.max(1e-9);
-        Self { outcome, wall_time, real_time_factor, log: log.to_path_buf(), film, messages }
+        Self { outcome, wall_time, real_time_factor, log: log.to_path_buf(), film, messages, walk: None }
     }
 
     /// Whether it was stopped before its end.
@@ -174,7 +180,7 @@ impl fmt::Display for Simulated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (factor, log) = (self.real_time_factor, self.log.as_path());
         f.write_str(&match &self.outcome {
-            Outcome::Stepped(summary) => stepping::text(summary, factor, log),
+            Outcome::Stepped(summary) => stepping::text((summary, self.walk.as_ref()), factor, log),
             Outcome::Walked { summary, speeds, .. } => walking::text((summary, speeds.as_ref()), factor, log),
         })
     }
@@ -184,6 +190,8 @@ impl fmt::Display for Simulated {
 struct Stepped<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    walk: Option<&'a FootstepSummary>,
     wall_time: f64,
     real_time_factor: f64,
     log: String,
@@ -208,7 +216,8 @@ impl Serialize for Simulated {
         let log = self.log.display().to_string();
         match &self.outcome {
             Outcome::Stepped(summary) => {
-                Stepped { summary, wall_time, real_time_factor, log }.serialize(serializer)
+                Stepped { summary, walk: self.walk.as_ref(), wall_time, real_time_factor, log }
+                    .serialize(serializer)
             }
             Outcome::Walked { summary, relative_tolerance, speeds } => {
                 let (method, relative_tolerance, speeds) =

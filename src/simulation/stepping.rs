@@ -1,4 +1,5 @@
 //! Time stepping with contacts (thesis 4.3), as a film and in words.
+use super::footsteps::{FootstepSummary, Footsteps};
 use super::log::Log;
 use super::{Options, Outcome, Scene, Simulated, driven_model, energies, filmed_model, true_model};
 use crate::film::Recorder;
@@ -13,6 +14,7 @@ use bipedc_effects::effect::Effect;
 use bipedc_runtime::control::{Borrowed, Controller};
 use std::fmt::Write as _;
 use std::path::Path;
+use std::rc::Rc;
 use std::time::Instant;
 
 impl Scene {
@@ -32,7 +34,12 @@ impl Scene {
         let recorder = || Recorder::new(robot, mechanics, scenario.duration, rows(scenario));
         let mut recorder = options.film.then(recorder).transpose()?;
         let simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
-        let mut simulation = self.driven(simulation, (&model, &phases), own)?;
+        let stepping = self.footsteps.as_ref().filter(|_| own.is_none()).map(Footsteps::controller);
+        let record = stepping.as_ref().map(|(_, record)| Rc::clone(record));
+        let mut simulation = match stepping {
+            Some((controller, _)) => simulation.controlled(controller),
+            None => self.driven(simulation, (&model, &phases), own)?,
+        };
         if let Some(recorder) = &mut recorder {
             simulation = simulation.watched(|sample| recorder.take(sample));
         }
@@ -52,7 +59,8 @@ impl Scene {
         let warning = |text| Diagnostic::warning(text).help("a shorter `step` makes them easier");
         let messages =
             self.warnings().into_iter().chain(unsolved(&summary).into_iter().map(warning)).collect();
-        Ok(Simulated::new(Outcome::Stepped(summary), (out, start), film, messages))
+        let walk = record.map(|record| record.borrow().clone());
+        Ok(Simulated { walk, ..Simulated::new(Outcome::Stepped(summary), (out, start), film, messages) })
     }
 
     /// The same under somebody's own controller, else the scenario's gait, else its outputs.
@@ -127,7 +135,11 @@ impl Scene {
 }
 
 /// What happened, for people.
-pub(super) fn text(summary: &Summary, real_time_factor: f64, log: &Path) -> String {
+pub(super) fn text(
+    (summary, walk): (&Summary, Option<&FootstepSummary>),
+    real_time_factor: f64,
+    log: &Path,
+) -> String {
     let mut text = String::new();
     let end = if summary.interrupted { "interrupted after" } else { "simulated" };
     // Writing to a string cannot fail.
@@ -142,6 +154,9 @@ pub(super) fn text(summary: &Summary, real_time_factor: f64, log: &Path) -> Stri
             "contact: at most {} points, worst relative residual {:.1e}, deepest penetration {:.2e} m",
             summary.contacts, summary.worst_residual, summary.penetration
         );
+    }
+    if let Some(walk) = walk {
+        text += &walk.to_string();
     }
     if summary.energy_made > 1e-9 {
         let _ =

@@ -13,7 +13,7 @@ mod track;
 
 pub use check::{Limit, Measured, Quantity};
 pub use legs::Legs;
-pub use onboard::Walker;
+pub use onboard::FootstepWalker;
 
 use crate::progress::Run;
 use bipedc_analysis::walking::{

@@ -14,13 +14,16 @@ const WHOLE: [&str; 4] = ["mass_matrix", "bias", "center_of_mass", "center_of_ma
 const FRAME: [&str; 4] = ["position", "rotation", "jacobian", "jacobian_rate_times_velocity"];
 
 /// A robot's controller of walks, with the functions that it calls, in process.
-pub struct Walker {
+#[derive(Debug, Clone)]
+pub struct FootstepWalker {
     model: ProgramModel,
     robot: WalkingRobot<f64>,
     gains: Gains<f64>,
+    /// As it stands when it walks, in the order of `q`.
+    pub posture: Vec<f64>,
 }
 
-impl Walker {
+impl FootstepWalker {
     /// Of a robot that walks.
     ///
     /// # Errors
@@ -35,7 +38,12 @@ impl Walker {
         let model = ProgramModel::new(legs.robot.compile_only(&requests)?);
         let robot = walking_robot(legs, &model)?;
         let gains = gains(legs);
-        Ok(Self { model, robot, gains })
+        Ok(Self { model, robot, gains, posture: legs.posture.clone() })
+    }
+
+    /// Height of its centre of mass when it walks, m.
+    pub fn height(&self) -> f64 {
+        self.gains.height
     }
 
     /// The controller.

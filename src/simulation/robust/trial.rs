@@ -147,7 +147,12 @@ impl Trial<'_> {
             DisturbanceKind::Push => {
                 let [first, last] = PUSHED;
                 let time = first + (last - first) * random.unit();
-                scenario.pushes.push(Push { time, duration: PUSHING, impulse: size * random.symmetric() });
+                scenario.pushes.push(Push {
+                    time,
+                    duration: PUSHING,
+                    impulse: size * random.symmetric(),
+                    direction: 0.0,
+                });
             }
             DisturbanceKind::Mass => {
                 for inertial in robot.description.links.iter_mut().filter_map(|link| link.inertial.as_mut()) {

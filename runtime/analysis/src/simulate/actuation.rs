@@ -5,8 +5,10 @@ use super::instability::Swing;
 use super::resistance::Variables;
 use super::run::Simulation;
 use super::servo::DriveServo;
+use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Servo};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// h² k/D from which on a spring that is held swings within some twenty steps.
 const NOTICEABLE: f64 = 0.1;
@@ -45,6 +47,7 @@ impl Simulation<'_> {
     /// A held controller that is unstable at this step.
     pub(super) fn control(&mut self, time: f64) -> Result<(), Diagnostic> {
         self.force.fill(0.0);
+        self.push(time);
         self.inside.clear();
         if let Some(energy_flow) = &mut self.energy_flow {
             energy_flow.torque.fill(0.0);
@@ -75,6 +78,27 @@ impl Simulation<'_> {
         match &mut self.phased {
             Some(phased) => phased.command(&self.stepper, &self.motion, time, &mut self.asked),
             None => Ok(()),
+        }
+    }
+
+    /// What pushes the origin of the base over the step that begins.
+    fn push(&mut self, time: f64) {
+        let middle = time + 0.5 * self.scenario.step;
+        for push in &self.scenario.pushes {
+            let force = push.force(middle);
+            if force == 0.0 {
+                continue;
+            }
+            let (sine, cosine) = push.direction.sin_cos();
+            let q = &self.motion.q;
+            if self.plant.layout.base == BaseKind::Floating {
+                // Linear velocities of the base are in its own axes.
+                let turn = UnitQuaternion::from_quaternion(Quaternion::new(q[6], q[3], q[4], q[5]));
+                let own = turn.inverse() * Vector3::new(force * cosine, force * sine, 0.0);
+                self.force.iter_mut().zip(own.iter()).for_each(|(f, own)| *f += own);
+            } else if let Some(first) = self.force.first_mut() {
+                *first += force;
+            }
         }
     }
 

@@ -56,8 +56,8 @@ pub use proximal::{Solved, Solver, Tolerance};
 pub use reference::{Reference, Sine};
 pub use run::{Run, Simulation, Summary, csv_line};
 pub use scenario::{
-    Choosable, EventDriven, GaitControl, GaitValue, Initial, JointServo, Push, Scenario, Sensors, Wishes,
-    World,
+    Choosable, EventDriven, FootstepWalk, GaitControl, GaitValue, Initial, JointServo, Push, Scenario,
+    Sensors, Wishes, World,
 };
 pub use sensing::Sample;
 pub use servo::DriveServo;

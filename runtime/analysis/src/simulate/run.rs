@@ -200,7 +200,8 @@ impl<'a> Simulation<'a> {
     /// # Errors
     /// The model has no energies; motors that turn on their own, coupled joints and soles that turn are not in the accounting.
     pub fn with_energy(mut self) -> Result<Self, Diagnostic> {
-        if let Some(what) = self.stepper.beyond_account() {
+        let pushed = (!self.scenario.pushes.is_empty()).then_some("pushes");
+        if let Some(what) = self.stepper.beyond_account().or(pushed) {
             return Err(Diagnostic::error(format!("the energy balance does not know {what}"))
                 .help("leave --energy out, or what brings them in out of the scenario"));
         }

@@ -50,6 +50,8 @@ pub struct Walked<R> {
     pub zero_moment_point: [Point<R>; 2],
     /// The commanded one was at its limit.
     pub limited: bool,
+    /// Of the centre of mass above the standing soles, m.
+    pub height: R,
 }
 
 /// See [`WalkingController::new`].
@@ -103,6 +105,11 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
     /// The steps, once it was asked.
     pub fn steps(&self) -> Option<&Steps<R>> {
         self.steps.as_ref()
+    }
+
+    /// Height of the centre of mass above the standing soles, m, when it was last asked.
+    pub fn height(&self) -> Option<R> {
+        self.walked.as_ref().map(|walked| walked.height)
     }
 
     /// What it did last.
@@ -307,6 +314,7 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
             divergent: [divergent, wished],
             zero_moment_point: [zmp, reference],
             limited: zmp != asked,
+            height: get(&center, 2) - self.ground(&steps, &place),
         });
         let wish = self.wish(&steps, &place, zmp, step);
         self.steps = Some(steps);

@@ -58,7 +58,7 @@ mod tests {
     /// ξ̇ = ω (ξ − z), integrated forwards by small steps, ends where the closed form began.
     #[test]
     fn pieces_solve_the_pendulum() {
-        let omega = 3.5;
+        let omega: f64 = 3.5;
         for duration in [0.15, 0.45, 1.2] {
             let piece = Piece { from: [0.1, -0.2], to: [0.3, 0.05], duration };
             let end = [0.35, 0.1];

@@ -34,6 +34,25 @@ pub(super) struct File {
     pub slope: Option<Number>,
     #[serde(default)]
     pub push: Vec<Spanned<Push>>,
+    pub walking: Option<Spanned<Walking>>,
+}
+
+/// A robot that walks by footsteps.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Walking {
+    pub velocity: Vec<Spanned<Speed>>,
+    pub settings: Option<Spanned<String>>,
+    pub state: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Speed {
+    pub time: Number,
+    pub forward: Option<Number>,
+    pub left: Option<Number>,
+    pub turning: Option<Number>,
 }
 
 #[derive(Deserialize)]
@@ -42,6 +61,7 @@ pub(super) struct Push {
     pub time: Number,
     pub duration: Option<Number>,
     pub impulse: Number,
+    pub direction: Option<Number>,
 }
 
 #[derive(Deserialize, Default)]

@@ -1,6 +1,7 @@
 //! What is simulated: how long, from where, under which control, with which hidden effects and sensors.
 mod effects;
 mod file;
+mod footsteps;
 mod gait;
 mod ground;
 mod imu;
@@ -14,6 +15,7 @@ mod servos;
 mod walk;
 mod wishes;
 
+pub use footsteps::FootstepWalk;
 pub use gait::{GaitControl, GaitValue};
 pub use wishes::{Choosable, Wishes};
 
@@ -55,7 +57,7 @@ pub struct Scenario {
     pub sensors: Sensors,
     /// What the model does not know.
     pub effects: Vec<Effect>,
-    /// Pushes on the base, from event to event alone.
+    /// Pushes on the base.
     pub pushes: Vec<Push>,
     /// Rise of the ground from each foothold to the next, m, from event to event; no file says it: heights of the log are above the foot
     /// that stands.
@@ -66,6 +68,8 @@ pub struct Scenario {
     pub outputs: Option<Outputs>,
     /// A gait that drives the robot, if any.
     pub gait: Option<GaitControl>,
+    /// It walks by footsteps, if it does.
+    pub walking: Option<FootstepWalk>,
     /// Index of the phase at time 0.
     pub phase: usize,
     /// Gravity.
@@ -78,7 +82,7 @@ pub struct Scenario {
     pub inside: bool,
 }
 
-/// A horizontal push on the origin of the base along x: half a sine over its duration.
+/// A horizontal push on the origin of the base: half a sine over its duration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Push {
     /// When it begins, s.
@@ -87,10 +91,12 @@ pub struct Push {
     pub duration: f64,
     /// N s
     pub impulse: f64,
+    /// Counterclockwise from x, rad; 0 in the plane.
+    pub direction: f64,
 }
 
 impl Push {
-    /// Force along x at a time, N.
+    /// Force at a time, N.
     pub fn force(&self, time: f64) -> f64 {
         let part = (time - self.time) / self.duration;
         if !(0.0..=1.0).contains(&part) {

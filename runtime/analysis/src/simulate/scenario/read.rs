@@ -90,6 +90,7 @@ impl Reading<'_> {
             rises: Vec::new(),
             events,
             phase: self.first_phase(file, plant, event_driven || outputs.is_some() || gait.is_some()),
+            walking: self.footstep_walk(file, plant, event_driven || outputs.is_some() || gait.is_some()),
             outputs,
             gait,
             world: self.world(file),

@@ -220,25 +220,26 @@ impl Reading<'_> {
 
     /// Pushes on the base.
     pub(super) fn pushes(&mut self, file: &File, plant: &Plant, event_driven: bool) -> Vec<Push> {
-        if let Some(first) = file.push.first().map(|push| push.span().start) {
-            if !event_driven {
-                self.wrong::<()>(
-                    first,
-                    "pushes are for method = \"event_driven\" alone",
-                    "leave [[push]] out",
-                );
-            }
-            if plant.layout.base == BaseKind::Floating {
-                let help = "leave [[push]] out, or choose --base planar";
-                self.wrong::<()>(first, "pushes are for robots in the plane", help);
-            }
+        let Some(first) = file.push.first().map(|push| push.span().start) else { return Vec::new() };
+        if plant.layout.base == BaseKind::Fixed {
+            self.wrong::<()>(first, "nobody feels a push on a base that is fixed", "leave [[push]] out");
+        } else if event_driven && plant.layout.base == BaseKind::Floating {
+            let help = "leave [[push]] out, or choose --base planar or method = \"time_stepping\"";
+            self.wrong::<()>(first, "from event to event only robots in the plane are pushed", help);
         }
         let each = file.push.iter().map(|push| {
             let push = push.get_ref();
+            if let Some(direction) =
+                push.direction.as_ref().filter(|_| plant.layout.base != BaseKind::Floating)
+            {
+                let help = "leave `direction` out; a negative `impulse` pushes back";
+                self.wrong::<()>(direction.span().start, "robots in the plane are pushed along x", help);
+            }
             Push {
                 time: self.number("time", Some(&push.time), 0.0, NOT_NEGATIVE, "s"),
                 duration: self.number("duration", push.duration.as_ref(), 0.1, POSITIVE, "s"),
                 impulse: self.number("impulse", Some(&push.impulse), 0.0, ANY, "N s"),
+                direction: self.number("direction", push.direction.as_ref(), 0.0, ANY, "rad"),
             }
         });
         each.collect()

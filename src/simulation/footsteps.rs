@@ -1,0 +1,172 @@
+//! Robots that walk by footsteps in time stepping: their controller, the velocities that it is told, what became of the walk.
+use crate::walking::{FootstepWalker, Legs, robots_own};
+use bipedc_analysis::simulate::{FootstepWalk, Scenario};
+use bipedc_analysis::walking::read_settings;
+use bipedc_compiler::Robot;
+use bipedc_compiler::compile::ProgramModel;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::files::Ledger;
+use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
+use bipedc_runtime::walking::WalkingController;
+use bipedc_runtime::walking::steps::{Phase, Velocity};
+use serde::Serialize;
+use std::cell::RefCell;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// Part of the height of the centre of mass below which a robot has fallen.
+const FALLEN: f64 = 0.6;
+
+/// A robot that walks by footsteps, with what its scenario says of it.
+#[derive(Debug, Clone)]
+pub(super) struct Footsteps {
+    walker: FootstepWalker,
+    walk: FootstepWalk,
+    settings: Option<PathBuf>,
+}
+
+/// How a walk by footsteps went.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct FootstepSummary {
+    /// Steps that landed.
+    pub steps: usize,
+    /// Of the base over the ground, from the first to the last sample, m.
+    pub distance: f64,
+    /// Farthest that the divergent component was from where it was wished, m.
+    pub divergent_error: f64,
+    /// Part of the time in which the zero moment point was at the edge of what the soles allow.
+    pub limited: f64,
+    /// When the robot fell, s.
+    pub fell: Option<f64>,
+    /// Why the controller gave up, if it did not just fall.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
+}
+
+impl fmt::Display for FootstepSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "walked {} steps, {:.3} m; divergent component at most {:.1} mm from its wish; zero moment point at its limit {:.1} % of the time",
+            self.steps,
+            self.distance,
+            1e3 * self.divergent_error,
+            100.0 * self.limited
+        )?;
+        match (&self.fell, &self.refused) {
+            (Some(time), Some(why)) => writeln!(f, "the controller gave up at {time:.3} s: {why}"),
+            (Some(time), None) => writeln!(f, "the robot fell at {time:.3} s"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Footsteps {
+    /// Opens what the scenario says of a walk by footsteps, and puts the robot where it stands, if nothing else is said.
+    ///
+    /// # Errors
+    /// A robot that does not walk; settings without meaning.
+    pub fn open(robot: &Robot, scenario: &mut Scenario, file: &Path) -> Result<Option<Self>, Diagnostics> {
+        let Some(walk) = scenario.walking.clone() else { return Ok(None) };
+        let (line, column) = walk.position;
+        let placed = |error: Diagnostic| error.or_in_file(file).at(line, column);
+        let (stated, settings) = match &walk.settings {
+            Some(own) => (read_settings(own)?, Some(own.clone())),
+            None => robots_own(robot)?,
+        };
+        let legs = Legs::new(robot, &stated).map_err(placed)?;
+        let walker = FootstepWalker::new(&legs).map_err(placed)?;
+        if walk.begins_standing {
+            let initial = &mut scenario.initial;
+            let joints = initial.q.len() - 7;
+            let from = walker.posture.len() - joints;
+            initial.q[7..].copy_from_slice(&walker.posture[from..]);
+            if initial.q[3..7] == [0.0, 0.0, 0.0, 1.0] {
+                initial.q[3..7].copy_from_slice(&walker.posture[3..7]);
+            }
+        }
+        Ok(Some(Self { walker, walk, settings }))
+    }
+
+    /// Files that were read.
+    pub fn note(&self, ledger: &mut Ledger) {
+        if let Some(file) = &self.settings {
+            ledger.reads("the numbers of the walk", file);
+        }
+    }
+
+    /// The controller, and what it writes down.
+    pub fn controller(&self) -> (Scheduled<'_>, Rc<RefCell<FootstepSummary>>) {
+        let record = Rc::new(RefCell::new(FootstepSummary::default()));
+        let controller = Scheduled {
+            controller: self.walker.controller(),
+            walk: &self.walk,
+            least: FALLEN * self.walker.height(),
+            record: Rc::clone(&record),
+            begin: None,
+            calls: 0,
+            limited: 0,
+            phase: Phase::Stand,
+        };
+        (controller, record)
+    }
+}
+
+/// The controller, told velocities by a clock; a robot that has fallen is left without torque.
+pub(super) struct Scheduled<'a> {
+    controller: WalkingController<&'a ProgramModel, f64>,
+    walk: &'a FootstepWalk,
+    least: f64,
+    record: Rc<RefCell<FootstepSummary>>,
+    begin: Option<[f64; 2]>,
+    calls: usize,
+    limited: usize,
+    phase: Phase,
+}
+
+impl Scheduled<'_> {
+    fn note(&mut self, observed: &Observation<'_, f64>) {
+        let mut record = self.record.borrow_mut();
+        let begin = *self.begin.get_or_insert([observed.q[0], observed.q[1]]);
+        record.distance = (observed.q[0] - begin[0]).hypot(observed.q[1] - begin[1]);
+        self.calls += 1;
+        if let Some(walked) = self.controller.walked() {
+            let [[x, y], [a, b]] = walked.divergent;
+            record.divergent_error = record.divergent_error.max((x - a).hypot(y - b));
+            self.limited += usize::from(walked.limited);
+        }
+        record.limited = self.limited as f64 / self.calls as f64;
+        if let Some(steps) = self.controller.steps() {
+            record.steps += usize::from(self.phase == Phase::Swing && steps.phase != Phase::Swing);
+            self.phase = steps.phase;
+        }
+        if self.controller.height().is_some_and(|height| height < self.least) {
+            record.fell = Some(observed.time);
+        }
+    }
+}
+
+impl Controller<f64> for Scheduled<'_> {
+    fn command(
+        &mut self,
+        observed: &Observation<'_, f64>,
+        commands: &mut [JointCommand<f64>],
+    ) -> Result<(), Refusal> {
+        if self.record.borrow().fell.is_some() {
+            commands.fill(JointCommand::Off);
+            return Ok(());
+        }
+        let [forward, left, turning] = self.walk.velocity(observed.time);
+        self.controller.walk(Velocity { forward, left, turning });
+        if let Err(refusal) = self.controller.command(observed, commands) {
+            let mut record = self.record.borrow_mut();
+            record.fell = Some(observed.time);
+            record.refused = Some(refusal.to_string());
+            commands.fill(JointCommand::Off);
+            return Ok(());
+        }
+        self.note(observed);
+        Ok(())
+    }
+}
