@@ -46,6 +46,11 @@ impl FootstepWalker {
         self.gains.height
     }
 
+    /// The functions, the robot, the numbers of its controller.
+    pub fn parts(&self) -> (&ProgramModel, &WalkingRobot<f64>, &Gains<f64>) {
+        (&self.model, &self.robot, &self.gains)
+    }
+
     /// The controller.
     pub fn controller(&self) -> WalkingController<&ProgramModel, f64> {
         WalkingController::new(&self.model, self.robot.clone(), self.gains)

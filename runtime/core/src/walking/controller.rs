@@ -41,6 +41,9 @@ pub struct Gains<R> {
     pub touch: R,
 }
 
+/// Bend of a knee (rad) below which the robot goes down.
+const BENT: f64 = 0.35;
+
 /// What the controller does just now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walked<R> {
@@ -66,6 +69,8 @@ pub struct WalkingController<M, R> {
     swinging: [Moving<R>; 4],
     /// Of the torso.
     yaw: Moving<R>,
+    /// By how much the centre of mass is lower than it should be, so that no leg is stretched, m.
+    lower: R,
     last: Option<R>,
     walked: Option<Walked<R>>,
     motion: Motion<R>,
@@ -89,6 +94,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
             asked: Velocity::zero(),
             swinging: [Moving::resting(o); 4],
             yaw: Moving::resting(o),
+            lower: o,
             last: None,
             walked: None,
             motion: Motion::default(),
@@ -127,7 +133,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
                 // The foot of the side to which it goes leads.
                 let aside = self.asked.left + R::constant(0.1) * self.asked.turning;
                 let stands = usize::from(aside < R::constant(0.0));
-                steps.start(stands, self.gains.start);
+                steps.start(&stride, stands, self.gains.start);
             }
             Phase::Stand => {}
             Phase::Shift if over => {
@@ -188,9 +194,9 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
         let seen = |axis: Vector<R>| get(&axis, 0) * get(&way, 0) + get(&axis, 1) * get(&way, 1);
         let [nearest, farthest] = stride.across;
         let clamp = |x: R, low: R, high: R| -(-x.larger(low)).larger(-high);
-        let x = clamp(seen(forward) + ahead, -stride.longest, stride.longest);
-        let y = seen(across) + aside;
-        let y = if steps.stands == 0 { clamp(y, nearest, farthest) } else { clamp(y, -farthest, -nearest) };
+        let (far, wide) = (seen(forward) + ahead, seen(across) + aside);
+        let x = clamp(far, -stride.longest, stride.longest);
+        let y = if steps.stands == 0 { clamp(wide, nearest, farthest) } else { clamp(wide, -farthest, -nearest) };
         let place = along(along(stand.place, x, forward), y, across);
         steps.goal = Foothold { place, yaw: steps.nominal.yaw };
     }
@@ -234,10 +240,20 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
         let torso = add(torso, [zero, zero, self.yaw.acceleration]);
         let ground = self.ground(steps, place);
         let [center, velocity] = place.center;
-        let missing = ground + gains.height - get(&center, 2);
+        let missing = ground + gains.height - self.lower - get(&center, 2);
         let rise = gains.rise * gains.rise * missing - two * gains.rise * get(&velocity, 2);
         let [x, y] = zmp;
         Wish { soles, torso, rise, zero_moment_point: [x, y, ground] }
+    }
+
+    /// Goes down where a leg would be stretched, up again slowly.
+    fn stoop(&mut self, q: &[R], step: R) {
+        let bend = self.robot.legs.iter().map(|leg| leg.bend(q));
+        let missing = bend.fold(R::constant(0.0), |most, bend| most.larger(R::constant(BENT) - bend));
+        // Of a leg of two equal parts the length changes by half of itself times the half angle's change, times its sine.
+        let wished = R::constant(0.5) * self.gains.height * missing;
+        let time = R::constant(if wished > self.lower { 0.05 } else { 0.5 });
+        self.lower = self.lower + (wished - self.lower) * step / time;
     }
 
     /// Height of the ground below the zero moment point, m.
@@ -316,6 +332,7 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
             limited: zmp != asked,
             height: get(&center, 2) - self.ground(&steps, &place),
         });
+        self.stoop(observed.q, step);
         let wish = self.wish(&steps, &place, zmp, step);
         self.steps = Some(steps);
         let posture = self.gains.posture;

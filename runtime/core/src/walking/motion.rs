@@ -39,6 +39,32 @@ pub struct Motion<R> {
     pub weighs: R,
 }
 
+/// Below this bend of the knee (rad) a leg counts as nearly straight: it no longer does all that is wished.
+const STRAIGHT: f64 = 0.15;
+/// Damping of a straight leg, m.
+const DAMPING: f64 = 0.1;
+
+/// Joint accelerations of a leg: J⁻¹ r into r, of a leg that is nearly straight (JᵀJ + λ²)⁻¹ Jᵀ r.
+fn damped<R: Scalar>(columns: &[[R; 6]; LEG], right: &mut [R; 6], bend: R) -> bool {
+    let o = R::constant(0.0);
+    let mut matrix = [o; LEG * 6];
+    let missing = R::constant(STRAIGHT) - bend;
+    if !(missing > o) {
+        matrix.iter_mut().zip(columns.iter().flatten()).for_each(|(to, from)| *to = *from);
+        return solve(&mut matrix, right);
+    }
+    let dot = |a: &[R; 6], b: &[R; 6]| a.iter().zip(b).fold(o, |sum, (a, b)| R::fused(*a, *b, sum));
+    let damping = R::constant(DAMPING / STRAIGHT) * missing;
+    for (k, (row, a)) in matrix.chunks_exact_mut(LEG).zip(columns).enumerate() {
+        for (j, (place, b)) in row.iter_mut().zip(columns).enumerate() {
+            *place = dot(a, b) + if j == k { damping * damping } else { o };
+        }
+    }
+    let wished = *right;
+    right.iter_mut().zip(columns).for_each(|(to, column)| *to = dot(column, &wished));
+    solve(&mut matrix, right)
+}
+
 impl<R: Scalar> Default for Motion<R> {
     fn default() -> Self {
         let o = R::constant(0.0);
@@ -78,7 +104,7 @@ impl<R: Scalar> Motion<R> {
         let bias = self.bias.get_mut(..nv).ok_or(Refusal::WrongLength)?;
         model.evaluate(robot.bias, &state, bias).map_err(|_| Refusal::WrongLength)?;
         self.weighs = get(&self.mass, 0);
-        self.accelerations(robot, place, wish, (nv, &others))?;
+        self.accelerations(robot, q, place, wish, (nv, &others))?;
         self.forces(nv);
         self.balance(robot, place, wish, nv)
     }
@@ -87,6 +113,7 @@ impl<R: Scalar> Motion<R> {
     fn accelerations(
         &mut self,
         robot: &WalkingRobot<R>,
+        q: &[R],
         place: &Place<R>,
         wish: &Wish<R>,
         (nv, others): (usize, &impl Fn(usize) -> R),
@@ -107,6 +134,7 @@ impl<R: Scalar> Motion<R> {
         // v̇ of the root's origin in the world is R (ȧ + ω × v): what the second part gives is drift of both soles, and in theirs already.
         let feet = robot.legs.iter().zip(&place.soles).zip(&wish.soles);
         for ((leg, sole), wished) in feet {
+            let bend = leg.bend(q);
             let arm = subtract(sole.pose.position, place.base.position);
             let linear = subtract(subtract(wished[0], sole.drift[0]), cross(wish.torso, arm));
             let angular = subtract(subtract(wished[1], sole.drift[1]), wish.torso);
@@ -117,10 +145,8 @@ impl<R: Scalar> Motion<R> {
             };
             let rights = [(linear, angular), (axis(0), zero()), (axis(1), zero()), (axis(2), zero())];
             for (column, ([a, b, c], [d, e, f])) in self.columns.iter_mut().zip(rights) {
-                let mut matrix = [o; LEG * 6];
-                matrix.iter_mut().zip(sole.columns.iter().flatten()).for_each(|(to, from)| *to = *from);
                 let mut right = [a, b, c, d, e, f];
-                if !solve(&mut matrix, &mut right) {
+                if !damped(&sole.columns, &mut right, bend) {
                     return Err(Refusal::Because("a leg is stretched or its joints are parallel"));
                 }
                 leg.joints.iter().zip(right).for_each(|(joint, x)| set(column, *joint, x));

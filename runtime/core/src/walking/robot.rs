@@ -33,6 +33,10 @@ pub struct Leg<R> {
     pub extent: [R; 4],
     /// Place of the foot among those of the description.
     pub foot: usize,
+    /// Column of the knee in `v`.
+    pub knee: usize,
+    /// 1 or −1: the way in which its angle grows when the leg bends.
+    pub bends: R,
 }
 
 /// Everything that a controller has to know of the robot.
@@ -129,6 +133,11 @@ impl<R: Scalar> WalkingRobot<R> {
 }
 
 impl<R: Scalar> Leg<R> {
+    /// How far the knee is bent, rad.
+    pub fn bend(&self, q: &[R]) -> R {
+        self.bends * get(q, self.knee + 1)
+    }
+
     fn sole(
         &self,
         model: &impl Model<R>,

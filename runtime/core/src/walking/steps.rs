@@ -89,8 +89,12 @@ pub enum Phase {
 /// Times and sizes of steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stride<R> {
-    /// Of a step, s.
+    /// Of a slow step, s.
     pub time: R,
+    /// Of the fastest step, s.
+    pub shortest: R,
+    /// Steps that would be longer than this (m) are made faster instead.
+    pub easy: R,
     /// Part of it in which both feet stand.
     pub double_support: R,
     /// Distance of the feet, m.
@@ -126,6 +130,8 @@ pub struct Steps<R> {
     pub goal: Foothold<R>,
     /// As the steps have it.
     pub velocity: Velocity<R>,
+    /// Of a step, s.
+    pub pace: R,
     /// Where the zero moment point was wished when the phase began.
     from: Point<R>,
 }
@@ -152,6 +158,7 @@ impl<R: Scalar> Steps<R> {
             nominal: goal,
             goal,
             velocity: Velocity::zero(),
+            pace: R::constant(0.5),
             from: [zero; 2],
         };
         steps.from = steps.middle();
@@ -193,10 +200,10 @@ impl<R: Scalar> Steps<R> {
         // The other foot is to the left of the right one.
         let side = R::constant(if stands == 0 { 1.0 } else { -1.0 });
         // To the side one foot leads and the other one joins.
-        let aside = two * velocity.left * stride.time;
+        let aside = two * velocity.left * self.pace;
         let aside = if aside * side > zero { aside } else { zero };
-        let turn = clamp(velocity.turning * stride.time, -stride.largest_turn, stride.largest_turn);
-        let forward = clamp(velocity.forward * stride.time, -stride.longest, stride.longest);
+        let turn = clamp(velocity.turning * self.pace, -stride.largest_turn, stride.largest_turn);
+        let forward = clamp(velocity.forward * self.pace, -stride.longest, stride.longest);
         let [nearest, farthest] = stride.across;
         let across = clamp(stride.width + side * aside, nearest, farthest) - stride.width;
         let center = from.beyond([forward, side * half * stride.width], turn);
@@ -204,13 +211,20 @@ impl<R: Scalar> Steps<R> {
     }
 
     /// s, of a phase with both feet.
-    fn shift_time(stride: &Stride<R>) -> R {
-        stride.double_support * stride.time
+    fn shift_time(&self, stride: &Stride<R>) -> R {
+        stride.double_support * self.pace
     }
 
     /// s, of a phase with one foot.
-    fn swing_time(stride: &Stride<R>) -> R {
-        stride.time - Self::shift_time(stride)
+    fn swing_time(&self, stride: &Stride<R>) -> R {
+        self.pace - self.shift_time(stride)
+    }
+
+    /// Fast steps are short in time, so that they are not long.
+    fn choose_pace(&mut self, stride: &Stride<R>) {
+        let speed = self.velocity.forward.abs();
+        let wished = if speed * stride.time > stride.easy { stride.easy / speed } else { stride.time };
+        self.pace = clamp(wished, stride.shortest, stride.time);
     }
 
     fn begin(&mut self, phase: Phase, duration: R, from: Point<R>) {
@@ -219,7 +233,8 @@ impl<R: Scalar> Steps<R> {
     }
 
     /// From standing: the weight goes to a foot.
-    pub fn start(&mut self, stands: usize, duration: R) {
+    pub fn start(&mut self, stride: &Stride<R>, stands: usize, duration: R) {
+        self.choose_pace(stride);
         let from = self.reference_zmp();
         self.stands = stands;
         self.begin(Phase::Shift, duration, from);
@@ -228,10 +243,11 @@ impl<R: Scalar> Steps<R> {
     /// The other foot leaves the ground.
     pub fn lift(&mut self, stride: &Stride<R>, asked: &Velocity<R>) {
         self.velocity = self.velocity.toward(*asked, stride.change);
+        self.choose_pace(stride);
         self.nominal = self.next(stride, self.stands, &self.foot(self.stands), &self.velocity);
         self.goal = self.nominal;
         let from = self.foot(self.stands).point();
-        self.begin(Phase::Swing, Self::swing_time(stride), from);
+        self.begin(Phase::Swing, self.swing_time(stride), from);
     }
 
     /// The swinging foot has come down at a place.
@@ -242,7 +258,7 @@ impl<R: Scalar> Steps<R> {
         }
         let rests = asked.is_zero() && self.velocity.is_zero() && self.is_side_by_side(stride);
         self.stands = swinging;
-        let shift = Self::shift_time(stride);
+        let shift = self.shift_time(stride);
         match rests {
             true => self.begin(Phase::Halt, shift + shift, old.point()),
             false => self.begin(Phase::Shift, shift, old.point()),
@@ -308,14 +324,14 @@ impl<R: Scalar> Steps<R> {
                 continue;
             }
             // On a alone, then over to b, then on.
-            end = Piece { from: b.point(), to: b.point(), duration: Self::swing_time(stride) }
+            end = Piece { from: b.point(), to: b.point(), duration: self.swing_time(stride) }
                 .before(stride.omega, end);
-            end = Piece { from: a.point(), to: b.point(), duration: Self::shift_time(stride) }
+            end = Piece { from: a.point(), to: b.point(), duration: self.shift_time(stride) }
                 .before(stride.omega, end);
         }
         if self.phase == Phase::Shift {
             // Before all that it stands alone.
-            let alone = Piece { from: first.point(), to: first.point(), duration: Self::swing_time(stride) };
+            let alone = Piece { from: first.point(), to: first.point(), duration: self.swing_time(stride) };
             end = alone.before(stride.omega, end);
         }
         end
