@@ -94,6 +94,8 @@ fn walking_robot(legs: &Legs, model: &ProgramModel) -> Result<WalkingRobot<f64>,
             joints,
             sole: Pose { position: sole.center.into(), turn: rows(&sole.axes) },
             extent: [rear, front, right, left],
+            knee: joints[3],
+            bends: if legs.posture[joints[3] + 1] < 0.0 { -1.0 } else { 1.0 },
             foot: feet.iter().position(|foot| foot.name == legs.feet[k]).unwrap_or(k),
         })
     };
@@ -131,9 +133,13 @@ fn gains(legs: &Legs) -> Gains<f64> {
     let omega = (gravity / settings.com_height).sqrt();
     let half = legs.soles.iter().flat_map(|sole| sole.corners.iter()).map(|c| c[1].abs()).fold(0.0, f64::max);
     let scale = (leg / 0.6).sqrt();
+    let links = legs.robot.description.links.iter();
+    let weight = gravity * links.filter_map(|link| link.inertial).map(|body| body.mass).sum::<f64>();
     Gains {
         stride: Stride {
             time: settings.step_time,
+            shortest: 0.6 * settings.step_time,
+            easy: 0.42 * leg,
             double_support: settings.double_support,
             width: settings.stance_width,
             longest: 0.5 * leg,
@@ -145,13 +151,16 @@ fn gains(legs: &Legs) -> Gains<f64> {
         height: settings.com_height,
         lift: settings.step_height,
         margin: settings.margin,
-        divergent: 1.0 * omega,
+        divergent: 1.6 * omega,
+        friction: settings.friction,
+        turning: 0.5 * half * settings.friction,
+        least_load: 0.02 * weight,
         torso: 12.0 / scale,
         rise: 10.0 / scale,
         swing: 25.0 / scale,
         posture: 12.0 / scale,
         brake: 20.0,
         start: settings.step_time,
-        touch: 20.0,
+        touch: 0.1 * weight,
     }
 }

@@ -6,6 +6,7 @@
 #![no_main]
 
 mod generated;
+mod standing;
 mod walking;
 
 use core::hint::black_box;
@@ -102,6 +103,10 @@ pub extern "C" fn main() -> i32 {
         & good(f64::from(generated::round_trip::<f32>()), 0.0, 1e-3)
         & generated::every_function()
         & walking::walks::<f64>(1e-10)
-        & walking::walks::<f32>(2e-2);
+        & walking::walks::<f32>(2e-2)
+        & standing::shares::<f64>(1e-9)
+        & standing::shares::<f32>(1e-2)
+        & standing::stands::<f64>(1e-3)
+        & standing::stands::<f32>(1e-2);
     i32::from(!right)
 }

@@ -4,7 +4,7 @@
 //! Which point that is depends on nothing but the conditions, so that a controller's answer is a function of the state: no search begins
 //! where another one ended.
 use super::phased::MOST_JOINTS;
-use super::slices::{get, set};
+use super::slices::{copy, get, set};
 use crate::real::Scalar;
 
 /// Most exchanges of a search.
@@ -185,6 +185,45 @@ pub(crate) fn nearest<R: Scalar>(
     Search::Unfinished
 }
 
+/// How far the conditions of Karush, Kuhn and Tucker hold at a point that was found; each is 0 but for roundings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Optimality<R> {
+    /// |x₀ − x − Aᵀu| with the multipliers u of the active rows.
+    pub stationarity: R,
+    /// The most negative multiplier of an inequality, without its sign.
+    pub wrong_sign: R,
+    /// How far the farthest condition is violated, or an active one not met with equality.
+    pub excess: R,
+}
+
+/// Asks for them after a search from `start` ended in x.
+pub(crate) fn optimality<R: Scalar>(
+    conditions: &Conditions<'_, R>,
+    (start, x): (&[R], &[R]),
+    room: &mut Room<'_, R>,
+    active: &Active,
+) -> Optimality<R> {
+    room.step.iter_mut().zip(start.iter().zip(x)).for_each(|(step, (start, x))| *step = *start - *x);
+    for k in 0..active.count {
+        let part = room.take_off(k);
+        set(room.along, k, part);
+    }
+    let stationarity = dot(room.step, room.step).sqrt();
+    room.solve(active.count);
+    let zero = R::constant(0.0);
+    let (mut wrong_sign, mut excess) = (zero, zero);
+    for place in conditions.equations..active.count {
+        wrong_sign = wrong_sign.larger(-get(room.change, place));
+    }
+    for index in 0..conditions.count {
+        excess = excess.larger(conditions.excess(index, x).0);
+    }
+    for index in active.all() {
+        excess = excess.larger(conditions.excess(index, x).0.abs());
+    }
+    Optimality { stationarity, wrong_sign, excess }
+}
+
 /// The inequality that is violated most.
 fn worst<R: Scalar>(conditions: &Conditions<'_, R>, x: &[R], active: &Active) -> Option<usize> {
     let met = R::constant(MET * R::EPSILON);
@@ -199,9 +238,13 @@ fn worst<R: Scalar>(conditions: &Conditions<'_, R>, x: &[R], active: &Active) ->
 }
 
 impl<R: Scalar> Room<'_, R> {
-    fn column(&self, k: usize) -> &[R] {
+    /// Takes the part along a column of the basis off `step`; how much that was.
+    fn take_off(&mut self, k: usize) -> R {
         let size = self.step.len();
-        self.basis.get(k * size..(k + 1) * size).unwrap_or(&[])
+        let column = self.basis.get(k * size..(k + 1) * size).unwrap_or(&[]);
+        let part = dot(column, self.step);
+        self.step.iter_mut().zip(column).for_each(|(step, c)| *step = R::fused(-part, *c, *step));
+        part
     }
 
     /// The part of a row that is across all active ones into `step`, its coordinates in the basis into `along`; how much of the row
@@ -213,12 +256,8 @@ impl<R: Scalar> Room<'_, R> {
         // Twice is enough (Kahan).
         for _ in 0..2 {
             for k in 0..count {
-                let part = dot(self.column(k), self.step);
+                let part = self.take_off(k);
                 set(self.along, k, get(self.along, k) + part);
-                for i in 0..self.step.len() {
-                    let rest = R::fused(-part, get(self.column(k), i), get(self.step, i));
-                    set(self.step, i, rest);
-                }
             }
         }
         let reach = dot(self.step, self.step);
@@ -291,7 +330,8 @@ impl<R: Scalar> Room<'_, R> {
 const WEIGHT: f64 = 1e4;
 
 /// The nearest point where inequalities are met and equations as well as they can be: the least of |x − x₀|² + 10⁴ |A x − b|². Rows are
-/// unit vectors; inequalities are changed. `factor` has size² numbers, `centre` and `point` size.
+/// unit vectors; inequalities are changed: afterwards they are those whose nearest point to 0 is `point`. `factor` has size² numbers, `centre`
+/// and `point` size.
 pub(crate) fn nearest_compromise<R: Scalar>(
     conditions: Conditions<'_, R>,
     x: &mut [R],
@@ -310,7 +350,8 @@ pub(crate) fn nearest_compromise<R: Scalar>(
         set(factor, k * size + k, one);
     }
     point.fill(zero);
-    for (row, goal) in equal.chunks_exact(size.max(1)).zip(goals.iter()) {
+    for (index, goal) in goals.iter().enumerate() {
+        let row = equal.get(index * size..(index + 1) * size).unwrap_or(&[]);
         let miss = *goal - dot(row, x);
         for (k, a) in row.iter().enumerate() {
             set(point, k, R::fused(weight * *a, miss, get(point, k)));
@@ -325,7 +366,8 @@ pub(crate) fn nearest_compromise<R: Scalar>(
     forward(factor, point);
     backward(factor, point);
     centre.iter_mut().zip(x.iter().zip(point.iter())).for_each(|(c, (x, change))| *c = *x + *change);
-    for (row, bound) in rows.chunks_exact_mut(size.max(1)).zip(bounds.iter_mut()) {
+    for (index, bound) in bounds.iter_mut().enumerate().take(count.saturating_sub(equations)) {
+        let row = rows.get_mut(index * size..(index + 1) * size).unwrap_or(&mut []);
         *bound = *bound - dot(row, centre);
         forward(factor, row);
     }
@@ -333,8 +375,9 @@ pub(crate) fn nearest_compromise<R: Scalar>(
     changed.normalise();
     point.fill(zero);
     let found = nearest(&changed, point, room, active);
-    backward(factor, point);
-    x.iter_mut().zip(centre.iter().zip(point.iter())).for_each(|(x, (c, change))| *x = *c + *change);
+    copy(point, x);
+    backward(factor, x);
+    x.iter_mut().zip(centre.iter()).for_each(|(x, c)| *x = *c + *x);
     found
 }
 

@@ -1,8 +1,8 @@
 //! Walks by footsteps, zero moment point and divergent component: a state in, torques out.
 use super::divergent::Point;
+use super::ground_forces::{Limits, Shared, StandingFoot, share};
 use super::motion::{Motion, Wish};
 use super::robot::{BASE, Columns, Leg, MOST_VELOCITIES, Place, WalkingRobot};
-use super::sharing::share;
 use super::space::{Vector, about_z, add, along, product, scale, subtract, transpose, turn_between};
 use super::steps::{Foothold, Phase, Steps, Stride, Velocity};
 use super::support::Support;
@@ -39,6 +39,12 @@ pub struct Gains<R> {
     pub start: R,
     /// Load (N) from which a foot is on the ground.
     pub touch: R,
+    /// Largest horizontal force of the ground per vertical one.
+    pub friction: R,
+    /// Largest moment about the sole's normal per normal force, m.
+    pub turning: R,
+    /// Least normal force of a foot that stands, N.
+    pub least_load: R,
 }
 
 /// Bend of a knee (rad) below which the robot goes down.
@@ -55,6 +61,8 @@ pub struct Walked<R> {
     pub limited: bool,
     /// Of the centre of mass above the standing soles, m.
     pub height: R,
+    /// Whether ground and drives could give what was wished.
+    pub shared: Option<Shared<R>>,
 }
 
 /// See [`WalkingController::new`].
@@ -331,6 +339,7 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
             zero_moment_point: [zmp, reference],
             limited: zmp != asked,
             height: get(&center, 2) - self.ground(&steps, &place),
+            shared: None,
         });
         self.stoop(observed.q, step);
         let wish = self.wish(&steps, &place, zmp, step);
@@ -345,10 +354,11 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
         self.motion.of((&self.robot, &self.model), state, &place, &wish, others)?;
         self.torques = self.motion.torques;
         let shares = self.shares(&steps, &place, zmp);
-        share(&self.robot, &place, shares, self.motion.ground, &mut self.torques);
-        for (joint, command) in commands.iter_mut().enumerate() {
-            let limit = get(&self.robot.torque, joint);
-            let torque = -(-get(&self.torques, joint).larger(-limit)).larger(-limit);
+        let gave = self.push(&steps, &place, shares);
+        if let Some(walked) = &mut self.walked {
+            walked.shared = Some(gave);
+        }
+        for (command, torque) in commands.iter_mut().zip(self.torques) {
             *command = JointCommand::Torque(torque);
         }
         Ok(())
@@ -356,6 +366,36 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
 }
 
 impl<M, R: Scalar> WalkingController<M, R> {
+    /// Torques that make the ground give what the motion takes.
+    fn push(&mut self, steps: &Steps<R>, place: &Place<R>, shares: [R; 2]) -> Shared<R> {
+        let joints = self.robot.legs.map(|leg| leg.joints.map(|column| column.saturating_sub(BASE)));
+        let foot = |k: usize| {
+            let (leg, sole, joints) = (self.robot.legs.get(k)?, place.soles.get(k)?, joints.get(k)?);
+            Some(StandingFoot {
+                sole: sole.pose,
+                extent: leg.extent,
+                joints,
+                jacobian: &sole.columns,
+                share: get(&shares, k),
+            })
+        };
+        let Gains { friction, turning, least_load, .. } = self.gains;
+        let count = self.robot.lengths[1].saturating_sub(BASE);
+        let torque = self.robot.torque.get(..count).unwrap_or(&[]);
+        let limits = Limits { friction, turning, least_load, torque };
+        let torques = self.torques.get_mut(..count).unwrap_or(&mut []);
+        let mut wrenches = [[R::constant(0.0); 6]; 2];
+        let ground = self.motion.ground;
+        match (foot(0), foot(1)) {
+            (Some(right), Some(left)) if steps.phase != Phase::Swing => {
+                share(&[right, left], ground, &limits, torques, &mut wrenches)
+            }
+            (Some(right), _) if steps.stands == 0 => share(&[right], ground, &limits, torques, &mut wrenches),
+            (_, Some(left)) => share(&[left], ground, &limits, torques, &mut wrenches),
+            _ => Shared::Refused,
+        }
+    }
+
     /// Parts of the load on right and left: where the zero moment point is on the way between them.
     fn shares(&self, steps: &Steps<R>, place: &Place<R>, zmp: Point<R>) -> [R; 2] {
         let (zero, one) = (R::constant(0.0), R::constant(1.0));

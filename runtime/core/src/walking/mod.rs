@@ -1,9 +1,13 @@
 //! Walking on flat feet: what a robot does with its legs while one or both stand (thesis 6.3).
 mod controller;
 pub mod divergent;
+mod error_state;
+pub mod estimator;
+pub mod ground_forces;
+mod ground_program;
 mod motion;
+mod readings;
 pub mod robot;
-mod sharing;
 pub mod space;
 pub mod steps;
 pub mod support;

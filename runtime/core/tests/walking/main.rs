@@ -1,0 +1,3 @@
+//! How long walking takes.
+#![allow(missing_docs)]
+mod ground_forces;
