@@ -7,8 +7,9 @@ use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
-use bipedc_runtime::walking::WalkingController;
+use bipedc_runtime::walking::estimator::Sensed;
 use bipedc_runtime::walking::steps::{Phase, Velocity};
+use bipedc_runtime::walking::{OnBoardWalker, WalkingController};
 use serde::Serialize;
 use std::cell::RefCell;
 use std::fmt;
@@ -24,6 +25,64 @@ pub(super) struct Footsteps {
     walker: FootstepWalker,
     walk: FootstepWalk,
     settings: Option<PathBuf>,
+    /// Of the inertial unit.
+    unit: Unit,
+}
+
+/// What the estimator is told of the inertial unit: its place (m), standard deviations of a sample (rad/s, m/s²), s between samples.
+#[derive(Debug, Clone, Copy, Default)]
+struct Unit {
+    place: [f64; 3],
+    noise: [f64; 2],
+    step: f64,
+}
+
+/// What drives the robot.
+enum Driver<'a> {
+    /// It is told the true state.
+    True(Box<WalkingController<&'a ProgramModel, f64>>),
+    /// It is told what sensors measure.
+    Measured(Box<OnBoardWalker<&'a ProgramModel, f64>>),
+}
+
+impl<'a> Driver<'a> {
+    fn controller(&self) -> &WalkingController<&'a ProgramModel, f64> {
+        match self {
+            Self::True(controller) => controller,
+            Self::Measured(walker) => walker.controller(),
+        }
+    }
+
+    fn walk(&mut self, velocity: Velocity<f64>) {
+        match self {
+            Self::True(controller) => controller.walk(velocity),
+            Self::Measured(walker) => walker.walk(velocity),
+        }
+    }
+
+    fn command(
+        &mut self,
+        observed: &Observation<'_, f64>,
+        commands: &mut [JointCommand<f64>],
+    ) -> Result<(), Refusal> {
+        let walker = match self {
+            Self::True(controller) => return controller.command(observed, commands),
+            Self::Measured(walker) => walker,
+        };
+        let (position, velocity) = observed.joints(commands.len());
+        let [specific_force, angular_velocity] = observed.inertial.unwrap_or([[f64::NAN; 3]; 2]);
+        let robot = walker.controller().parts().1;
+        let load = |k: usize| observed.loads.get(robot.legs[k].foot).copied().unwrap_or(f64::NAN);
+        let sensed = Sensed {
+            time: observed.time,
+            joint_position: position,
+            joint_velocity: velocity.iter().all(|v| !v.is_nan()).then_some(velocity),
+            angular_velocity,
+            specific_force,
+            load: [load(0), load(1)],
+        };
+        walker.step(&sensed, commands).map(|_| ())
+    }
 }
 
 /// How a walk by footsteps went.
@@ -31,7 +90,7 @@ pub(super) struct Footsteps {
 pub struct FootstepSummary {
     /// Steps that landed.
     pub steps: usize,
-    /// Of the base over the ground, from the first to the last sample, m.
+    /// Of the centre of mass over the ground, as the controller sees it, m.
     pub distance: f64,
     /// Farthest that the divergent component was from where it was wished, m.
     pub divergent_error: f64,
@@ -86,7 +145,21 @@ impl Footsteps {
                 initial.q[3..7].copy_from_slice(&walker.posture[3..7]);
             }
         }
-        Ok(Some(Self { walker, walk, settings }))
+        let unit = match (walk.measured, &scenario.imu) {
+            (true, Some(imu)) => Unit {
+                place: imu.position,
+                noise: [imu.angular_velocity_noise, imu.acceleration_noise],
+                step: scenario.step,
+            },
+            (true, None) => {
+                let message = "a controller that is told what sensors measure needs an inertial unit";
+                return Err(
+                    placed(Diagnostic::error(message).help("add [imu], or write state = \"true\"")).into()
+                );
+            }
+            (false, _) => Unit::default(),
+        };
+        Ok(Some(Self { walker, walk, settings, unit }))
     }
 
     /// Files that were read.
@@ -96,11 +169,23 @@ impl Footsteps {
         }
     }
 
+    fn driver(&self) -> Driver<'_> {
+        if !self.walk.measured {
+            return Driver::True(Box::new(self.walker.controller()));
+        }
+        let Unit { place, noise, step } = self.unit;
+        let mut settings = self.walker.estimator();
+        settings.unit = place;
+        let density = |own: f64, sample: f64| own.max(sample * step.sqrt());
+        settings.noise = [density(settings.noise[0], noise[0]), density(settings.noise[1], noise[1])];
+        Driver::Measured(Box::new(self.walker.on_board(settings)))
+    }
+
     /// The controller, and what it writes down.
     pub fn controller(&self) -> (Scheduled<'_>, Rc<RefCell<FootstepSummary>>) {
         let record = Rc::new(RefCell::new(FootstepSummary::default()));
         let controller = Scheduled {
-            controller: self.walker.controller(),
+            driver: self.driver(),
             walk: &self.walk,
             least: FALLEN * self.walker.height(),
             record: Rc::clone(&record),
@@ -115,7 +200,7 @@ impl Footsteps {
 
 /// The controller, told velocities by a clock; a robot that has fallen is left without torque.
 pub(super) struct Scheduled<'a> {
-    controller: WalkingController<&'a ProgramModel, f64>,
+    driver: Driver<'a>,
     walk: &'a FootstepWalk,
     least: f64,
     record: Rc<RefCell<FootstepSummary>>,
@@ -128,20 +213,23 @@ pub(super) struct Scheduled<'a> {
 impl Scheduled<'_> {
     fn note(&mut self, observed: &Observation<'_, f64>) {
         let mut record = self.record.borrow_mut();
-        let begin = *self.begin.get_or_insert([observed.q[0], observed.q[1]]);
-        record.distance = (observed.q[0] - begin[0]).hypot(observed.q[1] - begin[1]);
+        let controller = self.driver.controller();
+        if let Some([x, y]) = controller.walked().map(|walked| walked.center) {
+            let begin = *self.begin.get_or_insert([x, y]);
+            record.distance = (x - begin[0]).hypot(y - begin[1]);
+        }
         self.calls += 1;
-        if let Some(walked) = self.controller.walked() {
+        if let Some(walked) = controller.walked() {
             let [[x, y], [a, b]] = walked.divergent;
             record.divergent_error = record.divergent_error.max((x - a).hypot(y - b));
             self.limited += usize::from(walked.limited);
         }
         record.limited = self.limited as f64 / self.calls as f64;
-        if let Some(steps) = self.controller.steps() {
+        if let Some(steps) = controller.steps() {
             record.steps += usize::from(self.phase == Phase::Swing && steps.phase != Phase::Swing);
             self.phase = steps.phase;
         }
-        if self.controller.height().is_some_and(|height| height < self.least) {
+        if controller.height().is_some_and(|height| height < self.least) {
             record.fell = Some(observed.time);
         }
     }
@@ -158,8 +246,8 @@ impl Controller<f64> for Scheduled<'_> {
             return Ok(());
         }
         let [forward, left, turning] = self.walk.velocity(observed.time);
-        self.controller.walk(Velocity { forward, left, turning });
-        if let Err(refusal) = self.controller.command(observed, commands) {
+        self.driver.walk(Velocity { forward, left, turning });
+        if let Err(refusal) = self.driver.command(observed, commands) {
             let mut record = self.record.borrow_mut();
             record.fell = Some(observed.time);
             record.refused = Some(refusal.to_string());

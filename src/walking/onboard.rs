@@ -3,10 +3,11 @@ use super::legs::Legs;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Model;
+use bipedc_runtime::walking::estimator::Settings;
 use bipedc_runtime::walking::robot::{LEG, Leg, MOST_VELOCITIES, WalkingRobot};
 use bipedc_runtime::walking::space::Pose;
 use bipedc_runtime::walking::steps::Stride;
-use bipedc_runtime::walking::{Gains, WalkingController};
+use bipedc_runtime::walking::{Gains, OnBoardWalker, WalkingController};
 
 /// Functions about the whole robot.
 const WHOLE: [&str; 4] = ["mass_matrix", "bias", "center_of_mass", "center_of_mass_velocity"];
@@ -19,6 +20,8 @@ pub struct FootstepWalker {
     model: ProgramModel,
     robot: WalkingRobot<f64>,
     gains: Gains<f64>,
+    /// N
+    weight: f64,
     /// As it stands when it walks, in the order of `q`.
     pub posture: Vec<f64>,
 }
@@ -37,8 +40,11 @@ impl FootstepWalker {
         }
         let model = ProgramModel::new(legs.robot.compile_only(&requests)?);
         let robot = walking_robot(legs, &model)?;
-        let gains = gains(legs);
-        Ok(Self { model, robot, gains, posture: legs.posture.clone() })
+        let links = legs.robot.description.links.iter();
+        let mass: f64 = links.filter_map(|link| link.inertial).map(|body| body.mass).sum();
+        let weight = legs.kinematics.gravity() * mass;
+        let gains = gains(legs, weight);
+        Ok(Self { model, robot, gains, weight, posture: legs.posture.clone() })
     }
 
     /// Height of its centre of mass when it walks, m.
@@ -49,6 +55,16 @@ impl FootstepWalker {
     /// The functions, the robot, the numbers of its controller.
     pub fn parts(&self) -> (&ProgramModel, &WalkingRobot<f64>, &Gains<f64>) {
         (&self.model, &self.robot, &self.gains)
+    }
+
+    /// What its estimator assumes of sensors and ground.
+    pub fn estimator(&self) -> Settings<f64> {
+        Settings { gravity: self.robot.gravity, ..Settings::of_weight(self.weight) }
+    }
+
+    /// Estimator and controller.
+    pub fn on_board(&self, settings: Settings<f64>) -> OnBoardWalker<&ProgramModel, f64> {
+        OnBoardWalker::new(&self.model, self.robot.clone(), self.gains, settings)
     }
 
     /// The controller.
@@ -126,15 +142,13 @@ fn column(legs: &Legs, body: usize) -> Option<usize> {
     legs.joints.iter().find(|joint| joint.name == *name).map(|joint| joint.column)
 }
 
-fn gains(legs: &Legs) -> Gains<f64> {
+fn gains(legs: &Legs, weight: f64) -> Gains<f64> {
     let settings = &legs.settings;
     let leg = legs.leg_length();
     let gravity = legs.kinematics.gravity();
     let omega = (gravity / settings.com_height).sqrt();
     let half = legs.soles.iter().flat_map(|sole| sole.corners.iter()).map(|c| c[1].abs()).fold(0.0, f64::max);
     let scale = (leg / 0.6).sqrt();
-    let links = legs.robot.description.links.iter();
-    let weight = gravity * links.filter_map(|link| link.inertial).map(|body| body.mass).sum::<f64>();
     Gains {
         stride: Stride {
             time: settings.step_time,

@@ -66,13 +66,18 @@ impl Simulation<'_> {
         let scenario = self.scenario;
         let ahead = if scenario.inside { 0.5 * scenario.step } else { 0.0 };
         self.weigh();
+        self.sense(time);
         let observed = Observation::new(time, 0, &self.motion.q, &self.motion.v).with_loads(&self.loads);
         let mut asked = JointServos::new(&scenario.servos, ahead).command(&observed, &mut self.asked);
         if let Some(controller) = &mut self.controller {
             if time == 0.0 {
                 asked = asked.and_then(|()| controller.begin_phase(&observed));
             }
-            asked = asked.and_then(|()| controller.command(&observed, &mut self.asked));
+            let told = match &self.sensed {
+                Some(sensed) => sensed.observed(time),
+                None => observed,
+            };
+            asked = asked.and_then(|()| controller.command(&told, &mut self.asked));
         }
         asked.map_err(|refusal| refused(refusal, None, time))?;
         match &mut self.phased {
@@ -100,6 +105,21 @@ impl Simulation<'_> {
                 *first += force;
             }
         }
+    }
+
+    /// What sensors say now: forces and torques are those of the last step.
+    fn sense(&mut self, time: f64) {
+        let Some(mut sensed) = self.sensed.take() else { return };
+        self.take(&mut sensed.sample, time);
+        self.measured(&mut sensed.sample.forces);
+        sensed.sample.effort.clone_from(&self.effort[0]);
+        sensed.sample.current.clone_from(&self.current[0]);
+        let step = self.scenario.step;
+        let inertial = self.inertial.as_ref().map(|unit| unit.say(step, sensed.sensing.random()));
+        let joints = self.commands.len();
+        let base = [self.motion.q.len() - joints, self.motion.v.len() - joints];
+        sensed.read(&self.drives, base, inertial);
+        self.sensed = Some(sensed);
     }
 
     /// Normal force of the last step on each foot, N.

@@ -83,11 +83,22 @@ impl Inertial {
     /// What it measures at the beginning of the step that ended with this motion: its acceleration is the mean over
     /// both steps around.
     pub fn measure(&self, after: &MotionState, step: f64, random: &mut Random, row: &mut Vec<f64>) {
-        let (next, now) = (self.moment(after), self.now);
-        let (from, time) = match self.before {
-            Some(before) => (before, 2.0 * step),
-            None => (now, step),
-        };
+        let next = self.moment(after);
+        match self.before {
+            Some(before) => self.between(before, next, 2.0 * step, random, row),
+            None => self.between(self.now, next, step, random, row),
+        }
+    }
+
+    /// What it says before a step: its acceleration is that of the last step, none before the first one.
+    pub fn say(&self, step: f64, random: &mut Random) -> Vec<f64> {
+        let mut row = Vec::with_capacity(6);
+        self.between(self.before.unwrap_or(self.now), self.now, step, random, &mut row);
+        row
+    }
+
+    fn between(&self, from: Moment, next: Moment, time: f64, random: &mut Random, row: &mut Vec<f64>) {
+        let now = self.now;
         let [x, y, z, w] = now.orientation;
         let specific: [f64; 3] =
             std::array::from_fn(|i| (next.velocity[i] - from.velocity[i]) / time - self.gravity[i]);

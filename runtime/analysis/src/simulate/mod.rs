@@ -33,6 +33,7 @@ mod reference;
 mod resistance;
 mod run;
 mod scenario;
+mod sensed;
 mod sensing;
 mod servo;
 mod sharing;

@@ -9,6 +9,7 @@ use super::instability::InstabilityDetector;
 use super::mechanics::Mechanics;
 use super::plant::Plant;
 use super::scenario::{Initial, Scenario};
+use super::sensed::Sensed;
 use super::sensing::{Sample, Sensing};
 use super::servo::DriveServo;
 use super::stepper::{MotionState, Stepper};
@@ -72,7 +73,9 @@ pub struct Simulation<'a> {
     pub(super) stepper: Stepper<'a>,
     pub(super) drives: Drives,
     pub(super) sensing: Sensing<'a>,
-    inertial: Option<Inertial>,
+    pub(super) inertial: Option<Inertial>,
+    /// What a controller is told instead of the truth.
+    pub(super) sensed: Option<Box<Sensed<'a>>>,
     pub(super) motion: MotionState,
     pub(super) force: Vec<f64>,
     /// Servos inside the drives in this step.
@@ -141,7 +144,14 @@ impl<'a> Simulation<'a> {
             .help("write `servo = \"held\"` under [control]"));
         }
         let zeros = || vec![0.0; joints];
+        let measured = scenario.walking.as_ref().is_some_and(|walk| walk.measured);
+        let sensed = measured.then(|| {
+            let names: Vec<String> = plant.feet.iter().map(|foot| foot.name.clone()).collect();
+            let sensing = Sensing::new(plant, scenario, &drives, &effects, turned).seeded(!scenario.seed);
+            Box::new(Sensed::new(sensing, scenario.imu, &names))
+        });
         Ok(Self {
+            sensed,
             plant,
             scenario,
             sensing: Sensing::new(plant, scenario, &drives, &effects, turned),
@@ -282,7 +292,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// The state now.
-    fn take(&self, sample: &mut Sample, time: f64) {
+    pub(super) fn take(&self, sample: &mut Sample, time: f64) {
         sample.time = time;
         sample.q.clone_from(&self.motion.q);
         sample.v.clone_from(&self.motion.v);
@@ -310,7 +320,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Forces of the last step on the contact points, N.
-    fn measured(&self, forces: &mut Vec<[f64; 3]>) {
+    pub(super) fn measured(&self, forces: &mut Vec<[f64; 3]>) {
         forces.clear();
         let points = self.stepper.mechanics().points();
         forces.extend((0..points).map(|i| self.stepper.impulse(i).map(|x| x / self.scenario.step)));

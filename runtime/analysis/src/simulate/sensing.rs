@@ -104,6 +104,11 @@ impl<'a> Sensing<'a> {
         Self { plant, sensors, effects, random: Random::new(scenario.seed), stands, channels, turned }
     }
 
+    /// The same with other noise.
+    pub fn seeded(self, seed: u64) -> Self {
+        Self { random: Random::new(seed), ..self }
+    }
+
     /// The numbers that noise is made from.
     pub fn random(&mut self) -> &mut Random {
         &mut self.random

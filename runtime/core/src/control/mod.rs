@@ -42,18 +42,26 @@ pub struct Observation<'a, T> {
     pub v: &'a [T],
     /// Normal force on each foot (N), in the order of the description; empty where nobody measures it.
     pub loads: &'a [T],
+    /// What an inertial unit on the base measures, in axes of the base: specific force (m/s²; 9.81 upward at rest), angular velocity (rad/s).
+    pub inertial: Option<[[T; 3]; 2]>,
 }
 
 impl<'a, T> Observation<'a, T> {
     /// Of a state (`q`: nq, `v`: nv) in a phase, at a time (s).
     pub fn new(time: T, phase: usize, q: &'a [T], v: &'a [T]) -> Self {
-        Self { time, phase, q, v, loads: &[] }
+        Self { time, phase, q, v, loads: &[], inertial: None }
     }
 
     /// The same with the normal force on each foot, N.
     #[must_use]
     pub fn with_loads(self, loads: &'a [T]) -> Self {
         Self { loads, ..self }
+    }
+
+    /// The same with what an inertial unit on the base measures, in axes of the base: specific force (m/s²), angular velocity (rad/s).
+    #[must_use]
+    pub fn with_inertial(self, inertial: [[T; 3]; 2]) -> Self {
+        Self { inertial: Some(inertial), ..self }
     }
 
     /// Positions (rad or m) and velocities of the last joints of the model, as many as are asked for.

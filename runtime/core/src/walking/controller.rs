@@ -59,6 +59,8 @@ pub struct Walked<R> {
     pub zero_moment_point: [Point<R>; 2],
     /// The commanded one was at its limit.
     pub limited: bool,
+    /// Where the centre of mass is on the ground, m.
+    pub center: Point<R>,
     /// Of the centre of mass above the standing soles, m.
     pub height: R,
     /// Whether ground and drives could give what was wished.
@@ -109,6 +111,11 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
             room: [o; 6 * MOST_VELOCITIES],
             torques: [o; MOST_VELOCITIES],
         }
+    }
+
+    /// The functions, and which of them tell what.
+    pub fn parts(&self) -> (&M, &WalkingRobot<R>) {
+        (&self.model, &self.robot)
     }
 
     /// How fast it shall walk from the next step on.
@@ -204,7 +211,8 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
         let clamp = |x: R, low: R, high: R| -(-x.larger(low)).larger(-high);
         let (far, wide) = (seen(forward) + ahead, seen(across) + aside);
         let x = clamp(far, -stride.longest, stride.longest);
-        let y = if steps.stands == 0 { clamp(wide, nearest, farthest) } else { clamp(wide, -farthest, -nearest) };
+        let y =
+            if steps.stands == 0 { clamp(wide, nearest, farthest) } else { clamp(wide, -farthest, -nearest) };
         let place = along(along(stand.place, x, forward), y, across);
         steps.goal = Foothold { place, yaw: steps.nominal.yaw };
     }
@@ -338,6 +346,7 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
             divergent: [divergent, wished],
             zero_moment_point: [zmp, reference],
             limited: zmp != asked,
+            center: two(|i| get(&center, i)),
             height: get(&center, 2) - self.ground(&steps, &place),
             shared: None,
         });

@@ -6,6 +6,7 @@ pub mod estimator;
 pub mod ground_forces;
 mod ground_program;
 mod motion;
+mod on_board;
 mod readings;
 pub mod robot;
 pub mod space;
@@ -15,3 +16,4 @@ pub mod swing;
 
 pub use controller::{Gains, Walked, WalkingController};
 pub use motion::{Motion, Wish};
+pub use on_board::{Legs, OnBoardWalker};

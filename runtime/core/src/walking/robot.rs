@@ -3,7 +3,7 @@ use super::space::{
     Pose, Turn, Vector, add, along, cross, dot, of_quaternion, product, subtract, transpose, turned, zero,
 };
 use crate::control::Refusal;
-use crate::control::slices::get;
+use crate::control::slices::{get, set};
 use crate::model::{Argument, Model, State};
 use crate::real::Scalar;
 
@@ -100,6 +100,13 @@ fn three<R: Scalar>(of: &[R], first: usize) -> Vector<R> {
 pub type Columns<R> = [R; 6 * MOST_VELOCITIES];
 
 impl<R: Scalar> WalkingRobot<R> {
+    /// Numbers of the right and the left foot in the order of the description's feet.
+    pub fn legs_by_foot(&self, of: [R; 2]) -> [R; 2] {
+        let mut ordered = of;
+        self.legs.iter().zip(of).for_each(|(leg, x)| set(&mut ordered, leg.foot, x));
+        ordered
+    }
+
     /// Where everything is in a state.
     ///
     /// # Errors
@@ -154,8 +161,8 @@ impl<R: Scalar> Leg<R> {
         call(self.rotation, &mut axes)?;
         call(self.jacobian, jacobian)?;
         call(self.jacobian_rate, &mut rate)?;
-        let link = transpose([three(&axes, 0), three(&axes, 3), three(&axes, 6)]);
-        let arm = turned(link, self.sole.position);
+        let pose = self.of_link(origin, axes);
+        let arm = subtract(pose.position, origin);
         let moved = |linear: Vector<R>, angular: Vector<R>| add(linear, cross(angular, arm));
         let mut velocity = [zero(); 2];
         for (column, rate) in v.iter().enumerate() {
@@ -171,11 +178,18 @@ impl<R: Scalar> Leg<R> {
             [x, y, z, a, b, c]
         });
         Ok(Sole {
-            pose: Pose { position: add(origin, arm), turn: product(link, self.sole.turn) },
+            pose,
             velocity: [moved(velocity[0], omega), omega],
             drift: [add(moved(drift[0], drift[1]), cross(omega, cross(omega, arm))), drift[1]],
             columns,
         })
+    }
+
+    /// The sole, where its link is: place (m) and axes, column after column.
+    pub fn of_link(&self, origin: Vector<R>, axes: [R; 9]) -> Pose<R> {
+        let link = transpose([three(&axes, 0), three(&axes, 3), three(&axes, 6)]);
+        let position = add(origin, turned(link, self.sole.position));
+        Pose { position, turn: product(link, self.sole.turn) }
     }
 
     /// How far a place on the ground is inside the sole, m: from rear, front, right, left.

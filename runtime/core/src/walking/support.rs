@@ -138,7 +138,18 @@ mod tests {
         let sole = Pose { position: zero(), turn: identity() };
         let [position, rotation, jacobian, jacobian_rate] = [0; 4];
         let extent = [-0.1, 0.1, -0.05, 0.05];
-        Leg { position, rotation, jacobian, jacobian_rate, joints: [0; 6], sole, extent, foot: 0, knee: 0, bends: 1.0 }
+        Leg {
+            position,
+            rotation,
+            jacobian,
+            jacobian_rate,
+            joints: [0; 6],
+            sole,
+            extent,
+            foot: 0,
+            knee: 0,
+            bends: 1.0,
+        }
     }
 
     #[test]

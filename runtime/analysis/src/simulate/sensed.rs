@@ -1,0 +1,80 @@
+//! What sensors tell a controller before each step: joints, loads of the feet, inertial unit; nothing of where the base is.
+use super::drives::Drives;
+use super::imu::Imu;
+use super::sensing::{Sample, Sensing};
+use bipedc_runtime::control::Observation;
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// Readings of the present step.
+pub(super) struct Sensed<'a> {
+    /// With noise of its own: a log is read at other times.
+    pub sensing: Sensing<'a>,
+    imu: Option<Imu>,
+    /// Places in a row.
+    positions: Vec<usize>,
+    velocities: Vec<usize>,
+    pushes: Vec<usize>,
+    pub sample: Sample,
+    row: Vec<f64>,
+    /// As the model's, of which the base is unknown.
+    q: Vec<f64>,
+    v: Vec<f64>,
+    loads: Vec<f64>,
+    inertial: Option<[[f64; 3]; 2]>,
+}
+
+impl<'a> Sensed<'a> {
+    pub fn new(sensing: Sensing<'a>, imu: Option<Imu>, feet: &[String]) -> Self {
+        let columns = sensing.columns();
+        let ending = |with: &str| {
+            let own = columns
+                .iter()
+                .enumerate()
+                .filter(|(_, name)| name.ends_with(with) && !name.starts_with("base/"));
+            own.map(|(place, _)| place).collect::<Vec<_>>()
+        };
+        let place = |foot: &String| columns.iter().position(|name| *name == format!("{foot}/force/z"));
+        Self {
+            positions: ending("/position"),
+            velocities: ending("/velocity"),
+            pushes: feet.iter().filter_map(place).collect(),
+            sensing,
+            imu,
+            sample: Sample::default(),
+            row: Vec::new(),
+            q: Vec::new(),
+            v: Vec::new(),
+            loads: Vec::new(),
+            inertial: None,
+        }
+    }
+
+    /// Reads the sample, and the inertial unit: readings in its own axes.
+    pub fn read(&mut self, drives: &Drives, base: [usize; 2], inertial: Option<Vec<f64>>) {
+        self.sensing.row(&self.sample, drives, &mut self.row);
+        let of = |places: &[usize], into: &mut Vec<f64>, base: usize| {
+            into.clear();
+            into.resize(base, f64::NAN);
+            into.extend(places.iter().map(|place| self.row[*place]));
+        };
+        of(&self.positions, &mut self.q, base[0]);
+        of(&self.velocities, &mut self.v, base[1]);
+        of(&self.pushes, &mut self.loads, 0);
+        self.v.resize(base[1] + self.positions.len(), f64::NAN);
+        self.inertial = self.imu.as_ref().zip(inertial).and_then(|(imu, readings)| {
+            let [roll, pitch, yaw] = imu.rotation;
+            let mounted = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+            let [a, b, c, d, e, f] = readings[..].try_into().ok()?;
+            Some([(mounted * Vector3::new(a, b, c)).into(), (mounted * Vector3::new(d, e, f)).into()])
+        });
+    }
+
+    /// What the controller is told.
+    pub fn observed(&self, time: f64) -> Observation<'_, f64> {
+        let observed = Observation::new(time, 0, &self.q, &self.v).with_loads(&self.loads);
+        match self.inertial {
+            Some(inertial) => observed.with_inertial(inertial),
+            None => observed,
+        }
+    }
+}
