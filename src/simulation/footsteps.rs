@@ -130,11 +130,13 @@ impl Footsteps {
         let Some(walk) = scenario.walking.clone() else { return Ok(None) };
         let (line, column) = walk.position;
         let placed = |error: Diagnostic| error.or_in_file(file).at(line, column);
+        let known = walk.model.as_ref().map(|folder| known(folder, robot)).transpose()?;
+        let known = known.as_ref().unwrap_or(robot);
         let (stated, settings) = match &walk.settings {
             Some(own) => (read_settings(own)?, Some(own.clone())),
-            None => robots_own(robot)?,
+            None => robots_own(known)?,
         };
-        let legs = Legs::new(robot, &stated).map_err(placed)?;
+        let legs = Legs::new(known, &stated).map_err(placed)?;
         let walker = FootstepWalker::new(&legs).map_err(placed)?;
         if walk.begins_standing {
             let initial = &mut scenario.initial;
@@ -196,6 +198,19 @@ impl Footsteps {
         };
         (controller, record)
     }
+}
+
+/// The robot as its controller knows it: its joints have to be those of the robot.
+fn known(folder: &Path, robot: &Robot) -> Result<Robot, Diagnostics> {
+    let known = Robot::read(folder)?;
+    let names = |robot: &Robot| -> Result<Vec<String>, Diagnostic> {
+        Ok(robot.tree()?.joints.into_iter().map(|joint| joint.name).collect())
+    };
+    if names(&known)? != names(robot)? {
+        let message = "the controller's model has other joints than the robot, or in another order";
+        return Err(Diagnostic::error(message).in_file(folder).help("name a folder of the same robot").into());
+    }
+    Ok(known)
 }
 
 /// The controller, told velocities by a clock; a robot that has fallen is left without torque.

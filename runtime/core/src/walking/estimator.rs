@@ -306,7 +306,10 @@ impl<R: Scalar> Estimator<R> {
     /// The first sample: a robot that stands still.
     fn begin(&mut self, believed: &Believed<R>, soles: &[Option<Seen<R>>; 2]) {
         let loads = believed.load.map(|load| load.unwrap_or(R::constant(0.0)));
-        let stands = |foot: usize| get(&loads, foot) >= get(&self.settings.loads, 1);
+        let pressed = |foot: usize| get(&loads, foot) >= get(&self.settings.loads, 1);
+        // Before anything was measured a robot stands on both.
+        let none = !pressed(0) && !pressed(1);
+        let stands = |foot: usize| none || pressed(foot);
         let standing = || (0..2).filter(|foot| stands(*foot)).filter_map(|foot| soles.get(foot)?.as_ref());
         let up = standing().fold(zero(), |sum, sole| add(sum, transpose(sole.turn)[2]));
         let up = match believed.specific_force {

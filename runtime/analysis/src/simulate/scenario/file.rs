@@ -43,6 +43,7 @@ pub(super) struct File {
 pub(super) struct Walking {
     pub velocity: Vec<Spanned<Speed>>,
     pub settings: Option<Spanned<String>>,
+    pub model: Option<Spanned<String>>,
     pub state: Option<Spanned<String>>,
 }
 

@@ -12,6 +12,8 @@ pub struct FootstepWalk {
     pub velocities: Vec<(f64, [f64; 3])>,
     /// A file of the form of `walking.toml`; `None`: the robot's own.
     pub settings: Option<PathBuf>,
+    /// Folder of the robot as the controller knows it; `None`: as described.
+    pub model: Option<PathBuf>,
     /// The controller is told what its sensors measure, not the truth.
     pub measured: bool,
     /// The scenario says where no joint begins: the robot begins as it stands when it walks.
@@ -69,6 +71,7 @@ impl Reading<'_> {
         Some(FootstepWalk {
             velocities,
             settings: table.settings.as_ref().map(|name| self.beside(name.get_ref())),
+            model: table.model.as_ref().map(|name| self.beside(name.get_ref())),
             measured: self.choice("state", table.state.as_ref(), ["true", "measured"]) == 1,
             begins_standing,
             position: self.place(at),

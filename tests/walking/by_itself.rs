@@ -1,0 +1,100 @@
+//! A robot that walks by itself in time stepping, with the controller that runs on board.
+use crate::cli::{bipedc, scratch, text};
+use serde_json::Value;
+
+const WALK: &str = "\
+duration = 6.0
+log_step = 0.01
+[walking]
+velocity = [{ time = 0.3, forward = 0.3 }, { time = 4.0 }]
+";
+
+/// What sensors of today do.
+const SENSORS: &str = "\
+[sensors]
+position_noise = 1e-4
+velocity_noise = 0.01
+force_noise = 1.0
+[imu]
+acceleration_noise = 0.1
+angular_velocity_noise = 0.005
+acceleration_bias = [0.1, -0.05, 0.1]
+angular_velocity_bias = [0.01, -0.01, 0.005]
+";
+
+fn simulated(name: &str, scenario: &str) -> Value {
+    let folder = scratch(&format!("walks-{name}"));
+    let [file, log] = ["scenario.toml", "log.csv"].map(|name| folder.join(name));
+    std::fs::write(&file, scenario).unwrap();
+    let run = bipedc(&["simulate", "robots/tulip", "--scenario", text(&file), "--out", text(&log), "--json"]);
+    run.ok().json()
+}
+
+/// Six steps or more on its feet, near to where its speed says.
+fn walks(name: &str, scenario: &str) {
+    let found = simulated(name, scenario);
+    let walk = &found["walk"];
+    assert_eq!(walk["fell"], Value::Null, "{name}: {walk}");
+    assert!(walk["steps"].as_u64().unwrap() >= 6, "{name}: {walk}");
+    let distance = walk["distance"].as_f64().unwrap();
+    assert!((0.6..1.1).contains(&distance), "{name}: {walk}");
+}
+
+#[test]
+fn tulip_walks_by_itself() {
+    walks("true", WALK);
+}
+
+#[test]
+fn tulip_walks_by_what_its_sensors_tell() {
+    let told = WALK.replace("[walking]", "[walking]\nstate = \"measured\"");
+    walks("measured", &(told + SENSORS));
+}
+
+/// A push of a quarter of what its weight gives in a second would throw a robot that does not step aside.
+#[test]
+fn a_push_is_stepped_out() {
+    let push = "[[push]]\ntime = 2.5\nimpulse = 4.0\ndirection = 1.5707963\n";
+    let found = simulated("pushed", &format!("{WALK}{push}"));
+    assert_eq!(found["walk"]["fell"], Value::Null, "{}", found["walk"]);
+    // It was felt.
+    assert!(found["walk"]["divergent_error"].as_f64().unwrap() > 0.02, "{}", found["walk"]);
+}
+
+/// Dry friction that nobody told the controller of throws it; told of it, it walks.
+#[test]
+fn what_the_model_lacks_throws_the_robot_and_what_it_knows_does_not() {
+    let hidden = "[[effect]]\nkind = \"coulomb_friction\"\njoint = \"left_knee_pitch\"\ntorque = 3.0\n";
+    let fallen = simulated("friction", &format!("{WALK}{hidden}"));
+    assert!(fallen["walk"]["fell"].as_f64().is_some(), "{}", fallen["walk"]);
+    let folder = scratch("walks-amended");
+    for name in ["robot.urdf", "biped.toml", "walking.toml"] {
+        std::fs::copy(format!("robots/tulip/{name}"), folder.join(name)).unwrap();
+    }
+    let set = ["--effect", "coulomb_friction", "--joint", "left_knee_pitch", "--set", "torque=3.0"];
+    bipedc(&[&["amend", text(&folder)][..], &set].concat()).ok();
+    let told = WALK.replace("[walking]", &format!("[walking]\nmodel = \"{}\"", text(&folder)));
+    walks("told", &format!("{told}{hidden}"));
+}
+
+fn refused(scenario: &str, words: &str) {
+    let folder = scratch("walks-refused");
+    let [file, log] = ["scenario.toml", "log.csv"].map(|name| folder.join(name));
+    std::fs::write(&file, scenario).unwrap();
+    let run = bipedc(&["simulate", "robots/tulip", "--scenario", text(&file), "--out", text(&log)]);
+    assert!(run.code == Some(1) && run.err.contains(words), "{words}: {}", run.err);
+    assert!(!log.exists());
+}
+
+#[test]
+fn scenarios_without_meaning_are_refused() {
+    let walking = |more: &str| format!("duration = 1.0\n[walking]\n{more}\n");
+    refused(&walking("state = \"measured\""), "needs an inertial unit");
+    refused(&walking("state = \"believed\""), "there is no state");
+    refused(&walking("velocity = [{ time = 1.0 }, { time = 0.5, forward = 0.1 }]"), "order of time");
+    refused(&walking("velocity = [{ time = 0.0, forward = 1e400 }]"), "forward");
+    refused(&walking("model = \"nowhere\""), "nowhere");
+    refused(&walking("settings = \"nothing.toml\""), "nothing.toml");
+    refused(&walking("speed = 1.0"), "unknown field");
+    refused("duration = 1.0\nmethod = \"event_driven\"\n[walking]\n", "something else does too");
+}
