@@ -256,12 +256,27 @@ impl Program {
             status => panic!("{status:?}"),
         }
         // An interior point is near; the limits that it says are met with equality give the point itself.
-        let active: Vec<usize> =
-            (0..rows.len()).filter(|&k| k < equations || solution.z[k] > solution.s[k]).collect();
+        let near = SMatrix::<f64, 12, 1>::from_iterator(solution.x.iter().copied());
+        let active = (0..rows.len()).filter(|&k| k < equations || solution.z[k] > solution.s[k]).collect();
+        let x = polished((&p, &q), (&rows, &right), equations, active);
+        let apart = x.map(|x| (x - near).amax());
+        assert!(apart.is_some_and(|apart| apart < 1e-4), "{:?} {apart:?}", solution.status);
+        x
+    }
+}
+
+/// The least of ½ xᵀ P x + qᵀ x from a guess of the limits that are met with equality: changed until no limit is violated and no multiplier negative.
+fn polished(
+    (p, q): (&SMatrix<f64, 12, 12>, &SMatrix<f64, 12, 1>),
+    (rows, right): (&[Vec<f64>], &[f64]),
+    equations: usize,
+    mut active: Vec<usize>,
+) -> Option<SMatrix<f64, 12, 1>> {
+    for _ in 0..100 {
         let (n, m) = (12, active.len());
         let mut kkt = DMatrix::zeros(n + m, n + m);
         let mut target = DVector::zeros(n + m);
-        kkt.view_mut((0, 0), (12, 12)).copy_from(&p);
+        kkt.view_mut((0, 0), (12, 12)).copy_from(p);
         for (place, &k) in active.iter().enumerate() {
             for j in 0..n {
                 kkt[(n + place, j)] = rows[k][j];
@@ -270,16 +285,23 @@ impl Program {
             target[n + place] = right[k];
         }
         target.rows_mut(0, 12).copy_from(&-q);
-        let exact = kkt.svd(true, true).solve(&target, 1e-13).unwrap();
+        let exact = kkt.svd(true, true).solve(&target, 1e-13).ok()?;
         let x = SMatrix::<f64, 12, 1>::from_iterator(exact.iter().copied().take(12));
-        let near = SMatrix::<f64, 12, 1>::from_iterator(solution.x.iter().copied());
-        assert!((x - near).amax() < 1e-4, "{:?} {:e}", solution.status, (x - near).amax());
-        for (k, row) in rows.iter().enumerate().skip(equations) {
-            let over: f64 = row.iter().zip(x.iter()).map(|(a, x)| a * x).sum::<f64>() - right[k];
-            assert!(over < 1e-9, "{over:e}");
+        let negative =
+            (equations..m).map(|place| (place, exact[n + place])).min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((place, _)) = negative.filter(|(_, multiplier)| *multiplier < -1e-9) {
+            active.remove(place);
+            continue;
         }
-        Some(x)
+        let over = |k: usize| rows[k].iter().zip(x.iter()).map(|(a, x)| a * x).sum::<f64>() - right[k];
+        let worst = (equations..rows.len()).map(|k| (k, over(k))).max_by(|a, b| a.1.total_cmp(&b.1));
+        match worst.filter(|(_, over)| *over > 1e-10) {
+            Some((k, _)) if !active.contains(&k) => active.push(k),
+            Some(_) => return None,
+            None => return Some(x),
+        }
     }
+    None
 }
 
 /// How many of each verdict, and the largest error of a torque, relative to the largest torque.

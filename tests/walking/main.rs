@@ -1,4 +1,5 @@
 //! Walks that `bipedc gait plan` plans: against Pinocchio, against limits that do not hold, against requests without meaning.
+mod estimated;
 mod followed;
 mod oracle;
 mod page;
