@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 39] = [
+const FILES: [(&str, &str); 40] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -34,6 +34,7 @@ const FILES: [(&str, &str); 39] = [
     ("src/walking/error_state.rs", include_str!("walking/error_state.rs")),
     ("src/walking/estimator.rs", include_str!("walking/estimator.rs")),
     ("src/walking/estimator_feet.rs", include_str!("walking/estimator_feet.rs")),
+    ("src/walking/ground_foot.rs", include_str!("walking/ground_foot.rs")),
     ("src/walking/ground_forces.rs", include_str!("walking/ground_forces.rs")),
     ("src/walking/ground_program.rs", include_str!("walking/ground_program.rs")),
     ("src/walking/mod.rs", include_str!("walking/mod.rs")),

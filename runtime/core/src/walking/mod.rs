@@ -2,6 +2,7 @@
 mod error_state;
 pub mod estimator;
 mod estimator_feet;
+mod ground_foot;
 pub mod ground_forces;
 mod ground_program;
 mod quaternion;
