@@ -81,7 +81,7 @@ impl<'a> Driver<'a> {
             specific_force,
             load: [load(0), load(1)],
         };
-        walker.step(&sensed, commands).map(|_| ())
+        walker.step(&sensed, commands).refusal.map_or(Ok(()), Err)
     }
 }
 
@@ -208,7 +208,10 @@ fn known(folder: &Path, robot: &Robot) -> Result<Robot, Diagnostics> {
     };
     if names(&known)? != names(robot)? {
         let message = "the controller's model has other joints than the robot, or in another order";
-        return Err(Diagnostic::error(message).in_file(folder).help("name a folder of the same robot").into());
+        return Err(Diagnostic::error(message)
+            .in_file(folder)
+            .help("name a folder of the same robot")
+            .into());
     }
     Ok(known)
 }

@@ -166,6 +166,8 @@ fn gains(legs: &Legs, weight: f64) -> Gains<f64> {
         lift: settings.step_height,
         margin: settings.margin,
         divergent: 1.6 * omega,
+        // It sinks down rather than drops.
+        passive: 0.02 * weight * leg,
         friction: settings.friction,
         turning: 0.5 * half * settings.friction,
         least_load: 0.02 * weight,

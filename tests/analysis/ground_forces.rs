@@ -217,7 +217,7 @@ impl Program {
     }
 
     /// x by clarabel; `None`: there is none. With `missing` the equations are part of what is least; the first `limits` of the limits hold.
-    fn solve(&self, missing: bool, limits: usize) -> Option<SMatrix<f64, 12, 1>> {
+    fn solve(&self, missing: bool, limits: usize) -> Result<Option<SMatrix<f64, 12, 1>>, Undecided> {
         let (mut p, mut q) = (SMatrix::<f64, 12, 12>::identity(), -self.start);
         if missing {
             p += MISSING * self.a.transpose() * self.a;
@@ -251,51 +251,97 @@ impl Program {
         solver.solve();
         let solution = &solver.solution;
         match solution.status {
-            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => return None,
+            SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => return Ok(None),
             SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress => {}
-            status => panic!("{status:?}"),
+            _ => return Err(Undecided),
         }
         // An interior point is near; the limits that it says are met with equality give the point itself.
-        let active: Vec<usize> =
-            (0..rows.len()).filter(|&k| k < equations || solution.z[k] > solution.s[k]).collect();
-        let (n, m) = (12, active.len());
-        let mut kkt = DMatrix::zeros(n + m, n + m);
-        let mut target = DVector::zeros(n + m);
-        kkt.view_mut((0, 0), (12, 12)).copy_from(&p);
-        for (place, &k) in active.iter().enumerate() {
-            for j in 0..n {
-                kkt[(n + place, j)] = rows[k][j];
-                kkt[(j, n + place)] = rows[k][j];
-            }
-            target[n + place] = right[k];
-        }
-        target.rows_mut(0, 12).copy_from(&-q);
-        let exact = kkt.svd(true, true).solve(&target, 1e-13).unwrap();
-        let x = SMatrix::<f64, 12, 1>::from_iterator(exact.iter().copied().take(12));
         let near = SMatrix::<f64, 12, 1>::from_iterator(solution.x.iter().copied());
-        assert!((x - near).amax() < 1e-4, "{:?} {:e}", solution.status, (x - near).amax());
-        for (k, row) in rows.iter().enumerate().skip(equations) {
-            let over: f64 = row.iter().zip(x.iter()).map(|(a, x)| a * x).sum::<f64>() - right[k];
-            assert!(over < 1e-9, "{over:e}");
-        }
-        Some(x)
+        let guess = |factor: f64| -> Vec<usize> {
+            (0..rows.len()).filter(|&k| k < equations || solution.z[k] > factor * solution.s[k]).collect()
+        };
+        let guesses = [1.0, 1e-2, 1e2, 1e-4, 1e4, 1e-6, 1e6].into_iter().map(guess);
+        let mut found = guesses.filter_map(|active| polished((&p, &q), (&rows, &right), equations, active));
+        let x = found.next().filter(|x| (x - near).amax() < 1e-4);
+        x.map(Some).ok_or(Undecided)
     }
 }
 
-/// How many of each verdict, and the largest error of a torque, relative to the largest torque.
-fn compare(count: usize, seed: u64) -> ([usize; 3], f64) {
+/// The solver did not come to an end, or its point is not that of any limits: what is barely possible, or barely not.
+#[derive(Debug)]
+struct Undecided;
+
+/// The least of ½ xᵀ P x + qᵀ x from a guess of the limits that are met with equality: changed until no limit is violated and no multiplier negative. In
+/// coordinates y = Lᵀ (x + P⁻¹ q) with P = L Lᵀ that is the point nearest to 0: y = Aᵀ (A Aᵀ)⁻¹ b of the active rows.
+fn polished(
+    (p, q): (&SMatrix<f64, 12, 12>, &SMatrix<f64, 12, 1>),
+    (rows, right): (&[Vec<f64>], &[f64]),
+    equations: usize,
+    mut active: Vec<usize>,
+) -> Option<SMatrix<f64, 12, 1>> {
+    let factor = p.cholesky()?;
+    let centre = -factor.solve(q);
+    let lower = factor.l();
+    let mut changed = DMatrix::zeros(rows.len(), 12);
+    let mut bounds = DVector::zeros(rows.len());
+    for (k, row) in rows.iter().enumerate() {
+        let row = SMatrix::<f64, 12, 1>::from_column_slice(row);
+        let own = lower.solve_lower_triangular(&row)?;
+        let length = own.norm();
+        changed.row_mut(k).copy_from(&(own / length).transpose());
+        bounds[k] = (right[k] - row.dot(&centre)) / length;
+    }
+    for _ in 0..100 {
+        // Aᵀ = Q R, y = Q R⁻ᵀ b, and y = −Aᵀ u.
+        let (q, r) = changed.select_rows(&active).transpose().qr().unpack();
+        if active.len() > 12 || r.diagonal().iter().any(|x| x.abs() < 1e-12) {
+            return None;
+        }
+        let along = r.transpose().solve_lower_triangular(&bounds.select_rows(&active))?;
+        let multipliers = -r.solve_upper_triangular(&along)?;
+        let y = q * along;
+        let negative = (equations..active.len()).min_by(|a, b| multipliers[*a].total_cmp(&multipliers[*b]));
+        if let Some(place) = negative.filter(|place| multipliers[*place] < -1e-11) {
+            active.remove(place);
+            continue;
+        }
+        let over = &changed * &y - &bounds;
+        let worst = (equations..rows.len()).max_by(|a, b| over[*a].total_cmp(&over[*b]));
+        match worst.filter(|k| over[*k] > 1e-10) {
+            Some(k) if !active.contains(&k) => active.push(k),
+            // The rows depend on one another: another guess.
+            Some(_) => return None,
+            None => {
+                let y = SMatrix::<f64, 12, 1>::from_column_slice(y.as_slice());
+                return Some(centre + lower.transpose().solve_upper_triangular(&y)?);
+            }
+        }
+    }
+    None
+}
+
+/// How many of each verdict; prints the largest error of a torque, relative to the largest torque.
+fn compare(count: usize, seed: u64) -> [usize; 3] {
     let mut numbers = Numbers(seed);
-    let (mut verdicts, mut worst) = ([0; 3], 0.0_f64);
+    let (mut verdicts, mut worst, mut undecided) = ([0; 3], 0.0_f64, 0);
     for case in 0..count {
         let posture = Posture::random(&mut numbers);
         let program = Program::of(&posture);
         let all = program.g.len();
         let tries = [(false, all), (true, all), (false, program.ground), (true, program.ground)];
-        let (place, x) = tries
-            .iter()
-            .enumerate()
-            .find_map(|(place, (missing, limits))| Some((place, program.solve(*missing, *limits)?)))
-            .unwrap();
+        let mut solved = Ok(None);
+        let mut place = 0;
+        for (number, (missing, limits)) in tries.into_iter().enumerate() {
+            (solved, place) = (program.solve(missing, limits), number);
+            if !matches!(solved, Ok(None)) {
+                break;
+            }
+        }
+        let Ok(x) = solved else {
+            undecided += 1;
+            continue;
+        };
+        let x = x.unwrap();
         let (found, torques, wrenches) = posture.shared();
         let verdict = match found {
             Shared::Met => 0,
@@ -321,19 +367,20 @@ fn compare(count: usize, seed: u64) -> ([usize; 3], f64) {
         assert!(apart < 1e-8 && off < 1e-8, "case {case}: {found:?}, torques {apart:e}, wrenches {off:e}");
         worst = worst.max(apart);
     }
-    (verdicts, worst)
+    println!("met, gave way, clamped: {verdicts:?}; torques within {worst:e}; {undecided} undecided");
+    assert!(1000 * undecided <= count, "{undecided}");
+    verdicts
 }
 
 #[test]
 fn feet_share_as_an_interior_point_solver_says() {
-    let (verdicts, worst) = compare(300, 1);
-    println!("met, gave way, clamped: {verdicts:?}; torques within {worst:e}");
+    let verdicts = compare(300, 1);
     assert!(verdicts.iter().all(|count| *count >= 10), "{verdicts:?}");
 }
 
 #[test]
 #[ignore = "takes long"]
 fn feet_share_as_an_interior_point_solver_says_in_a_hundred_thousand_postures() {
-    let (verdicts, worst) = compare(100_000, 2);
-    println!("met, gave way, clamped: {verdicts:?}; torques within {worst:e}");
+    let verdicts = compare(100_000, 2);
+    assert!(verdicts.iter().all(|count| *count >= 5000), "{verdicts:?}");
 }

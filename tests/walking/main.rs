@@ -1,5 +1,6 @@
 //! Walks that `bipedc gait plan` plans: against Pinocchio, against limits that do not hold, against requests without meaning.
 mod by_itself;
+mod estimated;
 mod followed;
 mod oracle;
 mod page;

@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 43] = [
+const FILES: [(&str, &str); 48] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -35,12 +35,17 @@ const FILES: [(&str, &str); 43] = [
     ("src/walking/divergent.rs", include_str!("walking/divergent.rs")),
     ("src/walking/error_state.rs", include_str!("walking/error_state.rs")),
     ("src/walking/estimator.rs", include_str!("walking/estimator.rs")),
+    ("src/walking/estimator_feet.rs", include_str!("walking/estimator_feet.rs")),
+    ("src/walking/ground_foot.rs", include_str!("walking/ground_foot.rs")),
     ("src/walking/ground_forces.rs", include_str!("walking/ground_forces.rs")),
     ("src/walking/ground_program.rs", include_str!("walking/ground_program.rs")),
     ("src/walking/mod.rs", include_str!("walking/mod.rs")),
     ("src/walking/motion.rs", include_str!("walking/motion.rs")),
+    ("src/walking/on_board.rs", include_str!("walking/on_board.rs")),
+    ("src/walking/quaternion.rs", include_str!("walking/quaternion.rs")),
     ("src/walking/readings.rs", include_str!("walking/readings.rs")),
     ("src/walking/robot.rs", include_str!("walking/robot.rs")),
+    ("src/walking/sensed.rs", include_str!("walking/sensed.rs")),
     ("src/walking/space.rs", include_str!("walking/space.rs")),
     ("src/walking/steps.rs", include_str!("walking/steps.rs")),
     ("src/walking/support.rs", include_str!("walking/support.rs")),

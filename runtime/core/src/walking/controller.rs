@@ -37,6 +37,8 @@ pub struct Gains<R> {
     pub brake: R,
     /// From standing to the first step, s.
     pub start: R,
+    /// With which joints are braked where there are no commands, N m s/rad.
+    pub passive: R,
     /// Load (N) from which a foot is on the ground.
     pub touch: R,
     /// Largest horizontal force of the ground per vertical one.
@@ -116,6 +118,11 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
     /// The functions, and which of them tell what.
     pub fn parts(&self) -> (&M, &WalkingRobot<R>) {
         (&self.model, &self.robot)
+    }
+
+    /// How it walks.
+    pub fn gains(&self) -> &Gains<R> {
+        &self.gains
     }
 
     /// How fast it shall walk from the next step on.

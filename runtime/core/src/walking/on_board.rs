@@ -80,20 +80,37 @@ impl<M: Model<R>, R: Scalar> OnBoardWalker<M, R> {
         &self.estimator
     }
 
-    /// Commands for what sensors say.
-    ///
-    /// # Errors
-    /// As [`WalkingController`]'s.
-    pub fn step(
-        &mut self,
-        sensed: &Sensed<'_, R>,
-        commands: &mut [JointCommand<R>],
-    ) -> Result<Estimated<R>, Refusal> {
+    /// Commands for what sensors say, always finite and within the drives' limits. Where the controller has none, joints are braked.
+    pub fn step(&mut self, sensed: &Sensed<'_, R>, commands: &mut [JointCommand<R>]) -> Stepped<R> {
         let (model, robot) = self.controller.parts();
         let estimated = self.estimator.update(sensed, &Legs { model, robot });
         let loads = robot.legs_by_foot(sensed.load);
         let observed = Observation::new(sensed.time, 0, self.estimator.q(), self.estimator.v());
-        self.controller.command(&observed.with_loads(&loads), commands)?;
-        Ok(estimated)
+        let refusal = self.controller.command(&observed.with_loads(&loads), commands).err();
+        if refusal.is_some() {
+            self.brake(commands);
+        }
+        Stepped { estimated, refusal }
     }
+
+    /// Torques against the motion, as the estimator last knew it.
+    fn brake(&self, commands: &mut [JointCommand<R>]) {
+        let (_, robot) = self.controller.parts();
+        let damping = self.controller.gains().passive;
+        for (joint, command) in commands.iter_mut().enumerate() {
+            let asked = -damping * get(self.estimator.v(), BASE + joint);
+            let limit = get(&robot.torque, joint);
+            let torque = -(-asked.larger(-limit)).larger(-limit);
+            *command = JointCommand::Torque(if torque.is_finite() { torque } else { R::constant(0.0) });
+        }
+    }
+}
+
+/// What became of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stepped<R> {
+    /// Of the estimator.
+    pub estimated: Estimated<R>,
+    /// Why the controller had no commands, if it had none: joints are braked.
+    pub refusal: Option<Refusal>,
 }

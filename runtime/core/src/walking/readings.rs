@@ -1,5 +1,5 @@
 //! Readings of sensors, judged before anybody believes them: not finite, out of range, jumping, frozen.
-use super::estimator::{Fault, MOST_JOINTS, Sensed, Settings};
+use super::sensed::{Fault, MOST_JOINTS, Sensed, Settings};
 use super::space::Vector;
 use crate::control::slices::{get, set};
 use crate::real::Scalar;

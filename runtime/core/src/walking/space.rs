@@ -125,7 +125,7 @@ pub fn turn_between<R: Scalar>(here: Turn<R>, there: Turn<R>) -> Vector<R> {
 pub fn angle_near_zero<R: Scalar>(cosine: R, sine: R) -> R {
     let length = (cosine * cosine + sine * sine).sqrt();
     let least = R::constant(1e-30);
-    if !(length > least) {
+    if length <= least || !length.is_finite() {
         return R::constant(0.0);
     }
     let (cosine, sine) = (cosine / length, sine / length);

@@ -132,6 +132,8 @@ pub struct Steps<R> {
     pub velocity: Velocity<R>,
     /// Of a step, s.
     pub pace: R,
+    /// By how much steps are planned longer than wished, because they end shorter, m.
+    pub longer: R,
     /// Where the zero moment point was wished when the phase began.
     from: Point<R>,
 }
@@ -159,6 +161,7 @@ impl<R: Scalar> Steps<R> {
             goal,
             velocity: Velocity::zero(),
             pace: R::constant(0.5),
+            longer: zero,
             from: [zero; 2],
         };
         steps.from = steps.middle();
@@ -203,7 +206,8 @@ impl<R: Scalar> Steps<R> {
         let aside = two * velocity.left * self.pace;
         let aside = if aside * side > zero { aside } else { zero };
         let turn = clamp(velocity.turning * self.pace, -stride.largest_turn, stride.largest_turn);
-        let forward = clamp(velocity.forward * self.pace, -stride.longest, stride.longest);
+        let forward = velocity.forward * self.pace + if velocity.is_zero() { zero } else { self.longer };
+        let forward = clamp(forward, -stride.longest, stride.longest);
         let [nearest, farthest] = stride.across;
         let across = clamp(stride.width + side * aside, nearest, farthest) - stride.width;
         let center = from.beyond([forward, side * half * stride.width], turn);
@@ -253,6 +257,7 @@ impl<R: Scalar> Steps<R> {
     /// The swinging foot has come down at a place.
     pub fn land(&mut self, stride: &Stride<R>, at: Foothold<R>, asked: &Velocity<R>) {
         let (old, swinging) = (self.foot(self.stands), other(self.stands));
+        self.lengthen(stride, &at);
         if let Some(foot) = self.feet.get_mut(swinging) {
             *foot = at;
         }
@@ -263,6 +268,17 @@ impl<R: Scalar> Steps<R> {
             true => self.begin(Phase::Halt, shift + shift, old.point()),
             false => self.begin(Phase::Shift, shift, old.point()),
         }
+    }
+
+    /// Steps that end shorter than wished are planned longer: what the limbs' own motion takes from the robot's is not known beforehand.
+    fn lengthen(&mut self, stride: &Stride<R>, at: &Foothold<R>) {
+        let ([x, y, _], [a, b, _]) = (self.foot(self.stands).place, at.place);
+        let (s, c) = crate::math::sin_cos(self.foot(self.stands).yaw);
+        let reached = (a - x) * c + (b - y) * s;
+        let missing = self.velocity.forward * self.pace - reached;
+        let most = R::constant(0.3) * stride.easy;
+        let longer = self.longer + R::constant(0.2) * missing;
+        self.longer = if self.velocity.is_zero() { R::constant(0.0) } else { clamp(longer, -most, most) };
     }
 
     /// Nothing more to do.

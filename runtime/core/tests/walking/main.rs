@@ -1,3 +1,4 @@
-//! How long walking takes.
+//! The estimator on a body whose motion is known; how long sharing of forces takes.
 #![allow(missing_docs)]
+mod estimator;
 mod ground_forces;

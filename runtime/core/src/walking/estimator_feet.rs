@@ -1,0 +1,200 @@
+//! What an estimator learns from feet: where the legs see the soles, anchors of those that stand, level ground.
+use super::error_state::{ATTITUDE, FEET, POSITION, Row};
+use super::estimator::Estimator;
+use super::readings::Believed;
+use super::sensed::{Fault, LegKinematics, MOST_JOINTS};
+use super::space::{
+    Turn, Vector, add, cross, cross_matrix, identity, of_quaternion, product, scale, subtract, transpose,
+    turn_between, turned,
+};
+use crate::control::slices::set;
+use crate::real::Scalar;
+
+/// So many refused samples of a foot in a row: it slipped.
+const SLIPPED: u16 = 10;
+/// A foot that touched down comes to rest, s.
+const SETTLING: f64 = 0.05;
+/// Errors of kinematics and of the ground last about so long, s: samples within that time say the same.
+const LASTING: [f64; 2] = [0.01, 0.5];
+
+/// A foot.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Anchor<R> {
+    pub(super) standing: bool,
+    pub(super) position: Vector<R>,
+    pub(super) turn: Turn<R>,
+    /// Since it stands, s.
+    pub(super) age: R,
+    pub(super) refused: u16,
+}
+
+/// A sole from the unit, in axes of the base, and how well it is known.
+pub(super) struct Seen<R> {
+    pub(super) arm: Vector<R>,
+    pub(super) turn: Turn<R>,
+    pub(super) variance: [R; 6],
+}
+
+impl<R: Scalar> Estimator<R> {
+    /// Both soles, seen from the unit, in axes of the base; of a leg that is believed.
+    pub(super) fn look(
+        &self,
+        legs: &impl LegKinematics<R>,
+        fault: &mut Option<Fault>,
+    ) -> [Option<Seen<R>>; 2] {
+        [0, 1].map(|foot| {
+            let mut jacobian = [[R::constant(0.0); 6]; MOST_JOINTS];
+            let (jacobian, positions) =
+                (jacobian.get_mut(..self.joints)?, self.readings.positions.get(..self.joints)?);
+            let pose = legs.sole(foot, positions, jacobian)?;
+            let acts = |column: &[R; 6]| column.iter().any(|x| *x != R::constant(0.0));
+            let wrong = jacobian.iter().zip(self.readings.wrong).any(|(column, wrong)| wrong && acts(column));
+            let mut variance = [R::constant(0.0); 6];
+            for column in jacobian.iter() {
+                variance.iter_mut().zip(column).for_each(|(sum, x)| *sum = R::fused(*x, *x, *sum));
+            }
+            let numbers = pose.position.iter().chain(pose.turn.iter().flatten()).chain(&variance);
+            if !numbers.into_iter().all(|x| x.is_finite()) {
+                fault.get_or_insert(Fault::Kinematics(foot));
+                return None;
+            }
+            let encoder = self.settings.encoder * self.settings.encoder;
+            let [place, angle] = self.settings.leg.map(|x| x * x);
+            for (k, sum) in variance.iter_mut().enumerate() {
+                *sum = R::fused(*sum, encoder, if k < 3 { place } else { angle });
+            }
+            let arm = subtract(pose.position, self.settings.unit);
+            (!wrong).then_some(Seen { arm, turn: pose.turn, variance })
+        })
+    }
+
+    /// What the feet say; how much each of them counts.
+    pub(super) fn stand(
+        &mut self,
+        believed: &Believed<R>,
+        soles: &[Option<Seen<R>>; 2],
+        step: Option<R>,
+        fault: &mut Option<Fault>,
+    ) -> [R; 2] {
+        let (one, zero) = (R::constant(1.0), R::constant(0.0));
+        let step = step.unwrap_or(R::constant(1e-3));
+        let [lifted, touching, full] = self.settings.loads;
+        let mut trust = [zero; 2];
+        let loads = self.loads(believed);
+        let all = soles.iter().zip(loads).zip(FEET).zip(trust.iter_mut());
+        for (foot, (((sole, load), first), trust)) in all.enumerate() {
+            let Some(mut anchor) = self.feet.get(foot).copied() else { continue };
+            let stood = anchor.standing;
+            anchor.standing = load >= if stood { lifted } else { touching };
+            let Some(sole) = sole.as_ref().filter(|_| anchor.standing) else {
+                // A leg that is not believed for a sample: its foot stands on.
+                anchor.standing = anchor.standing && stood;
+                set(&mut self.feet, foot, anchor);
+                continue;
+            };
+            let part = load / full;
+            *trust = if part > one { one } else { part.larger(R::constant(0.05)) };
+            if !stood {
+                anchor.age = zero;
+            }
+            if !stood || anchor.refused >= SLIPPED {
+                if stood {
+                    fault.get_or_insert(Fault::Slip(foot));
+                    *trust = zero;
+                }
+                self.anchor(&mut anchor, sole, first);
+            } else {
+                self.hold(&mut anchor, sole, first, (*trust, step));
+            }
+            anchor.age = anchor.age + step;
+            set(&mut self.feet, foot, anchor);
+        }
+        trust
+    }
+
+    /// The load of each foot; where one is not measured, what the other one leaves, or as before.
+    fn loads(&self, believed: &Believed<R>) -> [R; 2] {
+        let [_, _, full] = self.settings.loads;
+        let zero = R::constant(0.0);
+        let [right, left] = self.feet.map(|foot| if foot.standing { full } else { zero });
+        let rest = |other: R| (full + full - other).larger(zero);
+        match believed.load {
+            [Some(right), Some(left)] => [right, left],
+            [Some(right), None] => [right, rest(right)],
+            [None, Some(left)] => [rest(left), left],
+            [None, None] => [right, left],
+        }
+    }
+
+    /// A foot is where the leg says that it is.
+    fn anchor(&mut self, anchor: &mut Anchor<R>, sole: &Seen<R>, first: usize) {
+        let turn = of_quaternion(self.quaternion);
+        let arm = turned(turn, sole.arm);
+        anchor.position = add(self.position, arm);
+        anchor.turn = product(turn, sole.turn);
+        anchor.refused = 0;
+        let one = identity();
+        self.errors.mix(
+            first,
+            false,
+            &[(POSITION, one), (ATTITUDE, cross_matrix(scale(-R::constant(1.0), arm)))],
+        );
+        self.errors.mix(first + 3, false, &[(ATTITUDE, one)]);
+        let [a, b, c, d, e, f] = sole.variance;
+        self.errors.grow(first, [a.larger(b).larger(c); 3]);
+        self.errors.grow(first + 3, [d.larger(e).larger(f); 3]);
+    }
+
+    /// A foot stays where it is; on level ground, flat.
+    fn hold(&mut self, anchor: &mut Anchor<R>, sole: &Seen<R>, first: usize, (trust, step): (R, R)) {
+        let (one, zero) = (R::constant(1.0), R::constant(0.0));
+        let young = anchor.age < R::constant(SETTLING);
+        let loose = if young { R::constant(100.0) } else { one } / (trust * trust);
+        let [place, angle] = self.settings.foot.map(|x| x * x * step * loose);
+        self.errors.grow(first, [place; 3]);
+        self.errors.grow(first + 3, [angle; 3]);
+        let turn = of_quaternion(self.quaternion);
+        let distance = subtract(anchor.position, self.position);
+        let miss = subtract(turned(turn, sole.arm), distance);
+        let twist = turn_between(anchor.turn, product(turn, sole.turn));
+        let lever = cross_matrix(distance);
+        let lasting = R::constant(LASTING[0]) / (step * trust);
+        let lasting = if lasting > one { lasting } else { one };
+        let [a, b, c, d, e, f] = sole.variance;
+        let (of_place, of_angle) = (a.larger(b).larger(c) * lasting, d.larger(e).larger(f) * lasting);
+        let mut farthest = zero;
+        for (k, ((miss, twist), [x, y, z])) in miss.into_iter().zip(twist).zip(lever).enumerate() {
+            let of_attitude = [(ATTITUDE, x), (ATTITUDE + 1, y), (ATTITUDE + 2, z)];
+            let [a, b, c] = of_attitude;
+            let row: Row<R> = [(first + k, one), (POSITION + k, -one), a, b, c, (0, zero)];
+            farthest = farthest.larger(self.errors.measure(&row, miss, of_place));
+            let row: Row<R> =
+                [(first + 3 + k, one), (ATTITUDE + k, -one), (0, zero), (0, zero), (0, zero), (0, zero)];
+            farthest = farthest.larger(self.errors.measure(&row, twist, of_angle));
+        }
+        let refused = farthest > R::constant(10.0);
+        anchor.refused = if refused { anchor.refused.saturating_add(1) } else { 0 };
+        if !young && !refused {
+            self.level(anchor, first, (trust, step));
+        }
+    }
+
+    /// Level ground.
+    fn level(&mut self, anchor: &Anchor<R>, first: usize, (trust, step): (R, R)) {
+        let (one, zero) = (R::constant(1.0), R::constant(0.0));
+        let lasting = R::constant(LASTING[1]) / (step * trust);
+        let [height, tilt] = self.settings.ground.map(|x| x * x * lasting);
+        let none = (0, zero);
+        let single = |index: usize| -> Row<R> { [(index, one), none, none, none, none, none] };
+        if height.is_finite() {
+            let [_, _, z] = anchor.position;
+            self.errors.measure(&single(first + 2), -z, height);
+        }
+        if tilt.is_finite() {
+            let [_, _, up] = transpose(anchor.turn);
+            let [x, y, _] = cross(up, [zero, zero, one]);
+            self.errors.measure(&single(first + 3), x, tilt);
+            self.errors.measure(&single(first + 4), y, tilt);
+        }
+    }
+}
