@@ -7,8 +7,9 @@ use crate::terminal::progress::spin;
 use bipedc::Workbench;
 use bipedc::crate_paths::{folder_name, refuse_foreign, runtime_dependency, source_name};
 use bipedc::table::table;
+use bipedc::walking::{Legs, controller_crate, robots_own};
 use bipedc_compiler::compile::{CompiledModel, Function};
-use bipedc_compiler::emit::{GaitCode, Package};
+use bipedc_compiler::emit::{GaitCode, Package, Runtime};
 use bipedc_compiler::robot::RobotGait;
 use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
@@ -23,6 +24,7 @@ Examples:
   bipedc generate robots/tulip --out my_workspace/tulip
   bipedc generate robots/five_link --gait thesis --out my_workspace/five_link
   bipedc generate robots/leg --out my_workspace/leg --runtime my_workspace/tulip/bipedc-runtime
+  bipedc generate robots/tulip --controller writes generated/tulip_controller: it walks on flat feet by itself
 
 With --out the crate has the small runtime that it needs in its folder; with --runtime two crates of one program share one.
 The crate is `no_std` and never allocates. What it holds is chosen by `[generate]` in biped.toml; by default \
@@ -49,6 +51,10 @@ pub struct Generate {
     /// beside the robot's description, or a file
     #[arg(long, value_name = "NAME|FILE.toml")]
     gait: Option<String>,
+    /// Instead: the crate of its controller, which walks on flat feet by what sensors tell; numbers are those of walking.toml
+    /// beside the description. With a library for C
+    #[arg(long, conflicts_with_all = ["gait", "compare"])]
+    controller: bool,
     /// Then compare the model's torques with this log, as `bipedc compare` does
     #[arg(long, value_name = "LOG.csv", conflicts_with = "check")]
     compare: Option<PathBuf>,
@@ -60,13 +66,16 @@ impl Generate {
         let started = Instant::now();
         let bench = self.robot.open()?;
         let robot = bench.robot();
-        let out =
-            self.out.clone().unwrap_or_else(|| Path::new("generated").join(folder_name(&self.robot.path)));
+        let folder = folder_name(&self.robot.path) + if self.controller { "_controller" } else { "" };
+        let out = self.out.clone().unwrap_or_else(|| Path::new("generated").join(folder));
         if !self.check {
             refuse_foreign(&out)?;
         }
         let runtime = runtime_dependency(self.runtime.as_deref(), &out)?;
         output::diagnostics(&robot.without_inertia()?);
+        if self.controller {
+            return self.controller(&bench, runtime, &out);
+        }
         let compiled = spin("deriving", || robot.compile())?;
         let gait = self.gait.as_deref().map(|name| spin("deriving", || robot.gait(name))).transpose()?;
         let code = gait.as_ref().map(emitted).transpose()?;
@@ -96,6 +105,24 @@ impl Generate {
             }
             None => Ok(ExitCode::SUCCESS),
         }
+    }
+
+    /// The crate of a controller.
+    fn controller(&self, bench: &Workbench, runtime: Runtime, out: &Path) -> Outcome {
+        let robot = bench.robot();
+        let (stated, numbers) = robots_own(robot)?;
+        let source = source_name(&self.robot.path);
+        let package = spin("deriving", || controller_crate(&Legs::new(robot, &stated)?, &source, runtime))?;
+        if self.check {
+            return self.difference(&package, out);
+        }
+        if let Some(numbers) = numbers {
+            bench.ledger().reads("the numbers of the walk", &numbers);
+        }
+        self.write((bench, None), &package, out)?;
+        let bytes: usize = package.files.values().map(String::len).sum();
+        output::print(&format!("{}: {} files, {bytes} bytes\n", out.display(), package.files.len()))?;
+        Ok(ExitCode::SUCCESS)
     }
 
     fn write(
@@ -146,6 +173,7 @@ impl Generate {
         let runtime =
             self.runtime.as_ref().map_or_else(String::new, |runtime| format!(" --runtime {runtime}"));
         let gait = self.gait.as_ref().map_or_else(String::new, |gait| format!(" --gait {gait}"));
+        let gait = if self.controller { " --controller".to_owned() } else { gait };
         let overrides = self.robot.overrides();
         format!(
             "bipedc generate {} --out {}{gait}{runtime}{overrides}",

@@ -1,5 +1,6 @@
 //! Walks on flat feet, planned: footsteps to joint motions that keep the balance and every limit (thesis 6.3.1, 8.4).
 mod check;
+mod emitted;
 mod kinematics;
 mod legs;
 mod motion;
@@ -12,6 +13,7 @@ mod text;
 mod track;
 
 pub use check::{Limit, Measured, Quantity};
+pub use emitted::controller_crate;
 pub use legs::Legs;
 pub use onboard::FootstepWalker;
 
