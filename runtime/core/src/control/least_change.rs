@@ -75,11 +75,15 @@ impl<R: Scalar> Conditions<'_, R> {
         self.rows.get(index * self.size..(index + 1) * self.size).unwrap_or(&[])
     }
 
-    /// How far x is beyond a condition, and how large what it is made of is.
-    fn excess(&self, index: usize, x: &[R]) -> (R, R) {
-        let (row, bound) = (self.row(index), get(self.bounds, index));
-        let size = row.iter().zip(x).fold(bound.abs(), |sum, (a, x)| sum + (*a * *x).abs());
-        (dot(row, x) - bound, size)
+    /// How far x is beyond a condition.
+    fn excess(&self, index: usize, x: &[R]) -> R {
+        dot(self.row(index), x) - get(self.bounds, index)
+    }
+
+    /// How large what an excess is made of is.
+    fn size_of(&self, index: usize, x: &[R]) -> R {
+        let bound = get(self.bounds, index).abs();
+        self.row(index).iter().zip(x).fold(bound, |sum, (a, x)| sum + (*a * *x).abs())
     }
 
     /// Makes every row a unit vector; a row of zeros stays one.
@@ -143,7 +147,7 @@ pub(crate) fn nearest<R: Scalar>(
     *active = Active::new();
     let one = R::constant(1.0);
     for index in 0..conditions.equations {
-        let excess = conditions.excess(index, x).0;
+        let excess = conditions.excess(index, x);
         let Some(reach) = room.direct(conditions.row(index), active.count) else { return Search::Dependent };
         let length = -excess / reach;
         x.iter_mut().zip(room.step.iter()).for_each(|(x, step)| *x = R::fused(length, *step, *x));
@@ -155,7 +159,7 @@ pub(crate) fn nearest<R: Scalar>(
         let Some(index) = worst(conditions, x, active) else { return Search::Found };
         let mut own = R::constant(0.0);
         loop {
-            let excess = conditions.excess(index, x).0;
+            let excess = conditions.excess(index, x);
             let reach = room.direct(conditions.row(index), active.count);
             room.solve(active.count);
             let first = room.first_to_leave(active.count, conditions.equations);
@@ -216,10 +220,10 @@ pub(crate) fn optimality<R: Scalar>(
         wrong_sign = wrong_sign.larger(-get(room.change, place));
     }
     for index in 0..conditions.count {
-        excess = excess.larger(conditions.excess(index, x).0);
+        excess = excess.larger(conditions.excess(index, x));
     }
     for index in active.all() {
-        excess = excess.larger(conditions.excess(index, x).0.abs());
+        excess = excess.larger(conditions.excess(index, x).abs());
     }
     Optimality { stationarity, wrong_sign, excess }
 }
@@ -229,8 +233,9 @@ fn worst<R: Scalar>(conditions: &Conditions<'_, R>, x: &[R], active: &Active) ->
     let met = R::constant(MET * R::EPSILON);
     let mut found: Option<(usize, R)> = None;
     for index in (conditions.equations..conditions.count).filter(|&index| !active.holds(index)) {
-        let (excess, size) = conditions.excess(index, x);
-        if excess > met * size && found.is_none_or(|(_, most)| excess > most) {
+        let excess = conditions.excess(index, x);
+        let more = excess > found.map_or(R::constant(0.0), |(_, most)| most);
+        if more && excess > met * conditions.size_of(index, x) {
             found = Some((index, excess));
         }
     }

@@ -8,7 +8,7 @@ pub const MOST_JOINTS: usize = 42;
 /// What sensors say at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensed<'a, R> {
-    /// s
+    /// s. In `f32` a step of 1 ms is known to 1 % for two minutes only: let it begin anew while the robot rests.
     pub time: R,
     /// rad; m of prismatic joints
     pub joint_position: &'a [R],
