@@ -142,7 +142,7 @@ impl Trial {
         let mut found = WalkedMargins {
             steps: summary.steps,
             verdict,
-            walking_speed: last_speed(moments, summary),
+            walking_speed: last_speed(moments, summary, of.phases.len()),
             friction: 0.0,
             impact_friction: None,
             impulse: None,
@@ -258,11 +258,11 @@ fn lower(of: &mut Option<f64>, by: f64) {
     *of = Some(of.map_or(by, |x| x.min(by)));
 }
 
-/// Mean speed of the base from the beginning to the end of the last whole step, m/s.
-fn last_speed(moments: &[Moment], summary: &WalkSummary) -> Option<f64> {
+/// Mean speed of the base over the last whole step of so many phases, m/s: from the same change of phases one step before to the last one. A walk may end with
+/// a landing in the middle of a step.
+fn last_speed(moments: &[Moment], summary: &WalkSummary, phases: usize) -> Option<f64> {
     let last = summary.changes.last()?;
-    let count = summary.changes.len().checked_div(summary.steps)?;
-    let before = summary.changes.len().checked_sub(count + 1).and_then(|k| summary.changes.get(k))?;
+    let before = summary.changes.len().checked_sub(phases + 1).and_then(|k| summary.changes.get(k))?;
     let place = |time: f64| {
         let after = moments.iter().position(|moment| moment.time >= time)?;
         let [a, b] = moments.get(after.max(1) - 1..=after.max(1))? else { return None };

@@ -1,7 +1,9 @@
 //! A gait that was found, tried under its own controller, and what it lacks then.
 use super::Workbench;
 use crate::gait::optimise::{Demands, Optimum};
-use crate::gait::{AnyBench, ChainOptions, CycleOptions, GaitBench, PhasedBench, StepOptions};
+use crate::gait::{
+    AnyBench, ChainOptions, ChainStep, ChainedPhase, CycleOptions, GaitBench, PhasedBench, StepOptions,
+};
 use crate::progress::Silent;
 use crate::simulation::{Trial, WalkedMargins};
 use bipedc_compiler::compile::Collocation;
@@ -24,8 +26,58 @@ pub struct ClosedLoop {
     pub walking_speed: Option<f64>,
     /// Of a step, s.
     pub duration: Option<f64>,
+    /// Of each phase, what the motion says and what the step under the controller does; empty where a step is one phase, or none repeats itself.
+    pub phases: Vec<PhaseCourses>,
     /// Of the walk of the whole robot; none where steps do not repeat themselves.
     pub margins: Option<WalkedMargins>,
+}
+
+/// A phase of a step that repeats itself.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PhaseCourses {
+    /// As the gait calls it.
+    pub name: String,
+    /// At the nodes.
+    pub motion: PhaseCourse,
+    /// Under the controller.
+    pub walked: PhaseCourse,
+}
+
+/// How φ goes through a phase.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PhaseCourse {
+    /// s
+    pub duration: f64,
+    /// φ where the phase begins.
+    pub phi_start: f64,
+    /// φ where it ends.
+    pub phi_end: f64,
+    /// φ̇ where it begins, per s.
+    pub speed_start: f64,
+    /// φ̇ where it ends, per s.
+    pub speed_end: f64,
+}
+
+impl PhaseCourses {
+    /// Of a phase of the motion, by index, and the same phase walked.
+    fn new((of, optimum): (&Collocation, &Optimum), p: usize, walked: &ChainedPhase) -> Self {
+        let [phi_start, phi_end] = optimum.ends(p);
+        let motion = PhaseCourse {
+            duration: optimum.durations()[p],
+            phi_start,
+            phi_end,
+            speed_start: optimum.rate(of, p, 0),
+            speed_end: optimum.last_rate(of, p),
+        };
+        let walked = PhaseCourse {
+            duration: walked.duration,
+            phi_start: walked.phi_start,
+            phi_end: walked.phi_end,
+            speed_start: walked.speed_start,
+            speed_end: walked.speed_end,
+        };
+        Self { name: of.phases[p].name.clone(), motion, walked }
+    }
 }
 
 /// What is tried.
@@ -45,6 +97,8 @@ struct Repeated {
     speed: f64,
     multiplier: f64,
     duration: f64,
+    /// Of a step of several phases.
+    phases: Vec<ChainedPhase>,
 }
 
 /// Steps until they repeat themselves.
@@ -75,6 +129,8 @@ impl Workbench {
         };
         (found.speed, found.multiplier) = (Some(step.speed), Some(step.multiplier));
         found.duration = Some(step.duration);
+        let courses = |(p, phase)| PhaseCourses::new((it.of, it.optimum), p, phase);
+        found.phases = step.phases.iter().enumerate().map(courses).collect();
         if step.multiplier.abs() >= 1.0 {
             found.reason = Some("deviations grow from step to step".to_owned());
             return found;
@@ -101,21 +157,26 @@ impl Workbench {
         if let Some(reason) = step.step.reason {
             return Err(Diagnostic::error(reason.to_string()).into());
         }
-        Ok(Repeated { speed: cycle.speed, multiplier: cycle.multiplier, duration: cycle.duration })
+        Ok(Repeated {
+            speed: cycle.speed,
+            multiplier: cycle.multiplier,
+            duration: cycle.duration,
+            phases: Vec::new(),
+        })
     }
 }
 
 /// The fixed point of the map from the speed of a step to that of the next, by the secant method.
 fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, Diagnostics> {
-    let step = |speed: f64| -> Result<(f64, f64), Diagnostics> {
+    let step = |speed: f64| -> Result<(f64, ChainStep), Diagnostics> {
         let found = bench.step(&trial.walker().phases, &ChainOptions { speed, set: Vec::new() })?;
         let next = found.next_speed.filter(|_| found.feasible);
         let why =
             || Diagnostic::error(found.reason.clone().unwrap_or_else(|| "a step is not made".to_owned()));
-        next.map(|next| (next, found.duration.unwrap_or(f64::NAN))).ok_or_else(|| why().into())
+        next.map(|next| (next, found.clone())).ok_or_else(|| why().into())
     };
     let mut speed = begin;
-    let (mut next, mut duration) = step(speed)?;
+    let (mut next, mut last) = step(speed)?;
     let mut slope: Option<f64> = None;
     for _ in 0..STEPS {
         let off = next - speed;
@@ -131,13 +192,14 @@ fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, 
         let to = speed + by.clamp(-0.2 * speed, 0.2 * speed);
         let found = step(to)?;
         slope = Some((found.0 - next) / (to - speed));
-        (speed, next, duration) = (to, found.0, found.1);
+        (speed, next, last) = (to, found.0, found.1);
     }
     let multiplier = slope.unwrap_or(f64::NAN);
     if (next - speed).abs() > 1e-4 * speed {
         return Err(Diagnostic::error(format!("steps do not repeat themselves within {STEPS}")).into());
     }
-    Ok(Repeated { speed, multiplier, duration })
+    let duration = last.duration.unwrap_or(f64::NAN);
+    Ok(Repeated { speed, multiplier, duration, phases: last.phases })
 }
 
 /// What a walk lacks of what was wished, as parts of it; 0: nothing.
@@ -162,7 +224,9 @@ impl Lack {
             found.missing.push(("a walk".to_owned(), f64::INFINITY));
         }
         if let Some(speed) = tried.walking_speed {
-            found.add("the walking speed", speed, wished.speed, (speed / wished.speed - 1.0).abs());
+            // Half as much may be missing of the speed.
+            let off = 2.0 * (speed / wished.speed - 1.0).abs();
+            found.add("the walking speed", speed, wished.speed, off);
         }
         if let Some(multiplier) = tried.multiplier {
             found.add("the multiplier", multiplier, largest, multiplier.abs() / largest - 1.0);

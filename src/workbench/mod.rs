@@ -4,7 +4,7 @@ mod explaining;
 mod identified;
 mod optimised;
 
-pub use closed_loop::ClosedLoop;
+pub use closed_loop::{ClosedLoop, PhaseCourse, PhaseCourses};
 pub use explaining::{Event, Explained};
 pub use optimised::{OptimiseOptions, OptimisedGait, OptimisedGaits};
 

@@ -1,6 +1,6 @@
 //! Gaits found by optimisation, written, and tried under their own controllers.
 use super::Workbench;
-use super::closed_loop::{ClosedLoop, Lack, Tried};
+use super::closed_loop::{ClosedLoop, Lack, PhaseCourses, Tried};
 use crate::gait::optimise::{
     Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_neighbour, from_nothing, gait_text, size,
 };
@@ -394,6 +394,11 @@ impl OptimisedGait {
         let row = |(name, motion, walked, unit): (&str, Option<f64>, Option<f64>, &str)| {
             vec![name.to_owned(), number(motion), number(walked), unit.to_owned()]
         };
-        rows.into_iter().map(row).collect()
+        let phases = tried.map_or(&[][..], |tried| &tried.phases);
+        let of_phase = |phase: &PhaseCourses| {
+            let name = format!("duration of {}", phase.name);
+            row((&name, Some(phase.motion.duration), Some(phase.walked.duration), "s"))
+        };
+        rows.into_iter().map(row).chain(phases.iter().map(of_phase)).collect()
     }
 }

@@ -184,6 +184,11 @@ impl Optimum {
         self.first_row(of, (p, node), NodeRow::PhaseRate)
     }
 
+    /// φ̇ at the last node of a phase.
+    pub fn last_rate(&self, of: &Collocation, p: usize) -> f64 {
+        self.rate(of, p, self.layout.phases[p].nodes() - 1)
+    }
+
     /// The slowest φ̇ of a phase, per s: that near its dead centre.
     pub fn slowest_rate(&self, of: &Collocation, p: usize) -> f64 {
         let nodes = 0..self.layout.phases[p].nodes();
