@@ -276,3 +276,41 @@ fn last_speed(moments: &[Moment], summary: &WalkSummary, phases: usize) -> Optio
     });
     Some((end? - place(before.time)?) / (last.time - before.time))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bipedc_analysis::simulate::phases::{Effort, PhaseChange, Projected};
+
+    /// Two phases, fast and slow in turn; the walk ends with the fast one.
+    #[test]
+    fn a_walk_that_ends_inside_a_step_has_the_speed_of_a_whole_one() {
+        let times = [0.1, 0.4, 0.5, 0.8, 0.9];
+        let speeds = [1.0, 0.2];
+        let place = |time: f64| {
+            let (whole, part) = ((time / 0.4 + 1e-9).floor(), time - 0.4 * (time / 0.4 + 1e-9).floor());
+            whole * (0.1 * speeds[0] + 0.3 * speeds[1])
+                + part.min(0.1) * speeds[0]
+                + (part - 0.1).max(0.0) * speeds[1]
+        };
+        let moment = |k: usize| {
+            let time = k as f64 * 0.01;
+            Moment { time, q: vec![place(time)], effort: Vec::new(), forces: Vec::new() }
+        };
+        let moments: Vec<Moment> = (0..90).map(moment).collect();
+        let change =
+            |time: f64| PhaseChange { time, from: String::new(), to: String::new(), impulse: Vec::new() };
+        let summary = WalkSummary {
+            rows: 0,
+            time: 0.9,
+            steps: 3,
+            end: WalkEnd::Steps,
+            verdict: None,
+            changes: times.map(change).into(),
+            projected: Projected::default(),
+            integration: Effort::default(),
+        };
+        let found = last_speed(&moments, &summary, 2).unwrap();
+        assert!((found - 0.4).abs() < 1e-9, "{found}");
+    }
+}

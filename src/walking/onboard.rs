@@ -33,10 +33,10 @@ impl FootstepWalker {
     /// Functions that cannot be derived, legs that have not six joints, too many joints.
     pub fn new(legs: &Legs) -> Result<Self, Diagnostic> {
         let mut requests: Vec<FunctionRequest> = WHOLE.map(FunctionRequest::of_robot).into();
-        for link in &legs.links {
-            let of =
-                |family: &str| FunctionRequest { family: family.to_owned(), subject: Some(link.clone()) };
-            requests.extend(FRAME.map(of));
+        // One family after the other: emitted code has a module for each.
+        for family in FRAME {
+            let of = |link: &String| FunctionRequest { family: family.to_owned(), subject: Some(link.clone()) };
+            requests.extend(legs.links.iter().map(of));
         }
         let model = ProgramModel::new(legs.robot.compile_only(&requests)?);
         let robot = walking_robot(legs, &model)?;

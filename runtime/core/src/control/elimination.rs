@@ -42,9 +42,13 @@ impl<R: Scalar> Square<'_, R> {
 /// `A x = b` into `b` by Gauss' elimination with row exchanges; A column after column, destroyed. `false`: A is singular, or no
 /// number.
 pub(crate) fn solve<R: Scalar>(matrix: &mut [R], right: &mut [R]) -> bool {
-    let size = right.len();
+    solve_all(matrix, right.len(), right)
+}
+
+/// The same for several right sides of `size` numbers, one after the other.
+pub(crate) fn solve_all<R: Scalar>(matrix: &mut [R], size: usize, rights: &mut [R]) -> bool {
     let mut a = Square { elements: matrix, size };
-    if !equilibrate(&mut a, right) {
+    if !equilibrate(&mut a, rights) {
         return false;
     }
     let least = R::constant(ROUNDINGS * R::EPSILON);
@@ -61,23 +65,27 @@ pub(crate) fn solve<R: Scalar>(matrix: &mut [R], right: &mut [R]) -> bool {
             return false;
         }
         a.exchange_rows(k, pivot);
-        let (first, second) = (get(right, k), get(right, pivot));
-        set(right, k, second);
-        set(right, pivot, first);
-        eliminate_below(&mut a, right, k);
-    }
-    for k in (0..size).rev() {
-        let mut sum = get(right, k);
-        for column in k + 1..size {
-            sum = R::fused(-a.at(k, column), get(right, column), sum);
+        for right in rights.chunks_exact_mut(size) {
+            let (first, second) = (get(right, k), get(right, pivot));
+            set(right, k, second);
+            set(right, pivot, first);
         }
-        set(right, k, sum / a.at(k, k));
+        eliminate_below(&mut a, rights, k);
+    }
+    for right in rights.chunks_exact_mut(size.max(1)) {
+        for k in (0..size).rev() {
+            let mut sum = get(right, k);
+            for column in k + 1..size {
+                sum = R::fused(-a.at(k, column), get(right, column), sum);
+            }
+            set(right, k, sum / a.at(k, k));
+        }
     }
     true
 }
 
 /// Rows get 1 as largest element: outputs may have any units.
-fn equilibrate<R: Scalar>(a: &mut Square<'_, R>, right: &mut [R]) -> bool {
+fn equilibrate<R: Scalar>(a: &mut Square<'_, R>, rights: &mut [R]) -> bool {
     for row in 0..a.size {
         let mut largest = R::constant(0.0);
         for column in 0..a.size {
@@ -92,20 +100,24 @@ fn equilibrate<R: Scalar>(a: &mut Square<'_, R>, right: &mut [R]) -> bool {
             return false;
         }
         a.scale_row(row, factor);
-        set(right, row, get(right, row) * factor);
+        for right in rights.chunks_exact_mut(a.size) {
+            set(right, row, get(right, row) * factor);
+        }
     }
     true
 }
 
-fn eliminate_below<R: Scalar>(a: &mut Square<'_, R>, right: &mut [R], k: usize) {
+fn eliminate_below<R: Scalar>(a: &mut Square<'_, R>, rights: &mut [R], k: usize) {
     for row in k + 1..a.size {
         let factor = a.at(row, k) / a.at(k, k);
         for column in k + 1..a.size {
             let rest = R::fused(-factor, a.at(k, column), a.at(row, column));
             a.set(row, column, rest);
         }
-        let rest = R::fused(-factor, get(right, k), get(right, row));
-        set(right, row, rest);
+        for right in rights.chunks_exact_mut(a.size) {
+            let rest = R::fused(-factor, get(right, k), get(right, row));
+            set(right, row, rest);
+        }
     }
 }
 
@@ -127,6 +139,9 @@ mod tests {
             assert!(!solve(&mut singular, &mut [1.0, 1.0]));
         }
         assert!(solve::<f64>(&mut [], &mut []));
+        let (mut two, mut rights) = ([2.0, 1.0, 0.0, 4.0], [2.0, 5.0, -4.0, 2.0]);
+        assert!(solve_all(&mut two, 2, &mut rights));
+        assert_eq!(rights, [1.0, 1.0, -2.0, 1.0]);
         // Of single precision its own rounding counts.
         assert!(!solve(&mut [1.0f32, 1.0, 1.0, 1.000_01], &mut [1.0, 1.0]));
         assert!(solve(&mut [1.0f64, 1.0, 1.0, 1.000_01], &mut [1.0, 1.0]));

@@ -125,9 +125,11 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
         &self.gains
     }
 
-    /// How fast it shall walk from the next step on.
+    /// How fast it shall walk from the next step on; what is not finite is not heard.
     pub fn walk(&mut self, velocity: Velocity<R>) {
-        self.asked = velocity;
+        if velocity.is_finite() {
+            self.asked = velocity;
+        }
     }
 
     /// The steps, once it was asked.

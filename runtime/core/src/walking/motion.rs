@@ -2,7 +2,7 @@
 use super::robot::{BASE, LEG, MOST_VELOCITIES, Place, WalkingRobot};
 use super::space::{Vector, add, along, cross, scale, subtract, turned, turned_back, zero};
 use crate::control::Refusal;
-use crate::control::elimination::solve;
+use crate::control::elimination::{solve, solve_all};
 use crate::control::slices::{get, set};
 use crate::model::{Argument, Model, State};
 use crate::real::Scalar;
@@ -44,25 +44,27 @@ const STRAIGHT: f64 = 0.15;
 /// Damping of a straight leg, m.
 const DAMPING: f64 = 0.1;
 
-/// Joint accelerations of a leg: J⁻¹ r into r, of a leg that is nearly straight (JᵀJ + λ²)⁻¹ Jᵀ r.
-fn damped<R: Scalar>(columns: &[[R; 6]; LEG], right: &mut [R; 6], bend: R) -> bool {
+/// Joint accelerations of a leg: J⁻¹ r of each six numbers of `rights` into themselves; of a leg that is nearly straight (JᵀJ + λ²)⁻¹ Jᵀ r.
+fn damped<R: Scalar>(columns: &[[R; 6]; LEG], rights: &mut [R], bend: R) -> bool {
     let o = R::constant(0.0);
     let mut matrix = [o; LEG * 6];
     let missing = R::constant(STRAIGHT) - bend;
     if !(missing > o) {
         matrix.iter_mut().zip(columns.iter().flatten()).for_each(|(to, from)| *to = *from);
-        return solve(&mut matrix, right);
+        return solve_all(&mut matrix, LEG, rights);
     }
-    let dot = |a: &[R; 6], b: &[R; 6]| a.iter().zip(b).fold(o, |sum, (a, b)| R::fused(*a, *b, sum));
+    let dot = |a: &[R], b: &[R]| a.iter().zip(b).fold(o, |sum, (a, b)| R::fused(*a, *b, sum));
     let damping = R::constant(DAMPING / STRAIGHT) * missing;
     for (k, (row, a)) in matrix.chunks_exact_mut(LEG).zip(columns).enumerate() {
         for (j, (place, b)) in row.iter_mut().zip(columns).enumerate() {
             *place = dot(a, b) + if j == k { damping * damping } else { o };
         }
     }
-    let wished = *right;
-    right.iter_mut().zip(columns).for_each(|(to, column)| *to = dot(column, &wished));
-    solve(&mut matrix, right)
+    for right in rights.chunks_exact_mut(LEG) {
+        let found = columns.each_ref().map(|column| dot(column, right));
+        right.iter_mut().zip(found).for_each(|(to, from)| *to = from);
+    }
+    solve_all(&mut matrix, LEG, rights)
 }
 
 impl<R: Scalar> Default for Motion<R> {
@@ -144,12 +146,15 @@ impl<R: Scalar> Motion<R> {
                 scale(-one, turned(turn, unit))
             };
             let rights = [(linear, angular), (axis(0), zero()), (axis(1), zero()), (axis(2), zero())];
-            for (column, ([a, b, c], [d, e, f])) in self.columns.iter_mut().zip(rights) {
-                let mut right = [a, b, c, d, e, f];
-                if !damped(&sole.columns, &mut right, bend) {
-                    return Err(Refusal::Because("a leg is stretched or its joints are parallel"));
-                }
-                leg.joints.iter().zip(right).for_each(|(joint, x)| set(column, *joint, x));
+            let mut right = [o; 4 * LEG];
+            for (right, ([a, b, c], [d, e, f])) in right.chunks_exact_mut(LEG).zip(rights) {
+                right.iter_mut().zip([a, b, c, d, e, f]).for_each(|(to, from)| *to = from);
+            }
+            if !damped(&sole.columns, &mut right, bend) {
+                return Err(Refusal::Because("a leg is stretched or its joints are parallel"));
+            }
+            for (column, found) in self.columns.iter_mut().zip(right.chunks_exact(LEG)) {
+                leg.joints.iter().zip(found).for_each(|(joint, x)| set(column, *joint, *x));
             }
         }
         Ok(())

@@ -62,6 +62,11 @@ impl<R: Scalar> Velocity<R> {
         *self == Self::zero()
     }
 
+    /// Neither infinite nor NaN.
+    pub fn is_finite(&self) -> bool {
+        self.forward.is_finite() && self.left.is_finite() && self.turning.is_finite()
+    }
+
     /// Goes toward another one by at most `most` m/s and rad/s each.
     fn toward(self, goal: Self, most: R) -> Self {
         let go = |from: R, to: R| from + -(-(to - from).larger(-most)).larger(-most);

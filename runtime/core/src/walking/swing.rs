@@ -71,6 +71,6 @@ mod tests {
     fn it_goes_on_at_a_rate() {
         let mut x = Moving::resting(0.0);
         (0..300).for_each(|_| x.at_rate(-0.1, 1e-3));
-        assert!((x.rate + 0.1).abs() < 1e-6, "{x:?}");
+        assert!((x.rate + 0.1_f64).abs() < 1e-6, "{x:?}");
     }
 }
