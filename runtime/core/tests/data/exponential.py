@@ -1,6 +1,6 @@
-"""Writes exponential.csv: bits of x, and of e^x and tanh x as a double and the remainder that makes it exact.
+"""Writes exponential.csv.gz: bits of x, and of e^x and tanh x as a double and the remainder that makes it exact.
 
-Needs mpmath: python3 exponential.py > exponential.csv
+Needs mpmath: python3 exponential.py | gzip -9n > exponential.csv.gz
 """
 import random
 import struct

@@ -1,6 +1,6 @@
-"""Writes sin_cos.csv: arguments and their sines and cosines as bit patterns, rounded from 60 more digits.
+"""Writes sin_cos.csv.gz: arguments and their sines and cosines as bit patterns, rounded from 60 more digits.
 
-Run with mpmath installed: python3 sin_cos.py > sin_cos.csv
+Run with mpmath installed: python3 sin_cos.py | gzip -9n > sin_cos.csv.gz
 """
 import random
 import struct

@@ -3,3 +3,10 @@
 mod exponential;
 mod lanes;
 mod sin_cos;
+
+/// Lines of a packed table.
+fn unpacked(table: &[u8]) -> Vec<String> {
+    std::io::BufRead::lines(std::io::BufReader::new(flate2::read::GzDecoder::new(table)))
+        .map(|line| line.unwrap())
+        .collect()
+}

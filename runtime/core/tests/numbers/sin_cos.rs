@@ -1,6 +1,7 @@
 //! Error bounds of sine and cosine over the whole range, against a table computed with mpmath
 //! (`data/sin_cos.py`) and against the standard library.
 
+use super::unpacked;
 use bipedc_runtime::Real;
 use bipedc_runtime::math::{
     COMMON_RANGE_F32, COMMON_RANGE_F64, ERROR_BOUND_F32, ERROR_BOUND_F64, ERROR_BOUND_ULP, sin_cos,
@@ -18,7 +19,7 @@ impl Exact {
 
 /// Argument, sine and cosine.
 fn table() -> impl Iterator<Item = (f64, Exact, Exact)> {
-    include_str!("../data/sin_cos.csv").lines().map(|line| {
+    unpacked(include_bytes!("../data/sin_cos.csv.gz")).into_iter().map(|line| {
         let mut fields = line.split(',').map(|field| f64::from_bits(u64::from_str_radix(field, 16).unwrap()));
         let mut next = || fields.next().unwrap();
         (next(), Exact(next(), next()), Exact(next(), next()))
