@@ -28,11 +28,12 @@ const ANALYSIS: [&[&str]; 6] = [
     &["report"],
 ];
 /// The same of the root package: its library, then the command on top of it.
-const ROOT: [&[&str]; 8] = [
+const ROOT: [&[&str]; 9] = [
     &["crate_paths", "export", "kinds", "progress", "robot", "table"],
     &["amendment", "film", "gait", "inventory", "measurements"],
-    &["report", "simulation"],
-    &["comparison", "diagnosis", "identification", "walking"],
+    &["report", "walking"],
+    &["simulation"],
+    &["comparison", "diagnosis", "identification"],
     &["excitation"],
     &["workbench"],
     &["terminal"],

@@ -35,7 +35,8 @@ impl FootstepWalker {
         let mut requests: Vec<FunctionRequest> = WHOLE.map(FunctionRequest::of_robot).into();
         // One family after the other: emitted code has a module for each.
         for family in FRAME {
-            let of = |link: &String| FunctionRequest { family: family.to_owned(), subject: Some(link.clone()) };
+            let of =
+                |link: &String| FunctionRequest { family: family.to_owned(), subject: Some(link.clone()) };
             requests.extend(legs.links.iter().map(of));
         }
         let model = ProgramModel::new(legs.robot.compile_only(&requests)?);

@@ -2,10 +2,10 @@
 use super::Plan;
 use super::check::Quantity;
 use crate::film::Recorder;
-use crate::simulation::filmed_model;
 use bipedc_analysis::report::{Curve, Fact, Film, FilmPart, Form, Picture, Plot};
-use bipedc_analysis::simulate::{Mechanics, Sample};
+use bipedc_analysis::simulate::{FUNCTIONS, Mechanics, Sample};
 use bipedc_analysis::walking::{Point, Settings, corner_forces, margin};
+use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Thickness of a footprint, m.
@@ -17,7 +17,10 @@ impl Plan {
     /// # Errors
     /// Functions that cannot be derived.
     pub fn film(&self) -> Result<Film, Diagnostic> {
-        let model = filmed_model(&self.legs.robot, &[])?;
+        let shown = ["kinetic_energy", "potential_energy", "center_of_mass"];
+        let requests: Vec<FunctionRequest> =
+            FUNCTIONS.iter().chain(&shown).map(|family| FunctionRequest::of_robot(*family)).collect();
+        let model = ProgramModel::new(self.legs.robot.compile_only(&requests)?);
         let mechanics = Mechanics::new(&model, self.legs.tree.base)?;
         let mut recorder = Recorder::new(&self.legs.robot, mechanics, self.duration(), self.rows.len())?;
         for index in 0..self.rows.len() {

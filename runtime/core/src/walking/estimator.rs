@@ -162,11 +162,14 @@ impl<R: Scalar> Estimator<R> {
     fn begin(&mut self, believed: &Believed<R>, soles: &[Option<Seen<R>>; 2]) {
         let loads = believed.load.map(|load| load.unwrap_or(R::constant(0.0)));
         let pressed = |foot: usize| get(&loads, foot) >= get(&self.settings.loads, 1);
-        // Before anything was measured a robot stands on both.
+        // Before any load was measured a robot stands on both; how they lie is not believed then.
         let none = !pressed(0) && !pressed(1);
-        let stands = |foot: usize| none || pressed(foot);
-        let standing = || (0..2).filter(|foot| stands(*foot)).filter_map(|foot| soles.get(foot)?.as_ref());
-        let up = standing().fold(zero(), |sum, sole| add(sum, transpose(sole.turn)[2]));
+        let those = |believed: [bool; 2]| {
+            let both = believed.into_iter().enumerate().filter(|(_, stands)| *stands);
+            both.filter_map(|(foot, _)| soles.get(foot)?.as_ref())
+        };
+        let standing = || those([none || pressed(0), none || pressed(1)]);
+        let up = those([pressed(0), pressed(1)]).fold(zero(), |sum, sole| add(sum, transpose(sole.turn)[2]));
         let up = match believed.specific_force {
             _ if length(up) > R::constant(0.5) => up,
             Some(force) if length(force) > R::constant(0.5) => force,
