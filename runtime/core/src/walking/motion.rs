@@ -6,6 +6,7 @@ use crate::control::elimination::{solve, solve_all};
 use crate::control::slices::{get, set};
 use crate::model::{Argument, Model, State};
 use crate::real::Scalar;
+use core::cmp::Ordering;
 
 /// What shall happen in the next instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +50,8 @@ fn damped<R: Scalar>(columns: &[[R; 6]; LEG], rights: &mut [R], bend: R) -> bool
     let o = R::constant(0.0);
     let mut matrix = [o; LEG * 6];
     let missing = R::constant(STRAIGHT) - bend;
-    if !(missing > o) {
+    // NaN neither.
+    if missing.partial_cmp(&o) != Some(Ordering::Greater) {
         matrix.iter_mut().zip(columns.iter().flatten()).for_each(|(to, from)| *to = *from);
         return solve_all(&mut matrix, LEG, rights);
     }
