@@ -2,6 +2,7 @@
 mod by_itself;
 mod estimated;
 mod followed;
+mod on_board;
 mod oracle;
 mod page;
 mod refused;

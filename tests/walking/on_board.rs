@@ -1,0 +1,68 @@
+//! The crate of a controller: whole, checked, the same in Rust and in C.
+use crate::cli::{bipedc, scratch, text};
+use std::path::Path;
+use std::process::Command;
+
+/// What `generate --controller` writes is what `--check` wants; nobody's numbers are missing.
+#[test]
+fn the_crate_of_a_controller_is_whole() {
+    let folder = scratch("walking-controller").join("tulip_controller");
+    let asked = ["generate", "robots/tulip", "--controller", "--out", text(&folder)];
+    bipedc(&asked).ok();
+    bipedc(&[&asked[..], &["--check"]].concat()).ok();
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let (controller, header) = (read("src/walking.rs"), read("c/include/tulip_controller.h"));
+    assert!(controller.contains("pub const JOINTS: usize = 12;") && header.contains("_JOINTS 12"));
+    for name in
+        ["src/walking.rs", "c/include/tulip_controller.h", "c/src/lib.rs", "c/example.c", "c/CMakeLists.txt"]
+    {
+        let file = read(name);
+        assert!(file.contains("@generated"), "{name}");
+        let left = ["@CRATE@", "@ROBOT@", "@JOINTS@", "@TYPE@", "@GUARD@", "@NAMES@", "@GAINS@", " inf"];
+        assert!(left.iter().all(|mark| !file.contains(mark)), "{name}");
+    }
+    // A robot without two flat feet has no such controller.
+    let refused =
+        bipedc(&["generate", "robots/five_link", "--controller", "--out", text(&folder.join("none"))]);
+    assert!(refused.code == Some(1) && refused.err.contains("floating base"), "{}", refused.err);
+}
+
+fn printed(command: &mut Command) -> String {
+    let run = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    assert!(run.status.success(), "{command:?}: {}", String::from_utf8_lossy(&run.stderr));
+    String::from_utf8(run.stdout).unwrap()
+}
+
+#[test]
+#[ignore = "builds crates; needs a C compiler"]
+fn rust_and_c_print_the_same_torques() {
+    let folder = scratch("walking-replayed");
+    let [made, scenario, log, example] =
+        ["tulip_controller", "walk.toml", "log.csv", "example"].map(|name| folder.join(name));
+    bipedc(&["generate", "robots/tulip", "--controller", "--out", text(&made)]).ok();
+    let walk = std::fs::read_to_string("robots/tulip/scenarios/walk.toml").unwrap();
+    let walk =
+        walk.replace("duration = 16.0", "duration = 3.0").replace("log_step = 0.005", "log_step = 0.001");
+    std::fs::write(&scenario, walk).unwrap();
+    bipedc(&["simulate", "robots/tulip", "--scenario", text(&scenario), "--out", text(&log)]).ok();
+    let cargo = |at: &Path| {
+        let mut command = Command::new(env!("CARGO"));
+        command.current_dir(at).env("CARGO_TARGET_DIR", folder.join("target"));
+        command
+    };
+    let of_rust =
+        printed(cargo(&made).args(["run", "--quiet", "--release", "--example", "replay", "--", text(&log)]));
+    printed(cargo(&made.join("c")).args(["build", "--quiet", "--release"]));
+    let library = folder.join("target/release/libtulip_controller_c.a");
+    let c = made.join("c");
+    let (source, include) = (c.join("example.c"), c.join("include"));
+    printed(Command::new("cc").args(["-O2", "-I", text(&include), text(&source), text(&library)]).args([
+        "-lm",
+        "-lpthread",
+        "-ldl",
+        "-o",
+        text(&example),
+    ]));
+    let of_c = printed(Command::new(&example).arg(&log));
+    assert!(of_rust.lines().count() == 3000 && of_rust == of_c);
+}
