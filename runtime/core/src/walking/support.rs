@@ -15,6 +15,23 @@ pub struct Support<R> {
     count: usize,
 }
 
+/// By x, then y. The library's sort may panic where numbers have no order.
+fn sort<R: Scalar>(points: &mut [Point<R>]) {
+    for end in 1..points.len() {
+        for k in (1..=end).rev() {
+            let Some([before, here]) =
+                points.get_mut(k - 1..=k).and_then(|pair| <&mut [_; 2]>::try_from(pair).ok())
+            else {
+                return;
+            };
+            if *before <= *here {
+                break;
+            }
+            core::mem::swap(before, here);
+        }
+    }
+}
+
 /// > 0: c is to the left of the line from a to b.
 fn left<R: Scalar>([ax, ay]: Point<R>, [bx, by]: Point<R>, [cx, cy]: Point<R>) -> R {
     (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
@@ -49,7 +66,7 @@ impl<R: Scalar> Support<R> {
     /// By Andrew's monotone chain.
     fn hull(mut self) -> Self {
         let points = self.corners.get_mut(..self.count).unwrap_or(&mut []);
-        points.sort_unstable_by(|a, b| a.partial_cmp(b).unwrap_or(core::cmp::Ordering::Equal));
+        sort(points);
         let mut chain = [[R::constant(0.0); 2]; 2 * MOST];
         let mut count = 0;
         let mut extend = |points: &mut dyn Iterator<Item = Point<R>>| {
