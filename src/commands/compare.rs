@@ -32,7 +32,7 @@ ratio times torque constant times current, of which rotor inertia and friction o
 Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with \
 the smallest error among 10, 16, 25, 40, 60 and 90 Hz is taken.
 Logs with the motion of the base and forces at the feet are compared in the rows that no actuator drives, and in the \
-joints' efforts under these forces if they are logged; everything passes the same filter (5 Hz unless --cutoff says \
+joints' efforts under these forces if they are logged; everything passes the same filter (5 Hz, or more for fast motions, unless --cutoff says \
 otherwise). Tables of postures (centre of pressure) and of impacts (velocities just after) are compared row by row.
 The effects of the description are part of the prediction.
 --free-run S also integrates the model ahead for S seconds at a time, from measured states and under the logged efforts, and \

@@ -132,11 +132,13 @@ fn answer(
         let loaded = measured.load(log, reading, foot)?;
         Ok(selected(loaded, &options.channels).map_err(|e| e.in_file(log.path()))?)
     };
-    let train = load(&request.log, &reading)?;
+    let mut train = load(&request.log, &reading)?;
     let judging = measure::Options { from_s: None, to_s: None, ..reading.clone() };
-    let judge = request.validate.as_ref().map(|log| load(log, &judging)).transpose()?;
-    if let (Some(judge), Some(log)) = (&judge, &request.validate) {
-        alike(&train, judge, log.path())?;
+    let mut judge = request.validate.as_ref().map(|log| load(log, &judging)).transpose()?;
+    if let (Some(alone), Some(log)) = (judge.take(), &request.validate) {
+        let both;
+        (train, both) = alike(train, alone, log.path())?;
+        judge = Some(both);
     }
     let warnings = checked(&measured, request, &reading, (&train, judge.as_ref()))?;
     let judging_experiment = judge.as_ref().map(|judge| &*judge.experiment);
@@ -146,6 +148,7 @@ fn answer(
     answer.assumptions = train.assumptions.iter().cloned().chain(sticking(&*train.experiment)).collect();
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
+    answer.summary = summary(&answer);
     if options.reading.cutoff_hz.is_none() {
         best_filter(&measured, request, &reading, &mut answer)?;
     }
@@ -251,31 +254,36 @@ fn unsupported(
     Ok(messages.into_iter().map(warning).collect())
 }
 
-/// Both files must show the same rows.
-fn alike(train: &Loaded<'_>, judge: &Loaded<'_>, file: &Path) -> Result<(), Diagnostic> {
+/// Both files show the same rows: those that one of them alone shows are left out.
+fn alike<'m>(
+    mut train: Loaded<'m>,
+    mut judge: Loaded<'m>,
+    file: &Path,
+) -> Result<(Loaded<'m>, Loaded<'m>), Diagnostic> {
+    if train.source.hash == judge.source.hash {
+        let message = "the validation log is the training log: it cannot judge what was fitted to it";
+        return Err(Diagnostic::error(message)
+            .help("record another motion, or leave --validate out: then blocks of the log judge")
+            .in_file(file));
+    }
     let names = |loaded: &Loaded<'_>| -> Vec<String> {
         loaded.experiment.rows().iter().map(|row| row.name.clone()).collect()
     };
-    let (a, b) = (names(train), names(judge));
-    let problem = if train.source.hash == judge.source.hash {
-        Diagnostic::error("the validation log is the training log: it cannot judge what was fitted to it")
-            .help("record another motion, or leave --validate out: then blocks of the log judge")
-    } else if a != b {
-        let differ: Vec<&str> = a
-            .iter()
-            .filter(|n| !b.contains(n))
-            .chain(b.iter().filter(|n| !a.contains(n)))
-            .map(String::as_str)
-            .collect();
-        Diagnostic::error(format!(
-            "the validation log measures other things than the training log: {}",
-            differ.join(", ")
-        ))
-        .help("use logs with the same columns")
-    } else {
-        return Ok(());
-    };
-    Err(problem.in_file(file))
+    let (a, b) = (names(&train), names(&judge));
+    let (both, mut single): (Vec<String>, Vec<String>) = a.iter().cloned().partition(|name| b.contains(name));
+    single.extend(b.iter().filter(|name| !a.contains(name)).cloned());
+    if single.is_empty() {
+        return Ok((train, judge));
+    }
+    if both.is_empty() {
+        let message =
+            format!("the validation log measures nothing that the training log does: {}", single.join(", "));
+        return Err(Diagnostic::error(message).help("use logs with the same columns").in_file(file));
+    }
+    train.assumptions.push(format!("left out, because one log alone shows them: {}", single.join(", ")));
+    train.experiment = Box::new(Selected::named(train.experiment, &both));
+    judge.experiment = Box::new(Selected::named(judge.experiment, &both));
+    Ok((train, judge))
 }
 
 /// Errors at the cut-off that fits the judging log best once everything is in: the one that a comparison of that log with the

@@ -9,7 +9,7 @@ use bipedc_analysis::compare::compare_file;
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, WalkingExperiment};
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
-use bipedc_analysis::experiments::{Experiment, MotionExperiment};
+use bipedc_analysis::experiments::{Channel, Experiment, MotionExperiment};
 use bipedc_analysis::measure::{DataSource, Options, Recording};
 use bipedc_analysis::robot::inertial_parameters;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
@@ -24,8 +24,10 @@ use bipedc_runtime::{Argument, Model, State};
 
 /// Most samples of a log that a diagnosis works on; longer logs are thinned after filtering.
 pub(crate) const SAMPLES: usize = 10_000;
-/// Cut-off of logs with foot forces unless one is given, Hz.
+/// Cut-off of logs with foot forces unless one is given or a higher one fits better, Hz.
 const CONTACT_CUTOFF_HZ: f64 = 5.0;
+/// The highest that is chosen, Hz.
+const HIGHEST_CONTACT_CUTOFF_HZ: f64 = 40.0;
 
 /// A robot ready to be held against measurements: the rigid model on a base that can be turned.
 pub struct Measured {
@@ -174,7 +176,7 @@ impl Measured {
     pub fn cutoff(&mut self, log: &Log, options: &Options) -> Result<f64, Diagnostics> {
         match (options.cutoff_hz, self.content(log)) {
             (Some(cutoff), _) => Ok(cutoff),
-            (None, Content::Contacts) => Ok(CONTACT_CUTOFF_HZ),
+            (None, Content::Contacts) => self.contact_cutoff(log, options),
             (None, Content::Postures | Content::Impacts) => Ok(0.0),
             (None, Content::Efforts) => {
                 let (torques, layout) = (&mut self.torques, &self.layout);
@@ -182,6 +184,26 @@ impl Measured {
                 Ok(comparison.quietest_cutoff())
             }
         }
+    }
+
+    /// The cut-off at which the rows of the base fit best, Hz: doubled as long as their errors fall. Slow motions are behind a low
+    /// one, where noise is least; the limbs of a fast walk are not.
+    fn contact_cutoff(&self, log: &Log, options: &Options) -> Result<f64, Diagnostics> {
+        let error = |cutoff: f64| -> Result<f64, Diagnostics> {
+            let options = Options { cutoff_hz: Some(cutoff), ..options.clone() };
+            Ok(bias(&ContactExperiment::read(self.robot(), log, &options)?))
+        };
+        let mut best = CONTACT_CUTOFF_HZ;
+        let mut least = error(best)?;
+        while best < HIGHEST_CONTACT_CUTOFF_HZ {
+            // Too high for the log's rate.
+            let Ok(next) = error(2.0 * best) else { break };
+            if next >= least {
+                break;
+            }
+            (best, least) = (2.0 * best, next);
+        }
+        Ok(best)
     }
 
     /// A log with forces at the feet, with the joints' efforts if they are wanted and logged.
@@ -252,4 +274,21 @@ fn requests(robot: &Described) -> Vec<FunctionRequest> {
         }
     }
     requests
+}
+
+/// Logarithm of the mean errors of the base's rows. Fits suffer from what is wrong in all samples alike; noise averages out, so
+/// that only a part of it counts.
+fn bias(experiment: &ContactExperiment<'_>) -> f64 {
+    const NOISE: f64 = 0.25;
+    let rows = experiment.rows();
+    let base =
+        |row: &usize| matches!(rows[*row].channel, Channel::BaseForce | Channel::BaseMoment | Channel::Cop);
+    let of_row = |row: usize| {
+        let residual = experiment.residual(row);
+        let square = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
+        let noise = rows[row].noise.powi(2);
+        ((square - noise).max(0.0) + NOISE * noise).max(f64::MIN_POSITIVE).ln()
+    };
+    let logarithms: Vec<f64> = (0..rows.len()).filter(base).map(of_row).collect();
+    logarithms.iter().sum::<f64>() / logarithms.len().max(1) as f64
 }

@@ -270,7 +270,7 @@ fn described(of: &Collocation, optimum: &Optimum, speed: f64) -> OptimisedGait {
     };
     OptimisedGait {
         speed,
-        feasible: optimum.violations.iter().all(|(_, by)| by.abs() < FEASIBLE)
+        feasible: optimum.violations.is_empty()
             && matches!(optimum.ending, Ending::Minimum | Ending::Feasible),
         minimum: optimum.ending == Ending::Minimum,
         iterations: optimum.iterations,
@@ -279,7 +279,7 @@ fn described(of: &Collocation, optimum: &Optimum, speed: f64) -> OptimisedGait {
         durations: optimum.durations(),
         step_length: optimum.step_length(),
         margins: optimum.margins(of),
-        violations: optimum.violations.iter().filter(|(_, by)| by.abs() >= FEASIBLE).map(violated).collect(),
+        violations: optimum.violations.iter().map(violated).collect(),
         rounds: 1,
         closed_loop: None,
         lacking: Vec::new(),
@@ -287,8 +287,6 @@ fn described(of: &Collocation, optimum: &Optimum, speed: f64) -> OptimisedGait {
     }
 }
 
-/// Violations that are rounding, in the unit of each constraint.
-const FEASIBLE: f64 = 1e-5;
 /// As many violated constraints as are told.
 const TOLD: usize = 12;
 

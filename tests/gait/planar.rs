@@ -52,11 +52,33 @@ fn a_robot_with_feet_and_names_without_sides_has_four_phases() {
     let counts: Vec<usize> =
         form.split("[[phase]]").skip(1).map(|phase| phase.matches("[[phase.output]]").count()).collect();
     assert_eq!(counts, [6, 7, 5, 4], "{form}");
+    let knees = folder.join("gaits/knees.toml");
+    bipedc(&["gait", "new", text(&folder), "--knees", "--out", text(&knees), "--force"]).ok();
+    let form = read(&knees);
+    // On two feet the knees, which straight legs leave as they are, not the height of the base, which straight legs do not follow.
+    let of_phase = |name: &str| {
+        let phase = form.split("[[phase]]").find(|phase| phase.contains(&format!("name = \"{name}\"")));
+        let outputs = phase.unwrap().split("[[phase.output]]").skip(1);
+        let controlled = |output: &str| {
+            output.split("controlled = \"").nth(1).unwrap().split('"').next().unwrap().to_owned()
+        };
+        outputs.map(controlled).collect::<Vec<_>>()
+    };
+    let pitch = "base_pitch + leg1_j1 + leg1_j2 + leg1_j3";
+    assert_eq!(of_phase("touch_down").len(), 5);
+    assert!(of_phase("touch_down").contains(&pitch.to_owned()), "{form}");
+    for phase in ["touch_down", "push_off"] {
+        for joint in ["base_pitch", "leg1_j2", "leg2_j2"] {
+            assert!(of_phase(phase).contains(&joint.to_owned()), "{phase} {joint} {form}");
+        }
+    }
 }
 
 /// As a new user would go on; twenty steps with all assumptions checked.
-fn walks(name: &str, speed: &str) {
+fn walks(name: &str, speed: &str, form: &[&str]) {
     let folder = begun(name);
+    let out = folder.join("gaits").join("form.toml");
+    bipedc(&[&["gait", "new", text(&folder), "--out", text(&out), "--force"], form].concat()).ok();
     let gait = folder.join("gaits").join("walk.toml");
     let asked = [
         "gait",
@@ -92,11 +114,18 @@ fn walks(name: &str, speed: &str) {
 #[test]
 #[ignore = "takes long"]
 fn a_robot_on_points_walks_from_its_urdf() {
-    walks("bird", "0.6");
+    walks("bird", "0.6", &[]);
+}
+
+/// 2 kg and 0.3 m from the hips to the ground, in four phases.
+#[test]
+#[ignore = "takes long"]
+fn a_small_robot_with_feet_walks_from_its_urdf() {
+    walks("mouse", "0.34", &[]);
 }
 
 #[test]
 #[ignore = "takes long"]
 fn a_robot_of_nine_joints_with_feet_walks_from_its_urdf() {
-    walks("human", "0.9");
+    walks("human", "0.6", &["--knees"]);
 }

@@ -2,6 +2,7 @@
 //! simulated motors; through the command line.
 use crate::loops::cli::{bipedc, scratch, text};
 use serde_json::Value;
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -54,10 +55,16 @@ pub(super) struct Hidden {
 
 impl Hidden {
     pub fn simulated(name: &str, effects: &str) -> Self {
+        Self::moved(name, effects, [TRAIN, JUDGE], "1.57")
+    }
+
+    /// The same with other motions, of a robot whose hips turn so far (rad).
+    fn moved(name: &str, effects: &str, [train, judge]: [&str; 2], reach: &str) -> Self {
         let robot = scratch(&format!("simulated_{name}"));
-        for file in ["robot.urdf", "biped.toml"] {
-            std::fs::copy(Path::new("robots/five_link").join(file), robot.join(file)).unwrap();
-        }
+        let shipped = Path::new("robots/five_link");
+        std::fs::copy(shipped.join("biped.toml"), robot.join("biped.toml")).unwrap();
+        let urdf = std::fs::read_to_string(shipped.join("robot.urdf")).unwrap();
+        std::fs::write(robot.join("robot.urdf"), urdf.replace("1.57", reach)).unwrap();
         let run = |name: &str, duration: f64, seed: u64, motion: &str| {
             let (scenario, log) = (robot.join(format!("{name}.toml")), robot.join(format!("{name}.csv")));
             let all = format!("duration = {duration:.1}\nseed = {seed}\n{ALL}{motion}{effects}");
@@ -66,7 +73,7 @@ impl Hidden {
             bipedc(&[&words[..], &["--out", text(&log)]].concat()).ok();
             log
         };
-        let (train, judge) = (run("train", 8.0, 3, TRAIN), run("judge", 6.0, 4, JUDGE));
+        let (train, judge) = (run("train", 8.0, 3, train), run("judge", 6.0, 4, judge));
         Self { robot, train, judge }
     }
 
@@ -157,6 +164,58 @@ fn a_kind_of_the_library_goes_through_all_tools() {
     bipedc(&["generate", text(&hidden.robot), "--out", text(&out)]).ok();
     let code = std::fs::read_to_string(out.join("src/inverse_dynamics.rs")).unwrap();
     assert!(code.contains("Contains the effects: Quadratic drag at left_knee_pitch"), "the code says it");
+}
+
+/// The effort of a joint as it will be so many rows later: the true torque is late.
+fn hasten(log: &Path, joint: &str, rows: usize) {
+    let told = std::fs::read_to_string(log).unwrap();
+    let mut lines: Vec<Vec<&str>> = told.lines().map(|line| line.split(',').collect()).collect();
+    let header = lines.iter().position(|cells| cells[0] == "time").unwrap();
+    let column = lines[header].iter().position(|name| *name == format!("{joint}/effort")).unwrap();
+    for row in header + 1..lines.len() - rows {
+        lines[row][column] = lines[row + rows][column];
+    }
+    lines.truncate(lines.len() - rows);
+    let lines: Vec<String> = lines.iter().map(|cells| cells.join(",")).collect();
+    std::fs::write(log, lines.join("\n") + "\n").unwrap();
+}
+
+/// Of a leg that points upwards weight grows against the way, so that a delay takes back what friction adds: together they leave a
+/// smaller error than the delay alone, and neither removes anything by itself.
+#[test]
+fn friction_and_a_delay_that_hide_one_another() {
+    let upwards = |legs: &str, phase: f64| {
+        format!(
+            "{legs}left_hip_pitch = {{ position = 3.0, sines = [[0.3, 0.45, {phase}], [0.1, 0.7, {}]] }}\n",
+            -phase
+        )
+    };
+    let without = |motion: &str| -> String {
+        let others = motion.lines().filter(|line| !line.starts_with("left"));
+        others.map(|line| format!("{line}\n")).collect()
+    };
+    let calm = "left_knee_pitch = { position = 0.2, sines = [[0.1, 0.55, 1.5708], [0.05, 0.8, -1.5708]] }\n";
+    let [train, judge] =
+        [(TRAIN, -FRAC_PI_2), (JUDGE, FRAC_PI_2)].map(|(motion, phase)| upwards(&(without(motion) + calm), phase));
+    let place = "joint = \"left_hip_pitch\"";
+    for torque in [0.3, 0.5] {
+        let hidden = Hidden::moved(
+            &format!("hidden_delay_{torque}"),
+            &effect("coulomb_friction", place, &format!("torque = {torque}")),
+            [&train, &judge],
+            "6.2",
+        );
+        // 16 ms.
+        hasten(&hidden.train, "left_hip_pitch", 4);
+        hasten(&hidden.judge, "left_hip_pitch", 4);
+        let (found, before, after) = hidden.amended(&[]);
+        assert_eq!(found.len(), 2, "{found:?}");
+        near(value(&found, "coulomb_friction", "torque"), torque, 0.02);
+        near(value(&found, "actuator_delay", "delay"), 0.016, 0.01);
+        assert!(after < 0.25 * before, "{before} {after}");
+        let again = hidden.diagnosed(&[]);
+        assert_eq!(again["steps"].as_array().unwrap().len(), 0, "{again}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! TUlip with Coulomb friction in its left knee: the example log against the model, and a diagnosis written by hand.
 use bipedc::report::drawing::drawing;
-use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, FoundEffect, Rejected, Step, Unexplained};
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, FoundEffect, Rejected, Seen, Step, Unexplained};
 use bipedc_analysis::experiments::Channel;
 use bipedc_analysis::log::{Mapping, Reader, Table};
 use bipedc_analysis::measure::DataSource;
@@ -163,6 +163,7 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
         unexplained: true,
         suspects: vec!["right_ankle_roll".to_owned()],
         unexplained_parts: vec![Unexplained {
+            seen: Seen::Motion,
             joint: "right_ankle_roll".to_owned(),
             share: 0.062,
             signals: vec!["position".to_owned(), "load".to_owned()],

@@ -1,4 +1,5 @@
 //! Robots simulated in process: what the log says of effects, motors and sensors.
+mod carried;
 mod effects;
 mod sensors;
 

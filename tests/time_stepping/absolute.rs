@@ -78,7 +78,8 @@ fn absolute_coordinates_give_the_same_motion() {
         ("five-link landing", "robots/five_link", hard, 0.01, 0.8),
     ] {
         let found = apart(folder, ground, clearance, &steps, 0.16);
-        let order = f64::log2(found[0] / found[3]) / 3.0;
+        // Where in a step an impact falls is chance: of two neighbouring steps the larger error counts.
+        let order = f64::log2(found[0].max(found[1]) / found[2].max(found[3])) / 2.0;
         println!("{name}: {found:?} m apart at steps {steps:?} s, order {order:.2}");
         assert!(order > least && found[3] < 1e-3, "{name}: {found:?}");
     }

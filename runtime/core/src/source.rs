@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 48] = [
+const FILES: [(&str, &str); 50] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -31,11 +31,13 @@ const FILES: [(&str, &str); 48] = [
     ("src/math/scalar.rs", include_str!("math/scalar.rs")),
     ("src/model.rs", include_str!("model.rs")),
     ("src/real.rs", include_str!("real.rs")),
+    ("src/walking/adjustment.rs", include_str!("walking/adjustment.rs")),
     ("src/walking/controller.rs", include_str!("walking/controller.rs")),
     ("src/walking/divergent.rs", include_str!("walking/divergent.rs")),
     ("src/walking/error_state.rs", include_str!("walking/error_state.rs")),
     ("src/walking/estimator.rs", include_str!("walking/estimator.rs")),
     ("src/walking/estimator_feet.rs", include_str!("walking/estimator_feet.rs")),
+    ("src/walking/gains.rs", include_str!("walking/gains.rs")),
     ("src/walking/ground_foot.rs", include_str!("walking/ground_foot.rs")),
     ("src/walking/ground_forces.rs", include_str!("walking/ground_forces.rs")),
     ("src/walking/ground_program.rs", include_str!("walking/ground_program.rs")),

@@ -2,7 +2,7 @@
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc_compiler::description::gait::gait_form;
+use bipedc_compiler::description::gait::{DoubleSupport, gait_form};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::write_with_folders;
 use clap::Args;
@@ -27,6 +27,9 @@ pub struct New {
     /// The gait file to write; gaits/NAME.toml beside the description is found by its name
     #[arg(long, value_name = "NEW.toml")]
     out: PathBuf,
+    /// On two feet control the knees instead of the base's height and the feet: for robots whose legs get straight, where optimise says that a phase has no posture
+    #[arg(long)]
+    knees: bool,
     /// Replace a file that is there
     #[arg(long)]
     force: bool,
@@ -41,7 +44,8 @@ impl New {
             let error = Diagnostic::error("the gait exists already").in_file(&self.out);
             return Err(error.help("--force replaces it").into());
         }
-        let text = gait_form(&bench.robot().description)?;
+        let double = if self.knees { DoubleSupport::Knees } else { DoubleSupport::Height };
+        let text = gait_form(&bench.robot().description, double)?;
         write_with_folders(&self.out, &text)?;
         output::print(&format!(
             "wrote {0}\nnext: bipedc gait optimise {1} --gait {0} --speed V --out NEW.toml (V in m/s)\n",

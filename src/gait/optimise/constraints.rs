@@ -1,6 +1,7 @@
 //! The rows of the program: which quantity has to lie where, with the names that a failure is told by.
 use super::demands::Demands;
 use super::layout::Layout;
+use super::similarity::{Measure, Similarity};
 use bipedc_compiler::compile::{Collocation, CollocationChange, CollocationPhase, NodeRow};
 use bipedc_runtime::control::StandingFoot;
 
@@ -8,6 +9,8 @@ use bipedc_runtime::control::StandingFoot;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rows {
     pub limits: Vec<[f64; 2]>,
+    /// What of each row is as much as 1 is of a robot of 20 kg and 0.7 m.
+    pub scale: Vec<f64>,
     pub names: Vec<RowName>,
     /// By phase, node and row of the node's function: the row of the program.
     pub nodes: Vec<Vec<Vec<Option<usize>>>>,
@@ -52,6 +55,9 @@ pub(super) struct Builder<'a> {
     pub parts: &'a [f64],
     /// Height of the base at ease, m.
     pub height: f64,
+    /// Size of the robot.
+    pub similar: Similarity,
+    pub coordinates: &'a [Measure],
 }
 
 impl Builder<'_> {
@@ -68,11 +74,9 @@ impl Builder<'_> {
             self.change(&mut rows, phase);
             let [first, last] = self.layout.phases[phase].ends();
             if self.outputs {
-                rows.sum(
-                    ("φ does not grow", phase, None),
-                    [0.02, f64::INFINITY],
-                    vec![(last, 1.0), (first, -1.0)],
-                );
+                let unit = self.similar.position(self.variable(phase));
+                let growth = vec![(last, 1.0), (first, -1.0)];
+                rows.sum(("φ does not grow", phase, None), unit, ([0.02 * unit, f64::INFINITY], growth));
             }
         }
         self.speed(&mut rows);
@@ -85,11 +89,33 @@ impl Builder<'_> {
         for &(kind, first, count) in &of.rows {
             for k in 0..count {
                 if let Some((limits, what)) = self.asked(kind, k, phase, node) {
-                    places[first + k] = Some(rows.add((&what, phase, Some(node)), limits));
+                    let unit = self.unit(kind, k, phase);
+                    places[first + k] = Some(rows.add((&what, phase, Some(node)), unit, limits));
                 }
             }
         }
         places
+    }
+
+    fn variable(&self, phase: usize) -> Measure {
+        Measure::of_unit(&self.of.phases[phase].unit)
+    }
+
+    /// What is much of a row of a node.
+    fn unit(&self, kind: NodeRow, k: usize, phase: usize) -> f64 {
+        let (of, similar) = (&self.of.phases[phase], &self.similar);
+        let output = |k: usize| Measure::of_unit(&of.output_units[k]);
+        match kind {
+            NodeRow::Dynamics => similar.load(self.coordinates[k]),
+            NodeRow::Contact => similar.acceleration(Measure::of_forces(of)[k]),
+            NodeRow::OutputAcceleration => similar.acceleration(output(k)),
+            NodeRow::Output => similar.position(output(k)),
+            NodeRow::OutputRate => similar.velocity(output(k)),
+            NodeRow::Phase => similar.position(self.variable(phase)),
+            NodeRow::PhaseRate => similar.velocity(self.variable(phase)),
+            NodeRow::Height | NodeRow::Place => similar.length,
+            NodeRow::HeightRate => similar.velocity(Measure::Length),
+        }
     }
 
     fn point(&self, index: usize) -> &str {
@@ -183,8 +209,14 @@ impl Builder<'_> {
     fn between(&self, rows: &mut Rows, phase: usize) {
         rows.between.push(rows.limits.len());
         for interval in 0..self.layout.phases[phase].intervals {
-            for _ in 0..4 * self.layout.nv {
-                rows.add(("motion between nodes", phase, Some(2 * interval)), EQUAL);
+            for k in 0..4 * self.layout.nv {
+                let of = self.coordinates[k % self.layout.nv];
+                let unit = if k < 2 * self.layout.nv {
+                    self.similar.position(of)
+                } else {
+                    self.similar.velocity(of)
+                };
+                rows.add(("motion between nodes", phase, Some(2 * interval)), unit, EQUAL);
             }
         }
     }
@@ -194,20 +226,22 @@ impl Builder<'_> {
         let of: &CollocationPhase = &self.of.phases[phase];
         let first = self.layout.forces(phase, node);
         let last = node + 1 == self.layout.phases[phase].nodes();
+        let [force, moment_unit] = [Measure::Length, Measure::Angle].map(|of| self.similar.load(of));
         for foot in of.feet.iter().flatten() {
             let name = of.forces[foot.force[0]].split('/').next().unwrap_or("");
             let [x, z] = foot.force.map(|k| first + k);
             let left = 1.0 - node as f64 / (self.layout.phases[phase].nodes() - 1) as f64;
             if last && !foot.holds {
                 let what = format!("{name} lets go");
-                rows.sum((&what, phase, Some(node)), EQUAL, vec![(z, 1.0)]);
-                rows.sum((&what, phase, Some(node)), [-0.5, 0.5], vec![(x, 1.0)]);
+                let nothing = [-0.5 * force, 0.5 * force];
+                rows.sum((&what, phase, Some(node)), force, (EQUAL, vec![(z, 1.0)]));
+                rows.sum((&what, phase, Some(node)), force, (nothing, vec![(x, 1.0)]));
             } else {
-                self.friction(rows, (&format!("friction of {name}"), phase, Some(node)), [x, z]);
+                self.friction(rows, (&format!("friction of {name}"), phase, Some(node)), force, [x, z]);
                 if !foot.holds && left < CLEAR_END {
                     let least = LETTING_GO * left * self.of.mass * 9.81;
                     let what = format!("{name} lets go by and by");
-                    rows.sum((&what, phase, Some(node)), [least, f64::INFINITY], vec![(z, 1.0)]);
+                    rows.sum((&what, phase, Some(node)), force, ([least, f64::INFINITY], vec![(z, 1.0)]));
                 }
             }
             if let Some(moment) = foot.moment {
@@ -218,15 +252,16 @@ impl Builder<'_> {
                     let margin = if foot.level[side] { self.demands.zmp } else { tips };
                     let limits = if last && !foot.level[side] { EQUAL } else { ABOVE };
                     let sum = vec![(z, sign * foot.sole[side] - margin), (first + moment, sign)];
-                    rows.sum((&format!("centre of pressure of {name}"), phase, Some(node)), limits, sum);
+                    let what = format!("centre of pressure of {name}");
+                    rows.sum((&what, phase, Some(node)), moment_unit, (limits, sum));
                 }
             }
         }
     }
 
-    fn friction(&self, rows: &mut Rows, name: (&str, usize, Option<usize>), [x, z]: [usize; 2]) {
+    fn friction(&self, rows: &mut Rows, name: (&str, usize, Option<usize>), unit: f64, [x, z]: [usize; 2]) {
         for sign in [-1.0, 1.0] {
-            rows.sum(name, ABOVE, vec![(z, self.demands.friction), (x, sign)]);
+            rows.sum(name, unit, (ABOVE, vec![(z, self.demands.friction), (x, sign)]));
         }
     }
 
@@ -235,21 +270,31 @@ impl Builder<'_> {
         let nv = self.layout.nv;
         let wraps = phase + 1 == self.of.phases.len();
         let mut places = vec![None; of.function.rows()];
-        for k in 0..nv {
+        for (k, &measure) in self.coordinates.iter().enumerate() {
+            let posture = self.similar.position(measure);
             if !(wraps && k == 0) {
-                places[k] = Some(rows.add(("posture at the change of phases", phase, None), EQUAL));
+                places[k] = Some(rows.add(("posture at the change of phases", phase, None), posture, EQUAL));
             }
-            places[nv + k] = Some(rows.add(("velocity at the change of phases", phase, None), EQUAL));
+            let velocity = match of.impulses.is_empty() {
+                true => self.similar.velocity(measure),
+                false => self.similar.impulse(measure),
+            };
+            places[nv + k] =
+                Some(rows.add(("velocity at the change of phases", phase, None), velocity, EQUAL));
         }
+        let moments: Vec<usize> = of.feet.iter().flatten().filter_map(|foot| foot.moment).collect();
         for (k, name) in of.impulses.iter().enumerate() {
             let what = format!("impact holds {name}");
-            places[2 * nv + k] = Some(rows.add((&what, phase, None), EQUAL));
+            let of = if moments.contains(&k) { Measure::Angle } else { Measure::Length };
+            places[2 * nv + k] = Some(rows.add((&what, phase, None), self.similar.velocity(of), EQUAL));
         }
         if !of.impulses.is_empty() {
             for &point in &of.leaving {
                 let what = format!("lift-off of {}", self.point(point));
                 let limits = [self.demands.lift_off, f64::INFINITY];
-                places[2 * nv + of.impulses.len() + point] = Some(rows.add((&what, phase, None), limits));
+                let unit = self.similar.velocity(Measure::Length);
+                places[2 * nv + of.impulses.len() + point] =
+                    Some(rows.add((&what, phase, None), unit, limits));
             }
         }
         rows.changes.push(places);
@@ -262,12 +307,14 @@ impl Builder<'_> {
     fn impulses(&self, rows: &mut Rows, phase: usize, foot: &StandingFoot, first: usize) {
         let [x, z] = foot.force.map(|k| first + k);
         let name = self.of.changes[phase].impulses[foot.force[0]].split('/').next().unwrap_or("");
-        self.friction(rows, (&format!("friction of the impulse on {name}"), phase, None), [x, z]);
+        let [impulse, angular] = [Measure::Length, Measure::Angle].map(|of| self.similar.impulse(of));
+        self.friction(rows, (&format!("friction of the impulse on {name}"), phase, None), impulse, [x, z]);
         let Some(moment) = foot.moment else { return };
         for side in 0..2 {
             let sign = [-1.0, 1.0][side];
             let sum = vec![(z, sign * foot.sole[side]), (first + moment, sign)];
-            rows.sum((&format!("centre of the impulse on {name}"), phase, None), ABOVE, sum);
+            let what = format!("centre of the impulse on {name}");
+            rows.sum((&what, phase, None), angular, (ABOVE, sum));
         }
     }
 
@@ -276,21 +323,34 @@ impl Builder<'_> {
         let last = self.layout.motion(count - 1, self.layout.phases[count - 1].nodes() - 1, 0);
         let mut sum = vec![(last, 1.0), (self.layout.motion(0, 0, 0), -1.0)];
         let longest = self.demands.longest_step * self.height;
-        rows.sum(("length of the step", 0, None), [0.02, longest], sum.clone());
+        let length = self.similar.length;
+        rows.sum(("length of the step", 0, None), length, ([0.02 * length, longest], sum.clone()));
         sum.extend(self.layout.phases.iter().map(|phase| (phase.duration, -self.demands.speed)));
-        rows.sum(("walking speed", 0, None), EQUAL, sum);
+        rows.sum(("walking speed", 0, None), length, (EQUAL, sum));
     }
 }
 
 impl Rows {
-    fn add(&mut self, (what, phase, node): (&str, usize, Option<usize>), limits: [f64; 2]) -> usize {
+    /// A row of which `unit` is what 1 is of a robot of 20 kg and 0.7 m.
+    fn add(
+        &mut self,
+        (what, phase, node): (&str, usize, Option<usize>),
+        unit: f64,
+        limits: [f64; 2],
+    ) -> usize {
         self.limits.push(limits);
+        self.scale.push(unit);
         self.names.push(RowName { what: what.to_owned(), phase, node });
         self.limits.len() - 1
     }
 
-    fn sum(&mut self, name: (&str, usize, Option<usize>), limits: [f64; 2], terms: Vec<(usize, f64)>) {
-        let row = self.add(name, limits);
+    fn sum(
+        &mut self,
+        name: (&str, usize, Option<usize>),
+        unit: f64,
+        (limits, terms): ([f64; 2], Vec<(usize, f64)>),
+    ) {
+        let row = self.add(name, unit, limits);
         self.sums.push((row, terms));
     }
 }

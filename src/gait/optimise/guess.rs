@@ -1,5 +1,6 @@
 //! Where a search begins that knows nothing: feet on straight lines, the trunk upright above them, no torques.
 use super::layout::Layout;
+use super::similarity::{Measure, Similarity};
 use bipedc_compiler::compile::{Collocation, NodeRow};
 use nalgebra::{DMatrix, DVector};
 
@@ -35,6 +36,7 @@ pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
     let count = of.phases.len();
     let parts = parts(count);
     let step = STEP * postures.height();
+    let similar = Similarity::new(of.mass, postures.height());
     let duration = step / speed;
     let mut x = vec![0.0; layout.variables];
     let mut rates = Vec::new();
@@ -47,7 +49,8 @@ pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
         let to = postures.posture(p, &end, (time + part - 0.5) * step);
         postures.line(&mut x, p, [&from, &to]);
         let ends = [0, 2 * phase.intervals].map(|node| postures.row(p, &x, node, NodeRow::Phase));
-        let apart = if (ends[1] - ends[0]).abs() < 0.02 { 0.02 } else { ends[1] - ends[0] };
+        let least = 0.02 * similar.position(Measure::of_unit(&of.phases[p].unit));
+        let apart = if (ends[1] - ends[0]).abs() < least { least } else { ends[1] - ends[0] };
         [x[phase.ends()[0]], x[phase.ends()[1]]] = [ends[0], ends[0] + apart];
         rates.push(apart / x[phase.duration]);
         postures.coefficients(&mut x, p);
@@ -155,36 +158,38 @@ impl Postures<'_> {
         (0..feet.len()).map(moved).collect()
     }
 
-    /// A posture with the feet flat at these places and the base here, near that at ease.
+    /// A posture with the feet flat at these places and the base here, near that at ease. Lengths count as parts of the robot's height.
     fn posture(&self, p: usize, feet: &Feet, base: f64) -> Vec<f64> {
         let mut q = self.ease.clone();
+        let large = 1.0 / Similarity::new(self.of.mass, self.height()).length;
         (q[0], q[1]) = (base, self.height() * 0.97);
         for _ in 0..30 {
             let (heights, of_heights) = self.rows(p, &q, NodeRow::Height);
             let (places, of_places) = self.rows(p, &q, NodeRow::Place);
             let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
-            let mut ask = |wrong: f64, slope: Vec<f64>| rows.push((wrong, slope));
+            let mut ask = |weight: f64, wrong: f64, slope: Vec<f64>| {
+                rows.push((weight * wrong, slope.into_iter().map(|x| weight * x).collect()));
+            };
             for (foot, at) in feet.iter().enumerate() {
                 let points = self.foot_points(foot);
                 let share = 1.0 / points.len().max(1) as f64;
                 let mut middle = (0.0, vec![0.0; q.len()]);
                 for &point in &points {
                     let row = |m: &DMatrix<f64>| m.row(point).iter().copied().collect::<Vec<f64>>();
-                    ask(at[1] - heights[point], row(&of_heights));
+                    ask(large, at[1] - heights[point], row(&of_heights));
                     middle.0 += share * places[point];
                     middle.1.iter_mut().zip(row(&of_places)).for_each(|(sum, x)| *sum += share * x);
                 }
-                ask(at[0] - middle.0, middle.1);
+                ask(large, at[0] - middle.0, middle.1);
             }
             let unit = |k: usize| (0..q.len()).map(|j| if j == k { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
-            ask(base - q[0], unit(0));
-            ask(-q[2], unit(2));
+            ask(large, base - q[0], unit(0));
+            ask(1.0, -q[2], unit(2));
             // Ways back to ease count little.
             for (k, (ease, q)) in self.ease.iter().zip(&q).enumerate().skip(3) {
-                let weak = unit(k).iter().map(|x| 0.03 * x).collect();
-                ask(0.03 * (ease - q), weak);
+                ask(0.03, ease - q, unit(k));
             }
-            ask(0.1 * (self.height() * 0.97 - q[1]), unit(1).iter().map(|x| 0.1 * x).collect());
+            ask(0.1 * large, self.height() * 0.97 - q[1], unit(1));
             let matrix = DMatrix::from_fn(rows.len(), q.len(), |i, j| rows[i].1[j]);
             let wrong = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.0));
             let normal = matrix.transpose() * &matrix + DMatrix::identity(q.len(), q.len()) * 1e-6;
@@ -224,13 +229,14 @@ impl Postures<'_> {
 pub(super) fn weights(of: &Collocation, layout: &Layout, x: &mut [f64], p: usize) {
     let phase = &layout.phases[p];
     let feet = of.phases[p].feet.iter().flatten().count().max(1) as f64;
+    let time = Similarity::new(of.mass, height(of)).time();
     for node in 0..phase.nodes() {
         for foot in of.phases[p].feet.iter().flatten() {
             x[layout.forces(p, node) + foot.force[1]] = of.mass * 9.81 / feet;
         }
     }
     for foot in of.changes[p].feet.iter().flatten() {
-        x[phase.impulses.start + foot.force[1]] = 0.02 * of.mass * 9.81;
+        x[phase.impulses.start + foot.force[1]] = 0.02 * of.mass * 9.81 * time;
     }
 }
 

@@ -6,6 +6,7 @@ mod guess;
 mod layout;
 mod margins;
 mod seed;
+mod similarity;
 #[cfg(test)]
 mod tests;
 mod transcription;
@@ -23,6 +24,7 @@ use bipedc_effects::diagnostic::Diagnostic;
 use constraints::Builder;
 use guess::Guess;
 use layout::Layout;
+use similarity::{Measure, Similarity};
 use transcription::Transcription;
 
 /// A motion that all demands hold of, or as near as the search came.
@@ -43,7 +45,7 @@ pub struct Optimum {
     pub cost: f64,
     /// Iterations of all stages.
     pub iterations: usize,
-    /// Violated constraints, the worst first, with by how much.
+    /// Violated constraints with by how much, in SI units, the worst first: they are compared as those of a robot of 20 kg and 0.7 m.
     pub violations: Vec<(RowName, f64)>,
 }
 
@@ -237,6 +239,9 @@ impl Optimum {
     }
 }
 
+/// Violations that are rounding, of a robot of 20 kg and 0.7 m.
+const FEASIBLE: f64 = 1e-5;
+
 /// Solves one stage from a motion that is known.
 pub fn solve(
     of: &Collocation,
@@ -247,9 +252,12 @@ pub fn solve(
 ) -> Optimum {
     let layout = from.layout.clone();
     let rates: Vec<f64> = from.rates.iter().map(|rate| 0.5 * rate).collect();
+    let similar = Similarity::new(of.mass, from.height);
     let builder = Builder {
         of,
         layout: &layout,
+        similar,
+        coordinates: &Measure::of_coordinates(of),
         demands,
         outputs: stage == Stage::Gait,
         rates: &rates,
@@ -257,7 +265,7 @@ pub fn solve(
         height: from.height,
     };
     let rows = builder.rows();
-    let program = Transcription::new(of, layout, rows, demands, &from.x);
+    let program = Transcription::new(of, layout, (rows, similar), demands, &from.x);
     let start = program.scaled(&from.x);
     let known = Some(&from.multipliers[..]);
     let known = known.filter(|known| stage == Stage::Gait && known.len() == program.rows.limits.len());
@@ -271,13 +279,14 @@ pub fn solve(
         Stage::Gait => usual,
     };
     let found: Solution = solver.minimise(&program, &start, &mut |iteration| watch(stage, iteration));
-    let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by);
+    let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by * program.rows.scale[row]);
+    let told = found.violations.iter().filter(|(_, by)| by.abs() >= FEASIBLE);
     Optimum {
         x: program.unscaled(&found.x),
         cost: program.objective(&found.x),
         ending: found.ending,
         iterations: from.iterations + found.iterations,
-        violations: found.violations.iter().map(name).collect(),
+        violations: told.map(name).collect(),
         parts: from.parts.clone(),
         rates: from.rates.clone(),
         height: from.height,

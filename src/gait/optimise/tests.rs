@@ -4,6 +4,7 @@ use super::*;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{GaitForm, compile_collocation};
 use bipedc_compiler::description::gait::{gait_path, read_any_gait};
+use bipedc_compiler::description::model::RobotDescription;
 use std::path::Path;
 
 fn form(robot: &str, gait: &str) -> Collocation {
@@ -31,8 +32,11 @@ fn derivatives_of_all_phases_are_those_of_differences() {
     let demands = Demands { intervals: 6, ..Demands::new(0.4) };
     let layout = Layout::new(&of, &[2, 2, 2, 2]);
     let guess = guess::naive(&of, &layout, 0.4);
+    let similar = Similarity::new(of.mass, guess.height);
     let builder = Builder {
         of: &of,
+        similar,
+        coordinates: &Measure::of_coordinates(&of),
         layout: &layout,
         demands: &demands,
         outputs: true,
@@ -40,7 +44,7 @@ fn derivatives_of_all_phases_are_those_of_differences() {
         parts: &guess.parts,
         height: guess.height,
     };
-    let program = Transcription::new(&of, layout.clone(), builder.rows(), &demands, &guess.x);
+    let program = Transcription::new(&of, layout.clone(), (builder.rows(), similar), &demands, &guess.x);
     let n = layout.variables;
     let m = program.limits().len();
     let mut x = program.scaled(&guess.x);
@@ -84,6 +88,102 @@ fn derivatives_of_all_phases_are_those_of_differences() {
     for (k, product) in product.iter().enumerate() {
         let difference = (ahead[k] - behind[k]) / (2.0 * step);
         assert!((difference - product).abs() < 1e-5 * largest, "{k}: {difference} {product} of {largest}");
+    }
+}
+
+/// A robot so many times as long and as heavy: of the same shape, and under the same gravity.
+fn resized(of: &RobotDescription, [length, mass]: [f64; 2]) -> RobotDescription {
+    let mut found = of.clone();
+    let longer = |xyz: [f64; 3]| xyz.map(|x| x * length);
+    for inertial in found.links.iter_mut().filter_map(|link| link.inertial.as_mut()) {
+        inertial.mass *= mass;
+        inertial.origin.xyz = longer(inertial.origin.xyz);
+        inertial.inertia = inertial.inertia.map(|x| x * mass * length * length);
+    }
+    for joint in &mut found.joints {
+        joint.origin.xyz = longer(joint.origin.xyz);
+        joint.effort_limit = joint.effort_limit.map(|x| x * mass * length);
+        joint.velocity_limit = joint.velocity_limit.map(|x| x / length.sqrt());
+    }
+    for point in found.feet.iter_mut().flat_map(|foot| &mut foot.points) {
+        point.position = longer(point.position);
+    }
+    found
+}
+
+fn alike((name, within): (&str, f64), a: &[f64], b: &[f64]) {
+    assert_eq!(a.len(), b.len(), "{name}");
+    let largest = a.iter().filter(|x| x.is_finite()).fold(1.0, |a: f64, b| a.max(b.abs()));
+    for (k, (a, b)) in a.iter().zip(b).enumerate() {
+        assert!(a == b || (a - b).abs() < within * largest, "{name} {k}: {a} and {b}");
+    }
+}
+
+/// The same robot in another size is the same program: first guess, bounds, rows with their limits, cost, slopes.
+#[test]
+fn size_and_mass_of_a_robot_make_no_other_program() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/seven_link_v1");
+    let robot = Robot::read(&folder).unwrap();
+    let file = gait_path(&robot.sources, "collocated").unwrap();
+    let (gait, _) = read_any_gait(&file, &robot.sources, &robot.description).unwrap();
+    let gait = GaitForm::new(&gait, 7);
+    let numbers = |[length, mass]: [f64; 2], at: Option<&[f64]>| {
+        let of = compile_collocation(&resized(&robot.description, [length, mass]), &gait).unwrap();
+        let usual = Demands::new(0.4);
+        let (force, time) = (mass, length.sqrt());
+        let demands = Demands {
+            speed: usual.speed * time,
+            push: usual.push * force,
+            zmp: usual.zmp * length,
+            clearance: usual.clearance * length,
+            impulse: usual.impulse * force * time,
+            lift_off: usual.lift_off * time,
+            landing: usual.landing.map(|x| x * time),
+            ..usual
+        };
+        let layout = Layout::new(&of, &[2, 2, 2, 2]);
+        let guess = guess::naive(&of, &layout, demands.speed);
+        let similar = Similarity::new(of.mass, guess.height);
+        let builder = Builder {
+            of: &of,
+            similar,
+            coordinates: &Measure::of_coordinates(&of),
+            layout: &layout,
+            demands: &demands,
+            outputs: true,
+            rates: &[0.3 * time; 4],
+            parts: &guess.parts,
+            height: guess.height,
+        };
+        let program = Transcription::new(&of, layout.clone(), (builder.rows(), similar), &demands, &guess.x);
+        let first = program.scaled(&guess.x);
+        let mut x = at.map_or_else(|| first.clone(), <[f64]>::to_vec);
+        x.iter_mut().zip(noise(layout.variables)).for_each(|(x, d)| *x += 0.02 * d);
+        let mut rows = vec![0.0; program.limits().len()];
+        program.constraints(&x, &mut rows);
+        let mut slopes = vec![0.0; program.jacobian_structure().len()];
+        program.jacobian(&x, &mut slopes);
+        let mut second = vec![0.0; program.hessian_structure().len()];
+        program.hessian(&x, 1.0, &noise(rows.len()), &mut second);
+        let flat = |pairs: Vec<[f64; 2]>| pairs.concat();
+        [
+            first,
+            flat(program.bounds()),
+            rows,
+            flat(program.limits()),
+            vec![program.objective(&x)],
+            slopes,
+            second,
+        ]
+    };
+    let names = ["first guess", "bounds", "rows", "limits", "cost", "slopes", "second derivatives"];
+    let usual = numbers([1.0, 1.0], None);
+    for size in [[0.4, 0.1], [1.8, 4.0]] {
+        for ((name, a), b) in names.iter().zip(&usual).zip(&numbers(size, Some(&usual[0]))) {
+            // Newton's method ends near the postures of the guess.
+            let within = if *name == "first guess" { 1e-6 } else { 1e-9 };
+            alike((name, within), a, b);
+        }
     }
 }
 

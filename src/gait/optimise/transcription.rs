@@ -2,6 +2,7 @@
 use super::constraints::Rows;
 use super::demands::Demands;
 use super::layout::Layout;
+use super::similarity::{Measure, Similarity};
 use bipedc_analysis::nonlinear::Program;
 use bipedc_compiler::compile::Collocation;
 use bipedc_compiler::program::LocalFunction;
@@ -14,11 +15,13 @@ pub(super) struct Transcription<'c> {
     pub scale: Vec<f64>,
     bounds: Vec<[f64; 2]>,
     weight: f64,
+    similar: Similarity,
+    coordinates: Vec<Measure>,
     jacobian: Vec<[usize; 2]>,
     hessian: Vec<[usize; 2]>,
 }
 
-/// Squared accelerations that count as much as a squared torque, over the squared mass, m⁴. Among motions of nearly the same torques the smooth
+/// Squared accelerations that count as much as a squared torque, over the squared mass, m⁴, of a robot of 0.7 m. Among motions of nearly the same torques the smooth
 /// one is wanted; without it valleys are so flat that a search does not end.
 const SMOOTH: f64 = 2.5e-4;
 
@@ -35,12 +38,20 @@ struct Part<'a> {
 }
 
 impl<'c> Transcription<'c> {
-    pub fn new(of: &'c Collocation, layout: Layout, rows: Rows, demands: &Demands, guess: &[f64]) -> Self {
+    pub fn new(
+        of: &'c Collocation,
+        layout: Layout,
+        (rows, similar): (Rows, Similarity),
+        demands: &Demands,
+        guess: &[f64],
+    ) -> Self {
         let mut found = Self {
             of,
             scale: vec![1.0; layout.variables],
             bounds: vec![[-100.0, 100.0]; layout.variables],
-            weight: (0.05 * of.mass * 9.81).powi(-2),
+            weight: (0.05 * of.mass * 9.81 * similar.length).powi(-2),
+            similar,
+            coordinates: Measure::of_coordinates(of),
             jacobian: Vec::new(),
             hessian: Vec::new(),
             layout,
@@ -55,47 +66,79 @@ impl<'c> Transcription<'c> {
     /// Bounds and scales of all variables.
     fn bound(&mut self, demands: &Demands, guess: &[f64]) {
         let weight = self.of.mass * 9.81;
-        let (nv, layout) = (self.layout.nv, self.layout.clone());
+        let (similar, layout) = (self.similar, self.layout.clone());
+        let [turning, moment] =
+            [similar.velocity(Measure::Angle), similar.load(Measure::Angle) / similar.mass];
         for (p, phase) in layout.phases.iter().enumerate() {
             self.bounds[phase.duration] = [0.5, 1.6].map(|part| part * guess[phase.duration]);
             self.scale[phase.duration] = guess[phase.duration];
+            self.curves(p, &layout);
             for node in 0..phase.nodes() {
                 let [q, v, a] = [0, 1, 2].map(|order| layout.motion(p, node, order));
-                self.bounds[q..q + 3].copy_from_slice(&[[-10.0, 10.0], [-10.0, 10.0], [-1.5, 1.5]]);
-                self.bounds[v..v + 3].fill([-20.0, 20.0]);
-                self.bounds[a..a + nv].fill([-3000.0, 3000.0]);
-                self.scale[a..a + nv].fill(10.0);
+                for (k, &of) in self.coordinates.iter().enumerate() {
+                    let units = [similar.position(of), similar.velocity(of), similar.acceleration(of)];
+                    let scales = [units[0], units[1], 10.0 * units[2]];
+                    let most = [10.0 * units[0], 20.0 * units[1], 3000.0 * units[2]];
+                    for (order, first) in [q, v, a].into_iter().enumerate() {
+                        self.bounds[first + k] = [-most[order], most[order]];
+                        self.scale[first + k] = scales[order];
+                    }
+                }
+                self.bounds[q + 2] = [-1.5, 1.5];
                 for (k, joint) in self.of.tree.joints.iter().enumerate() {
                     let named = self.of.description.joints.iter().find(|other| other.name == joint.name);
                     let limits = named.and_then(|joint| joint.position_limits);
                     let (low, high) = limits.unwrap_or((-3.2, 3.2));
                     let margin = demands.joint.min(0.2 * (high - low));
                     self.bounds[q + joint.v_index] = [low + margin, high - margin];
-                    let fastest = named.and_then(|joint| joint.velocity_limit).unwrap_or(30.0);
+                    let fastest = named.and_then(|joint| joint.velocity_limit).unwrap_or(30.0 * turning);
                     self.bounds[v + joint.v_index] = [-fastest, fastest];
-                    let effort =
-                        named.and_then(|joint| joint.effort_limit).map_or(500.0, |x| x * demands.effort);
+                    let effort = named
+                        .and_then(|joint| joint.effort_limit)
+                        .map_or(25.0 * self.of.mass * moment, |x| x * demands.effort);
                     self.bounds[layout.torques(p, node) + k] = [-effort, effort];
-                    self.scale[layout.torques(p, node) + k] = 0.05 * weight;
+                    self.scale[layout.torques(p, node) + k] = 0.05 * weight * moment;
                 }
                 let forces = layout.forces(p, node);
-                self.bounds[forces..forces + phase.forces].fill([-20.0 * weight, 20.0 * weight]);
-                self.scale[forces..forces + phase.forces].fill(0.5 * weight);
+                for (k, of) in Measure::of_forces(&self.of.phases[p]).into_iter().enumerate() {
+                    let unit = weight * if of == Measure::Angle { moment } else { 1.0 };
+                    self.bounds[forces + k] = [-20.0 * unit, 20.0 * unit];
+                    self.scale[forces + k] = 0.5 * unit;
+                }
                 for foot in self.of.phases[p].feet.iter().flatten() {
                     let low = match (foot.holds, node + 1 == phase.nodes()) {
                         (true, _) => demands.push,
-                        (false, true) => -1.0,
+                        (false, true) => -similar.mass,
                         (false, false) => 0.0,
                     };
                     self.bounds[forces + foot.force[1]] = [low, 20.0 * weight];
                 }
             }
             let impulses = phase.impulses.clone();
-            self.bounds[impulses.clone()].fill([-2.0 * weight, 2.0 * weight]);
-            self.scale[impulses.clone()].fill(0.1 * weight);
+            let blow = weight * similar.time();
+            self.bounds[impulses.clone()].fill([-2.0 * blow, 2.0 * blow]);
+            self.scale[impulses.clone()].fill(0.1 * blow);
             for foot in self.of.changes[p].feet.iter().flatten() {
-                self.bounds[impulses.start + foot.force[1]] = [demands.impulse, 2.0 * weight];
+                self.bounds[impulses.start + foot.force[1]] = [demands.impulse, 2.0 * blow];
+                if let Some(turn) = foot.moment.map(|k| impulses.start + k) {
+                    self.bounds[turn] = self.bounds[turn].map(|x| x * moment);
+                    self.scale[turn] *= moment;
+                }
             }
+        }
+    }
+
+    /// φ at the ends of a phase and the coefficients of its outputs.
+    fn curves(&mut self, p: usize, layout: &Layout) {
+        let (phase, of) = (&layout.phases[p], &self.of.phases[p]);
+        let outputs = of.output_units.iter().enumerate().flat_map(|(k, unit)| {
+            let first = phase.coefficients.start + k * of.coefficients;
+            (first..first + of.coefficients).map(move |place| (place, unit))
+        });
+        for (place, unit) in phase.ends().map(|place| (place, &of.unit)).into_iter().chain(outputs) {
+            let unit = self.similar.position(Measure::of_unit(unit));
+            self.bounds[place] = [-100.0 * unit, 100.0 * unit];
+            self.scale[place] = unit;
         }
     }
 
@@ -207,7 +250,11 @@ impl<'c> Transcription<'c> {
             let torques = self.layout.torques(p, node);
             (torques..torques + self.layout.joints).for_each(|k| tell(k, weight));
             let accelerations = self.layout.motion(p, node, 2);
-            (accelerations..accelerations + self.layout.nv).for_each(|k| tell(k, smooth * weight));
+            for (k, &of) in self.coordinates.iter().enumerate() {
+                // A torque over an acceleration, over the mass.
+                let unit = self.similar.length / self.similar.acceleration(of);
+                tell(accelerations + k, smooth * unit * unit * weight);
+            }
         }
     }
 
@@ -263,7 +310,12 @@ impl Program for Transcription<'_> {
     }
 
     fn limits(&self) -> Vec<[f64; 2]> {
-        self.rows.limits.clone()
+        self.rows
+            .limits
+            .iter()
+            .zip(&self.rows.scale)
+            .map(|(limits, scale)| limits.map(|x| x / scale))
+            .collect()
     }
 
     fn objective(&self, x: &[f64]) -> f64 {
@@ -313,6 +365,7 @@ impl Program for Transcription<'_> {
         for (row, terms) in &self.rows.sums {
             values[*row] = terms.iter().map(|&(k, factor)| x[k] * factor).sum();
         }
+        values.iter_mut().zip(&self.rows.scale).for_each(|(value, scale)| *value /= scale);
     }
 
     fn jacobian_structure(&self) -> Vec<[usize; 2]> {
@@ -340,8 +393,8 @@ impl Program for Transcription<'_> {
             put(slopes.iter().map(|&(k, factor)| x[k] * factor).sum());
         });
         self.rows.sums.iter().flat_map(|(_, terms)| terms).for_each(|&(_, factor)| put(factor));
-        for (value, &[_, variable]) in values.iter_mut().zip(&self.jacobian) {
-            *value *= self.scale[variable];
+        for (value, &[row, variable]) in values.iter_mut().zip(&self.jacobian) {
+            *value *= self.scale[variable] / self.rows.scale[row];
         }
     }
 
@@ -351,6 +404,8 @@ impl Program for Transcription<'_> {
 
     fn hessian(&self, x: &[f64], weight: f64, multipliers: &[f64], values: &mut [f64]) {
         let x = self.unscaled(x);
+        let multipliers: Vec<f64> =
+            multipliers.iter().zip(&self.rows.scale).map(|(y, scale)| y / scale).collect();
         let mut next = 0;
         let mut put = |value: f64| {
             values[next] = value;

@@ -11,7 +11,7 @@ use crate::derive::newton_euler::generalised_forces;
 use crate::derive::relabel::Relabelling;
 use crate::derive::virtual_constraints::controlled_of;
 use crate::derive::{InertiaMode, Motions, RobotModel};
-use crate::description::gait::{AnyGait, GaitOutput};
+use crate::description::gait::{AnyGait, GaitOutput, hip_height};
 use crate::description::model::{Contact, Phase, RobotDescription};
 use crate::expression::{Graph, Input, Sym, replaced, slopes_along};
 use crate::program::LocalFunction;
@@ -43,6 +43,8 @@ pub struct PhaseForm {
     pub name: String,
     /// φ(q)
     pub variable: Formula,
+    /// Of φ.
+    pub unit: String,
     /// Outputs, whose `wanted` does not count.
     pub outputs: Vec<GaitOutput>,
     /// Bezier coefficients of each output.
@@ -52,9 +54,10 @@ pub struct PhaseForm {
 impl GaitForm {
     /// Of a gait, with so many coefficients of each output's polynomial.
     pub fn new(gait: &AnyGait, coefficients: usize) -> Self {
-        let phase = |name: &str, variable: &Formula, outputs: &[GaitOutput]| PhaseForm {
+        let phase = |name: &str, (variable, unit): (&Formula, &str), outputs: &[GaitOutput]| PhaseForm {
             name: name.to_owned(),
             variable: variable.clone(),
+            unit: unit.to_owned(),
             outputs: outputs.to_vec(),
             coefficients,
         };
@@ -63,20 +66,28 @@ impl GaitForm {
                 gravity: gait.gravity,
                 quantities: gait.quantities.clone(),
                 effects: gait.effects.clone(),
-                phases: vec![phase(&gait.phase.name, &gait.phase.variable, &gait.phase.outputs)],
+                phases: vec![phase(
+                    &gait.phase.name,
+                    (&gait.phase.variable, &gait.phase.unit),
+                    &gait.phase.outputs,
+                )],
             },
             AnyGait::Phased(gait) => Self {
                 gravity: gait.gravity,
                 quantities: gait.quantities.clone(),
                 effects: gait.effects.clone(),
-                phases: gait.phases.iter().map(|of| phase(&of.name, &of.variable, &of.outputs)).collect(),
+                phases: (gait.phases.iter())
+                    .map(|of| phase(&of.name, (&of.variable, &of.unit), &of.outputs))
+                    .collect(),
             },
         }
     }
 }
 
-/// How fast deviations of outputs from zero decay over the nodes, 1/s.
-const STABLE: f64 = 15.0;
+/// How fast deviations of outputs from zero decay over the nodes, of the rate √(g/h) of a pendulum as high as the hips.
+const STABLE: f64 = 4.0;
+/// m/s²
+const GRAVITY: f64 = 9.81;
 
 /// A kind of rows of a node, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,8 +126,12 @@ pub struct CollocationPhase {
     pub rows: Vec<(NodeRow, usize, usize)>,
     /// Names of the forces of the ground.
     pub forces: Vec<String>,
+    /// Unit of φ.
+    pub unit: String,
     /// Names of the outputs.
     pub outputs: Vec<String>,
+    /// Their units.
+    pub output_units: Vec<String>,
     /// Coefficients of each.
     pub coefficients: usize,
     /// Feet that stand.
@@ -253,11 +268,12 @@ fn node(
     };
     let outputs: Vec<Sym<'_>> = (0..of.outputs.len()).map(output).collect();
     let output_rates = rate(&model, &outputs);
+    let decay = STABLE * (GRAVITY / hip_height(description)).sqrt();
     let points = contact_points(&model);
     let kinds = [
         (NodeRow::Dynamics, loads),
         (NodeRow::Contact, contact),
-        (NodeRow::OutputAcceleration, held_accelerations(&model, &outputs, &output_rates)),
+        (NodeRow::OutputAcceleration, held_accelerations(&model, decay, (&outputs, &output_rates))),
         (NodeRow::Output, outputs),
         (NodeRow::OutputRate, output_rates),
         (NodeRow::Phase, vec![variable, variable - first, variable - last]),
@@ -279,7 +295,9 @@ fn node(
         name: of.name.clone(),
         node,
         rows,
+        unit: of.unit.clone(),
         outputs: of.outputs.iter().map(|output| output.name.clone()).collect(),
+        output_units: of.outputs.iter().map(|output| output.unit.clone()).collect(),
         coefficients: of.coefficients,
         feet: feet(description, phase, &held.names)?,
         forces: held.names,
@@ -315,12 +333,12 @@ fn unbalanced<'g>(
 /// ÿ + 2 ω ẏ + ω² y: what is left of outputs between nodes decays.
 fn held_accelerations<'g>(
     model: &RobotModel<'g, '_>,
-    outputs: &[Sym<'g>],
-    rates: &[Sym<'g>],
+    decay: f64,
+    (outputs, rates): (&[Sym<'g>], &[Sym<'g>]),
 ) -> Vec<Sym<'g>> {
     let accelerations = rate(model, rates);
     let held = |((&y, &rate), acceleration): ((&Sym<'g>, &Sym<'g>), Sym<'g>)| {
-        acceleration + rate * (2.0 * STABLE) + y * (STABLE * STABLE)
+        acceleration + rate * (2.0 * decay) + y * (decay * decay)
     };
     outputs.iter().zip(rates).zip(accelerations).map(held).collect()
 }

@@ -7,13 +7,23 @@ use crate::description::model::{
 use bipedc_effects::diagnostic::Diagnostic;
 use std::fmt::Write as _;
 
+/// What is controlled while two feet stand, beside the pitch of the base.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DoubleSupport {
+    /// Height of the base, pitch of the feet on points.
+    #[default]
+    Height,
+    /// Joints between the first and the last of each leg.
+    Knees,
+}
+
 /// The text of a gait file whose form `bipedc gait optimise` can fill: a phase for each of the description's, its outputs joints that, with
 /// the contacts and φ, fix all others.
 ///
 /// # Errors
 /// A base that is not planar; no phases, or such that are no walk; joints without actuators; feet that are on no leg.
-pub fn gait_form(of: &RobotDescription) -> Result<String, Diagnostic> {
-    let robot = Walker::new(of)?;
+pub fn gait_form(of: &RobotDescription, double: DoubleSupport) -> Result<String, Diagnostic> {
+    let robot = Walker { double, ..Walker::new(of)? };
     let phases = robot.phases()?;
     let mut text = format!(
         "# The form of a gait of {}: what is controlled over what. Curves are still missing (`wanted = \"0\"`):\n#   bipedc gait optimise ROBOT \
@@ -33,6 +43,7 @@ type Output = (String, &'static str, String);
 
 struct Walker<'d> {
     of: &'d RobotDescription,
+    double: DoubleSupport,
     /// By link.
     frames: Vec<(&'d str, Frame)>,
 }
@@ -55,7 +66,7 @@ impl<'d> Walker<'d> {
             let help = "add it to [actuation] of biped.toml, or hold it by `locked` in [joints]";
             return Err(refused(format!("joint `{}` has no actuator", joint.name), help));
         }
-        Ok(Self { of, frames: frames(of) })
+        Ok(Self { of, double: DoubleSupport::default(), frames: frames(of) })
     }
 
     /// In the order in which they follow each other.
@@ -190,6 +201,8 @@ impl<'d> Walker<'d> {
         if let [(foot, rows)] = stands {
             let last = self.leg(foot).last().map(|joint| joint.name.as_str());
             follow.extend(last.filter(|_| *rows > 2));
+        } else if self.double == DoubleSupport::Knees {
+            (found, follow) = self.knees(stands);
         } else {
             let height = stands.first().and_then(|(foot, _)| Some((foot, self.foremost(foot)?)));
             let height =
@@ -210,6 +223,36 @@ impl<'d> Walker<'d> {
         let moving = self.of.joints.iter().filter(|joint| joint.kind.moves());
         found.extend(moving.filter(|joint| !follow.contains(&joint.name.as_str())).map(of_joint));
         found
+    }
+
+    /// On two feet: pitch of the base, and of each leg the joints between the first and the last, which are then left; how long a leg is fixes where the
+    /// hip is also where the leg is straight, as the hip's height does not fix the leg. Of two feet on points the pitch of the one that came last is left.
+    fn knees(&self, stands: &[(&'d Foot, usize)]) -> (Vec<Output>, Vec<&'d str>) {
+        let mut found: Vec<Output> = vec![("base_pitch".to_owned(), "rad", "base_pitch".to_owned())];
+        let mut follow: Vec<&str> = Vec::new();
+        let mut left: isize = 1;
+        for &(foot, rows) in stands {
+            let leg = self.leg(foot);
+            // A foot that stands flat holds its pitch; the first one leaves it to the hip instead.
+            left -= isize::from(rows > 2);
+            let kept = 1..leg.len().saturating_sub(if left < 0 { 2 } else { 1 }).max(1);
+            left = left.max(0);
+            let ends = leg.iter().enumerate().filter(|(k, _)| !kept.contains(k));
+            follow.extend(ends.map(|(_, joint)| joint.name.as_str()));
+        }
+        found.extend((left > 0).then(|| self.rest(stands)));
+        (found, follow)
+    }
+
+    /// What two feet on points leave open: the pitch of the last one, of legs without ankles the height of the base.
+    fn rest(&self, stands: &[(&'d Foot, usize)]) -> Output {
+        if let Some((foot, _)) = stands.iter().rev().find(|(foot, _)| self.leg(foot).len() > 2) {
+            return (format!("pitch_of_{}", foot.name), "rad", self.pitch(foot));
+        }
+        let first = stands.first().and_then(|(foot, _)| Some((foot, self.foremost(foot)?)));
+        let height =
+            first.map_or_else(String::new, |(foot, point)| format!("base_z - {}_{point}_z", foot.name));
+        ("base_height".to_owned(), "m", height)
     }
 
     /// Pitch of a foot: that of the base and all joints down to it.
@@ -264,17 +307,24 @@ impl<'d> Walker<'d> {
 
     /// How fast deviations decay, 1/s: twelve times the rate of a pendulum of the robot's height.
     fn feedback(&self) -> f64 {
-        let feet = self.of.feet.iter();
-        let height = feet
-            .filter_map(|foot| {
-                let hip = self.frame(&self.leg(foot).first()?.child).position;
-                let point = self.frame(&foot.link).point(foot.points.first()?.position);
-                Some(hip[2] - point[2])
-            })
-            .fold(0.05, f64::max);
         let gravity = norm(self.of.gravity).max(0.1);
-        (12.0 * (gravity / height).sqrt()).round()
+        (12.0 * (gravity / self.height()).sqrt()).round()
     }
+
+    /// From the feet to the highest first joint of a leg, all joints at zero, m.
+    fn height(&self) -> f64 {
+        let of_leg = |foot: &'d Foot| {
+            let hip = self.frame(&self.leg(foot).first()?.child).position;
+            let point = self.frame(&foot.link).point(foot.points.first()?.position);
+            Some(hip[2] - point[2])
+        };
+        self.of.feet.iter().filter_map(of_leg).fold(0.05, f64::max)
+    }
+}
+
+/// Height of the hips above the feet, all joints at zero, m.
+pub(crate) fn hip_height(of: &RobotDescription) -> f64 {
+    Walker { of, double: DoubleSupport::default(), frames: frames(of) }.height()
 }
 
 /// Frames of all links in that of the root link, all joints at zero.

@@ -9,7 +9,8 @@ mod phased;
 mod read;
 
 pub use curve::Curve;
-pub use form::gait_form;
+pub(crate) use form::hip_height;
+pub use form::{DoubleSupport, gait_form};
 pub use names::formula_name;
 pub use phased::{Feedforward, PhasedGait, SupportPhase};
 pub use read::{AnyGait, gait_path, parse_any_gait, parse_gait, read_any_gait, read_gait};

@@ -100,10 +100,37 @@ pub struct Rejected {
 pub struct Unexplained {
     /// Joint or row.
     pub joint: String,
-    /// Fraction of the remaining squared error that a smooth function of the signals would still remove.
+    /// Fraction of the remaining squared error that is no noise, as `seen` says.
     pub share: f64,
     /// Signals that it goes with, the strongest first.
     pub signals: Vec<String>,
+    /// In what it was seen.
+    #[serde(default)]
+    pub seen: Seen,
+}
+
+/// In what it is seen that something remains.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Seen {
+    /// A smooth function of the signals would still remove it.
+    #[default]
+    Motion,
+    /// It varies slowly, whatever it goes with.
+    Slowness,
+    /// It is larger than the noise; the rows are too few to see what it goes with.
+    Size,
+}
+
+impl Seen {
+    /// In few words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Motion => "the motion",
+            Self::Slowness => "slow changes",
+            Self::Size => "its size",
+        }
+    }
 }
 
 /// An error before and after.

@@ -29,10 +29,18 @@ impl<'a> Selected<'a> {
             let help = format!("channels of this log: {}", names::list(known, 8));
             return Err(Diagnostic::error(message).help(help));
         }
-        let kept = |row: &Row| channels.iter().any(|name| row.channel.name() == name);
+        Ok(Self::kept(inner, |row| channels.iter().any(|name| row.channel.name() == name)))
+    }
+
+    /// Keeps the rows of these names.
+    pub fn named(inner: Box<dyn Experiment + 'a>, names: &[String]) -> Self {
+        Self::kept(inner, |row| names.contains(&row.name))
+    }
+
+    fn kept(inner: Box<dyn Experiment + 'a>, kept: impl Fn(&Row) -> bool) -> Self {
         let places: Vec<usize> = (0..inner.rows().len()).filter(|&r| kept(&inner.rows()[r])).collect();
         let rows = places.iter().map(|&r| inner.rows()[r].clone()).collect();
-        Ok(Self { inner, places, rows })
+        Self { inner, places, rows }
     }
 }
 

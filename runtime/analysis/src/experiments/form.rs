@@ -234,6 +234,9 @@ impl Form {
         let effect = self.effect(coefficients);
         self.kind.from_coefficients(self.setting, coefficients).iter().find_map(|(name, value)| {
             let parameter = self.kind.parameter(name)?;
+            if !value.is_finite() {
+                return Some(format!("this data does not determine its {name}"));
+            }
             let possible = parameter.bounds.0 <= *value && *value <= parameter.bounds.1;
             let usual = within_reach(effect.plausible(name), *value);
             (!(possible && usual)).then(|| format!("its {name} would be {value:.3e} {}", effect.unit(name)))

@@ -163,11 +163,11 @@ fn unexplained(diagnosis: &Diagnosis) -> Markup {
         p { "Something structured is left that no effect of the library accounts for, in: " (diagnosis.suspects.join(", ")) "." }
         @if !diagnosis.unexplained_parts.is_empty() {
             div.table { table {
-                thead { tr { th scope="col" { "row" } th.number scope="col" { "share of what remains" } th scope="col" { "goes with" } } }
+                thead { tr { th scope="col" { "row" } th.number scope="col" { "share of what remains" } th scope="col" { "seen in" } } }
                 tbody { @for part in &diagnosis.unexplained_parts { tr {
                     th scope="row" { (part.joint) }
                     td.number { (percent(part.share)) }
-                    td { (part.signals.join(", ")) }
+                    td { (part.seen.words()) @if !part.signals.is_empty() { ": " (part.signals.join(", ")) } }
                 } } }
             } }
         }

@@ -59,6 +59,15 @@ enum RowSource {
     Sole(usize),
 }
 
+/// What the step before left behind.
+#[derive(Debug, Clone, Default)]
+struct LastStep {
+    /// What the ground changed of the velocity, in the last step and in the one before it.
+    by_ground: [Vec<f64>; 2],
+    /// s
+    time: f64,
+}
+
 /// Rows that one axis can have.
 const ROWS_OF_AXIS: usize = 4;
 
@@ -66,8 +75,9 @@ const ROWS_OF_AXIS: usize = 4;
 ///
 /// One step of length `h`: with the midpoint `q_M = q + ½ h v` and the points and limits that are closed there,
 /// `D(q_M) (v⁺ − v) = h (τ − H(q_M, ṽ)) + W Λ`, where Λ and `ξ = γ⁺ + e γ⁻` obey Signorini's and Coulomb's laws; then
-/// `q⁺ = q_M + ½ h v⁺`. `ṽ` is the velocity at the midpoint as it would be without contact, which makes motion without
-/// contact second order. Damping of joints is part of the left side and never unstable.
+/// `q⁺ = q_M + ½ h v⁺`. `ṽ` is the velocity at the midpoint: in the air as it would be without contact, which makes motion
+/// without contact second order; on the ground with what that did in the last step, because without it, under the torques that
+/// carry the robot, light feet would turn so fast that `H(q_M, ṽ)` were another one. Damping of joints is part of the left side and never unstable.
 ///
 /// Motors of their own ([`Self::with_motors`]) are further coordinates after those of the model. Their angles and speeds are kept
 /// here.
@@ -99,7 +109,11 @@ pub struct Stepper<'a> {
     /// Impulses that servos asked for, by axis.
     asked: Vec<f64>,
     bias: Vec<f64>,
+    /// At the middle of the step, without contact.
     middle: Vec<f64>,
+    /// The same with it, of the model alone.
+    around: Vec<f64>,
+    last: LastStep,
     drive: Vec<f64>,
     /// `W` of the closed rows, one row per coordinate; then `L⁻ᵀ W`.
     directions: Vec<f64>,
@@ -157,6 +171,8 @@ impl<'a> Stepper<'a> {
             asked: Vec::new(),
             bias: vec![0.0; nv],
             middle: Vec::new(),
+            around: vec![0.0; nv],
+            last: LastStep { by_ground: [vec![0.0; nv], vec![0.0; nv]], time: 0.0 },
             drive: Vec::new(),
             directions: Vec::new(),
             normal: vec![0.0; nv * points],
@@ -225,11 +241,13 @@ impl<'a> Stepper<'a> {
         time: f64,
     ) -> Result<Stepped, Diagnostic> {
         let (nv, n) = (self.mechanics.nv(), self.size());
+        // Somebody may have changed the velocity.
+        let goes_on = self.last.time == time && self.speed[..nv] == motion.v[..];
         self.mechanics.advance(&mut motion.q, &motion.v, 0.5 * time, Frame::Start);
         self.motors.advance(0.5 * time);
         self.speed[..nv].copy_from_slice(&motion.v);
         self.speed[nv..].copy_from_slice(&self.motors.rate);
-        self.free_motion(motion, force, time)?;
+        self.free_motion(motion, force, time, goes_on)?;
         self.close(motion, time);
         let rows: usize = self.problem.rows();
         let mut stepped = Stepped::default();
@@ -244,6 +262,7 @@ impl<'a> Stepper<'a> {
         self.velocities_after(rows);
         dense::backward(&self.mass, n, &mut self.drive);
         self.book(motion, force, time);
+        self.remember(stepped.contacts > 0, time);
         for (v, change) in self.speed.iter_mut().zip(&self.drive) {
             *v += change;
         }

@@ -1,53 +1,18 @@
 //! Walks by footsteps, zero moment point and divergent component: a state in, torques out.
+use super::adjustment::adjusted_goal;
 use super::divergent::Point;
+use super::gains::Gains;
 use super::ground_forces::{Limits, Shared, StandingFoot, share};
 use super::motion::{Motion, Wish};
-use super::robot::{BASE, Columns, Leg, MOST_VELOCITIES, Place, WalkingRobot};
-use super::space::{Vector, about_z, add, along, product, scale, subtract, transpose, turn_between};
-use super::steps::{Foothold, Phase, Steps, Stride, Velocity};
+use super::robot::{BASE, Columns, Leg, MOST_VELOCITIES, Place, Sole, WalkingRobot};
+use super::space::{Vector, about_z, add, along, product, scale, subtract, turn_between, zero};
+use super::steps::{Foothold, Phase, Steps, Velocity, clamp};
 use super::support::Support;
 use super::swing::Moving;
 use crate::control::slices::get;
 use crate::control::{Controller, JointCommand, Observation, Refusal};
 use crate::model::Model;
 use crate::real::Scalar;
-
-/// How the robot walks.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gains<R> {
-    /// Steps.
-    pub stride: Stride<R>,
-    /// Height of the centre of mass above the standing soles, m.
-    pub height: R,
-    /// How high feet are lifted, m.
-    pub lift: R,
-    /// Of the zero moment point from the edges of the soles, m.
-    pub margin: R,
-    /// Of the divergent component, 1/s.
-    pub divergent: R,
-    /// Natural frequencies of errors, critically damped, rad/s: torso, height, swinging foot, other joints.
-    pub torso: R,
-    /// See [`Self::torso`].
-    pub rise: R,
-    /// See [`Self::torso`].
-    pub swing: R,
-    /// See [`Self::torso`].
-    pub posture: R,
-    /// With which soles that stand but move are braked, 1/s.
-    pub brake: R,
-    /// From standing to the first step, s.
-    pub start: R,
-    /// With which joints are braked where there are no commands, N m s/rad.
-    pub passive: R,
-    /// Load (N) from which a foot is on the ground.
-    pub touch: R,
-    /// Largest horizontal force of the ground per vertical one.
-    pub friction: R,
-    /// Largest moment about the sole's normal per normal force, m.
-    pub turning: R,
-    /// Least normal force of a foot that stands, N.
-    pub least_load: R,
-}
 
 /// Bend of a knee (rad) below which the robot goes down.
 const BENT: f64 = 0.35;
@@ -92,6 +57,19 @@ pub struct WalkingController<M, R> {
 
 fn two<R: Scalar>(f: impl Fn(usize) -> R) -> Point<R> {
     [f(0), f(1)]
+}
+
+fn mean<R: Scalar>([a, b]: [R; 2]) -> R {
+    R::constant(0.5) * (a + b)
+}
+
+fn upward<R: Scalar>(z: R) -> Vector<R> {
+    [R::constant(0.0), R::constant(0.0), z]
+}
+
+/// Acceleration that makes an error and its rate vanish, critically damped, at a natural frequency (rad/s).
+fn follow<R: Scalar>(frequency: R, error: Vector<R>, rate: Vector<R>) -> Vector<R> {
+    along(scale(frequency * frequency, error), R::constant(2.0) * frequency, rate)
 }
 
 impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
@@ -162,7 +140,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
             Phase::Stand => {}
             Phase::Shift if over => {
                 steps.lift(&stride, &self.asked);
-                let foot = if steps.stands == 0 { 1 } else { 0 };
+                let foot = steps.swings();
                 let from = steps.foot(foot);
                 let [x, y, z] = from.place;
                 self.swinging = [x, y, z, from.yaw].map(Moving::resting);
@@ -170,7 +148,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
             Phase::Halt if over => steps.rest(),
             Phase::Shift | Phase::Halt => {}
             Phase::Swing => {
-                let foot = if steps.stands == 0 { 1 } else { 0 };
+                let foot = steps.swings();
                 let [right, left] = &place.soles;
                 let sole = if foot == 0 { right } else { left };
                 let late = steps.time > R::constant(0.6) * steps.duration;
@@ -184,91 +162,53 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
         }
     }
 
-    /// Where the foot goes: as planned, and farther where the zero moment point alone does not bring the divergent component back.
-    fn adjust(&self, steps: &mut Steps<R>, place: &Place<R>, divergent: Point<R>) {
-        let (zero, stride) = (R::constant(0.0), &self.gains.stride);
-        let left = steps.left();
-        // A foot that is nearly down stays with its goal.
-        if steps.phase != Phase::Swing || left < R::constant(0.05) {
-            return;
-        }
-        let [right, other] = &self.robot.legs;
-        let (leg, sole) =
-            if steps.stands == 0 { (right, place.soles.first()) } else { (other, place.soles.last()) };
-        let Some(sole) = sole else { return };
-        let end = steps.divergent_at_end(stride, &steps.nominal);
-        let wished = steps.divergent_now(stride, end);
-        let stand = steps.foot(steps.stands);
-        let [forward, across, _] = transpose(about_z(stand.yaw));
-        let error = two(|i| get(&divergent, i) - get(&wished, i));
-        let growth = (stride.omega * left).exp();
-        let reference = steps.reference_zmp();
-        let inside =
-            leg.inside(&sole.pose, [get(&reference, 0), get(&reference, 1), get(&sole.pose.position, 2)]);
-        let beyond = |axis: Vector<R>, low: usize| {
-            let e = get(&axis, 0) * get(&error, 0) + get(&axis, 1) * get(&error, 1);
-            let side = if e > zero { low + 1 } else { low };
-            let room = (get(&inside, side) - self.gains.margin).larger(zero) * R::constant(0.5);
-            let rest = (e.abs() * growth - (growth - R::constant(1.0)) * room).larger(zero);
-            if e > zero { rest } else { -rest }
-        };
-        let (ahead, aside) = (beyond(forward, 0), beyond(across, 2));
-        // As seen from the foot that stands.
-        let way = subtract(steps.nominal.place, stand.place);
-        let seen = |axis: Vector<R>| get(&axis, 0) * get(&way, 0) + get(&axis, 1) * get(&way, 1);
-        let [nearest, farthest] = stride.across;
-        let clamp = |x: R, low: R, high: R| -(-x.larger(low)).larger(-high);
-        let (far, wide) = (seen(forward) + ahead, seen(across) + aside);
-        let x = clamp(far, -stride.longest, stride.longest);
-        let y =
-            if steps.stands == 0 { clamp(wide, nearest, farthest) } else { clamp(wide, -farthest, -nearest) };
-        let place = along(along(stand.place, x, forward), y, across);
-        steps.goal = Foothold { place, yaw: steps.nominal.yaw };
-    }
-
     /// Accelerations of soles, torso and height.
     fn wish(&mut self, steps: &Steps<R>, place: &Place<R>, zmp: Point<R>, step: R) -> Wish<R> {
         let gains = self.gains;
-        let (zero, two) = (R::constant(0.0), R::constant(2.0));
-        let swings = (steps.phase == Phase::Swing).then_some(if steps.stands == 0 { 1 } else { 0 });
-        let left = steps.left();
-        let mut soles = [[[zero; 3]; 2]; 2];
+        let swings = (steps.phase == Phase::Swing).then(|| steps.swings());
+        let mut soles = [[zero(); 2]; 2];
         for (foot, (wish, sole)) in soles.iter_mut().zip(&place.soles).enumerate() {
-            let [linear, angular] = sole.velocity;
-            if swings != Some(foot) {
-                *wish = [scale(-gains.brake, linear), scale(-gains.brake, angular)];
-                continue;
-            }
-            self.swing(steps, step);
-            let [x, y, z, yaw] = self.swinging;
-            let p = [x, y, z].map(|x| x.place);
-            let v = [x, y, z].map(|x| x.rate);
-            let a = [x, y, z].map(|x| x.acceleration);
-            let (square, damping) = (gains.swing * gains.swing, two * gains.swing);
-            let pull = along(scale(square, subtract(p, sole.pose.position)), damping, subtract(v, linear));
-            let turn = turn_between(sole.pose.turn, about_z(yaw.place));
-            let rate = subtract([zero, zero, yaw.rate], angular);
-            let twist = along(scale(square, turn), damping, rate);
-            *wish = [add(a, pull), add([zero, zero, yaw.acceleration], twist)];
+            *wish = if swings == Some(foot) {
+                self.swing(steps, step);
+                self.swinging_sole(sole)
+            } else {
+                sole.velocity.map(|velocity| scale(-gains.brake, velocity))
+            };
         }
-        // The torso looks between the feet.
-        let half = R::constant(0.5);
-        let goal = match swings {
-            Some(_) => half * (steps.foot(steps.stands).yaw + steps.goal.yaw),
-            None => half * (steps.foot(0).yaw + steps.foot(1).yaw),
-        };
-        self.yaw.toward(goal, left.larger(R::constant(0.3)), step);
-        let here = product(place.base.turn, self.robot.heading);
-        let turn = turn_between(here, about_z(self.yaw.place));
-        let rate = subtract([zero, zero, self.yaw.rate], place.angular);
-        let torso = along(scale(gains.torso * gains.torso, turn), two * gains.torso, rate);
-        let torso = add(torso, [zero, zero, self.yaw.acceleration]);
+        let torso = self.torso(steps, place, step);
         let ground = self.ground(steps, place);
         let [center, velocity] = place.center;
         let missing = ground + gains.height - self.lower - get(&center, 2);
-        let rise = gains.rise * gains.rise * missing - two * gains.rise * get(&velocity, 2);
+        let rise = gains.rise * gains.rise * missing - R::constant(2.0) * gains.rise * get(&velocity, 2);
         let [x, y] = zmp;
         Wish { soles, torso, rise, zero_moment_point: [x, y, ground] }
+    }
+
+    /// Linear and angular acceleration with which the swinging sole follows its reference.
+    fn swinging_sole(&self, sole: &Sole<R>) -> [Vector<R>; 2] {
+        let [linear, angular] = sole.velocity;
+        let [x, y, z, yaw] = self.swinging;
+        let p = [x, y, z].map(|x| x.place);
+        let v = [x, y, z].map(|x| x.rate);
+        let a = [x, y, z].map(|x| x.acceleration);
+        let frequency = self.gains.swing;
+        let pull = follow(frequency, subtract(p, sole.pose.position), subtract(v, linear));
+        let turn = turn_between(sole.pose.turn, about_z(yaw.place));
+        let twist = follow(frequency, turn, subtract(upward(yaw.rate), angular));
+        [add(a, pull), add(upward(yaw.acceleration), twist)]
+    }
+
+    /// Angular acceleration of the torso, which looks between the feet.
+    fn torso(&mut self, steps: &Steps<R>, place: &Place<R>, step: R) -> Vector<R> {
+        let yaws = match steps.phase {
+            Phase::Swing => [steps.foot(steps.stands).yaw, steps.goal.yaw],
+            _ => [steps.foot(0).yaw, steps.foot(1).yaw],
+        };
+        self.yaw.toward(mean(yaws), steps.left().larger(R::constant(0.3)), step);
+        let here = product(place.base.turn, self.robot.heading);
+        let turn = turn_between(here, about_z(self.yaw.place));
+        let torso = follow(self.gains.torso, turn, subtract(upward(self.yaw.rate), place.angular));
+        add(torso, upward(self.yaw.acceleration))
     }
 
     /// Goes down where a leg would be stretched, up again slowly.
@@ -281,23 +221,12 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
         self.lower = self.lower + (wished - self.lower) * step / time;
     }
 
-    /// Height of the ground below the zero moment point, m.
-    fn ground(&self, steps: &Steps<R>, place: &Place<R>) -> R {
-        let [right, left] = place.soles.each_ref().map(|sole| get(&sole.pose.position, 2));
-        match steps.phase {
-            Phase::Swing if steps.stands == 0 => right,
-            Phase::Swing => left,
-            _ => R::constant(0.5) * (right + left),
-        }
-    }
-
     /// Goes on with the reference of the swinging foot.
     fn swing(&mut self, steps: &Steps<R>, step: R) {
         let left = steps.left();
         let half = R::constant(0.5) * steps.duration;
         let [x, y, z] = steps.goal.place;
-        let high =
-            z.larger(get(&steps.foot(if steps.stands == 0 { 1 } else { 0 }).place, 2)) + self.gains.lift;
+        let high = z.larger(get(&steps.foot(steps.swings()).place, 2)) + self.gains.lift;
         let [to_x, to_y, to_z, to_yaw] = &mut self.swinging;
         // Above its place a little before it comes down.
         let early = left - R::constant(0.1) * steps.duration;
@@ -320,45 +249,17 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
         observed: &Observation<'_, R>,
         commands: &mut [JointCommand<R>],
     ) -> Result<(), Refusal> {
-        let zero = R::constant(0.0);
         let state = [observed.q, observed.v];
         let place = self.robot.place(&self.model, state, &mut self.room)?;
-        // A clock that stands still or jumps is none.
-        let since = self.last.map_or(zero, |last| observed.time - last);
-        let step = -(-since.larger(zero)).larger(-R::constant(0.02));
-        self.last = Some(observed.time);
-        let mut steps = self.steps.unwrap_or_else(|| {
-            let feet = place.soles.each_ref().map(|sole| Foothold::of(&sole.pose, zero));
-            Steps::standing(feet)
-        });
+        let step = self.since(observed.time);
+        let mut steps = self.steps.unwrap_or_else(|| self.begin(&place));
         let load = |leg: &Leg<R>| observed.loads.get(leg.foot).copied();
         let loads = match self.robot.legs.each_ref().map(load) {
             [Some(right), Some(left)] => Some([right, left]),
             _ => None,
         };
         self.follow(&mut steps, &place, loads, step);
-        let omega = self.gains.stride.omega;
-        let [center, velocity] = place.center;
-        let divergent = two(|i| get(&center, i) + get(&velocity, i) / omega);
-        self.adjust(&mut steps, &place, divergent);
-        let end = steps.divergent_at_end(&self.gains.stride, &steps.goal);
-        let wished = steps.divergent_now(&self.gains.stride, end);
-        let reference = steps.reference_zmp();
-        let gain = R::constant(1.0) + self.gains.divergent / omega;
-        let asked = two(|i| get(&reference, i) + gain * (get(&divergent, i) - get(&wished, i)));
-        let standing = self.robot.legs.iter().zip(&place.soles).enumerate();
-        let standing =
-            standing.filter(|(foot, _)| steps.is_standing(*foot)).map(|(_, (leg, sole))| (leg, &sole.pose));
-        let support = Support::of(standing, self.gains.margin);
-        let zmp = support.nearest(asked);
-        self.walked = Some(Walked {
-            divergent: [divergent, wished],
-            zero_moment_point: [zmp, reference],
-            limited: zmp != asked,
-            center: two(|i| get(&center, i)),
-            height: get(&center, 2) - self.ground(&steps, &place),
-            shared: None,
-        });
+        let zmp = self.balance(&mut steps, &place);
         self.stoop(observed.q, step);
         let wish = self.wish(&steps, &place, zmp, step);
         self.steps = Some(steps);
@@ -384,6 +285,60 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
 }
 
 impl<M, R: Scalar> WalkingController<M, R> {
+    /// Time since it was last asked, s; of a clock that stands still or jumps little or nothing.
+    fn since(&mut self, time: R) -> R {
+        let since = self.last.map_or(R::constant(0.0), |last| time - last);
+        self.last = Some(time);
+        clamp(since, R::constant(0.0), R::constant(0.02))
+    }
+
+    /// Stands where it is, and looks where its feet point.
+    fn begin(&mut self, place: &Place<R>) -> Steps<R> {
+        let [right, left] = &place.soles;
+        let feet = Foothold::both(&right.pose, &left.pose);
+        self.yaw = Moving::resting(mean(feet.map(|foot| foot.yaw)));
+        Steps::standing(feet)
+    }
+
+    /// Where the zero moment point has to be, that the divergent component comes to where the steps want it.
+    fn balance(&mut self, steps: &mut Steps<R>, place: &Place<R>) -> Point<R> {
+        let stride = &self.gains.stride;
+        let [center, velocity] = place.center;
+        let divergent = two(|i| get(&center, i) + get(&velocity, i) / stride.omega);
+        let legs = self.robot.legs.each_ref();
+        if let Some(goal) = adjusted_goal(steps, stride, self.gains.margin, (legs, place), divergent) {
+            steps.goal = goal;
+        }
+        let end = steps.divergent_at_end(stride, &steps.goal);
+        let wished = steps.divergent_now(stride, end);
+        let reference = steps.reference_zmp();
+        let gain = R::constant(1.0) + self.gains.divergent / stride.omega;
+        let asked = two(|i| get(&reference, i) + gain * (get(&divergent, i) - get(&wished, i)));
+        let standing = legs.iter().zip(&place.soles).enumerate();
+        let standing =
+            standing.filter(|(foot, _)| steps.is_standing(*foot)).map(|(_, (leg, sole))| (*leg, &sole.pose));
+        let support = Support::of(standing, self.gains.margin);
+        let zmp = support.nearest(asked);
+        self.walked = Some(Walked {
+            divergent: [divergent, wished],
+            zero_moment_point: [zmp, reference],
+            limited: zmp != asked,
+            center: two(|i| get(&center, i)),
+            height: get(&center, 2) - self.ground(steps, place),
+            shared: None,
+        });
+        zmp
+    }
+
+    /// Height of the ground below the zero moment point, m.
+    fn ground(&self, steps: &Steps<R>, place: &Place<R>) -> R {
+        let heights = place.soles.each_ref().map(|sole| get(&sole.pose.position, 2));
+        match steps.phase {
+            Phase::Swing => get(&heights, steps.stands),
+            _ => mean(heights),
+        }
+    }
+
     /// Torques that make the ground give what the motion takes.
     fn push(&mut self, steps: &Steps<R>, place: &Place<R>, shares: [R; 2]) -> Shared<R> {
         let joints = self.robot.legs.map(|leg| leg.joints.map(|column| column.saturating_sub(BASE)));
@@ -426,7 +381,7 @@ impl<M, R: Scalar> WalkingController<M, R> {
         let along = get(&way, 0) * get(&from, 0) + get(&way, 1) * get(&from, 1);
         let square = get(&way, 0) * get(&way, 0) + get(&way, 1) * get(&way, 1);
         let part = if square > zero { along / square } else { R::constant(0.5) };
-        let part = -(-part.larger(zero)).larger(-one);
+        let part = clamp(part, zero, one);
         [one - part, part]
     }
 }

@@ -1,6 +1,7 @@
 //! Walking by what sensors tell: the estimator and the controller, one after the other.
-use super::controller::{Gains, WalkingController};
+use super::controller::WalkingController;
 use super::estimator::{Estimated, Estimator, LegKinematics, Sensed, Settings};
+use super::gains::Gains;
 use super::robot::{BASE, Columns, MOST_VELOCITIES, WalkingRobot};
 use super::space::{Pose, Vector, cross};
 use super::steps::Velocity;

@@ -139,6 +139,16 @@ pub fn angle_near_zero<R: Scalar>(cosine: R, sine: R) -> R {
     angle
 }
 
+/// The angle of a direction (cosine, sine; of any length), rad, from −π to π.
+pub fn angle<R: Scalar>(cosine: R, sine: R) -> R {
+    let zero = R::constant(0.0);
+    if cosine >= zero {
+        return angle_near_zero(cosine, sine);
+    }
+    let half_turn = R::constant(core::f64::consts::PI);
+    angle_near_zero(-cosine, -sine) + if sine < zero { -half_turn } else { half_turn }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,5 +181,9 @@ mod tests {
             assert!((angle_near_zero(2.0 * angle.cos(), 2.0 * angle.sin()) - angle).abs() < 1e-14, "{angle}");
         }
         assert_eq!(angle_near_zero(0.0, 0.0), 0.0);
+        for k in -314..=314 {
+            let wished = 0.01 * f64::from(k);
+            assert!((angle(3.0 * wished.cos(), 3.0 * wished.sin()) - wished).abs() < 1e-14, "{wished}");
+        }
     }
 }

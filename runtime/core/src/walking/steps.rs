@@ -1,7 +1,7 @@
 //! Which foot stands, until when, where the other one goes: footsteps from a commanded velocity, timing, and the motion of zero moment point and
 //! divergent component that belongs to them.
 use super::divergent::{Piece, Point};
-use super::space::{Pose, Vector, about_z, add, angle_near_zero, turned};
+use super::space::{Pose, Vector, about_z, add, angle, angle_near_zero, turned};
 use crate::real::Scalar;
 
 /// Steps that are looked ahead.
@@ -29,6 +29,13 @@ impl<R: Scalar> Foothold<R> {
         let (sine, cosine) = crate::math::sin_cos(near);
         let rest = angle_near_zero(c * cosine + s * sine, s * cosine - c * sine);
         Self { place: sole.position, yaw: near + rest }
+    }
+
+    /// Where a robot's soles are, right and left; their yaws are less than a quarter turn apart.
+    pub fn both(right: &Pose<R>, left: &Pose<R>) -> [Self; 2] {
+        let [[c, ..], [s, ..], _] = right.turn;
+        let yaw = angle(c, s);
+        [Self { place: right.position, yaw }, Self::of(left, yaw)]
     }
 
     /// Forward and left of it, turned.
@@ -143,11 +150,13 @@ pub struct Steps<R> {
     from: Point<R>,
 }
 
+/// Left of right, right of left.
 fn other(foot: usize) -> usize {
     1 - foot.min(1)
 }
 
-fn clamp<R: Scalar>(x: R, low: R, high: R) -> R {
+/// Between two bounds.
+pub fn clamp<R: Scalar>(x: R, low: R, high: R) -> R {
     -(-x.larger(low)).larger(-high)
 }
 
@@ -177,6 +186,11 @@ impl<R: Scalar> Steps<R> {
     pub fn foot(&self, foot: usize) -> Foothold<R> {
         let [right, left] = self.feet;
         if foot == 0 { right } else { left }
+    }
+
+    /// The one that does not stand alone in, or after, this phase.
+    pub fn swings(&self) -> usize {
+        other(self.stands)
     }
 
     /// Between the feet.

@@ -1,15 +1,12 @@
 //! Explanations that the data cannot tell from the one that stands.
 use super::parallel::parallel;
-use super::parsimony::ALIKE;
+use super::parsimony::{ALIKE, SCATTER};
 use super::regression::ScoredFit;
 use super::run::Conclusion;
 use crate::diagnose::FoundEffect;
 use crate::experiments::form::Form;
 use bipedc_effects::effect::{Effect, Kind};
 use std::collections::BTreeMap;
-
-/// They are as well if blocks of the judging data disagree about which is better, up to this part.
-const SCATTER: f64 = 0.05;
 
 impl Conclusion<'_> {
     /// Candidates that would do as well in the place of an effect that stands, alone or with another kind in the place

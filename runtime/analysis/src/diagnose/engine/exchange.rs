@@ -1,10 +1,14 @@
 //! The best small set at every joint, and exchanges of one effect for another.
 use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
-use super::search::{consider, mistimes, shares};
+use super::search::{consider, excluded, mistimes, shares};
 
 /// Candidates of a joint that are combined.
 const POOL: usize = 12;
+/// Forms of one kind at a joint that are combined with those of others, where neither shows alone.
+const STARTS: usize = 3;
+/// Part of a row's held-out squared error that two effects must remove where neither shows alone.
+const TOGETHER: f64 = 0.3;
 
 /// The best set of up to three effects at the place of the newcomer, or of what stands there and two more; everything
 /// elsewhere kept.
@@ -99,6 +103,80 @@ fn pool(
         }
     }
     pool
+}
+
+/// Two effects in the place of what stands at a joint, if together they explain what neither does alone, as dry friction and a delay
+/// that work against each other: the newcomers, all that is active with them, and their fit. Only where more is left than noise.
+pub(super) fn pair(
+    regression: &Regression<'_>,
+    active: &[usize],
+    scored: &ScoredFit,
+    corrected: bool,
+    banned: &[usize],
+) -> Option<(Vec<usize>, Vec<usize>, ScoredFit)> {
+    let rough = regression.scored_fit(active, false)?;
+    let rows = regression.train.rows();
+    let loud = (0..rows.len()).filter(|&r| regression.is_loud(r, scored));
+    let pairs: Vec<(usize, Vec<usize>, [usize; 2])> = loud
+        .filter_map(|row| rows[row].joint.as_ref().map(|joint| (row, joint)))
+        .flat_map(|(row, joint)| {
+            let here = |c: usize| regression.candidates[c].form.location.joint.as_ref() == Some(joint);
+            let kept = |c: &usize| regression.stands(*c) || !here(*c);
+            let elsewhere: Vec<usize> = active.iter().copied().filter(kept).collect();
+            let free = |c: usize| !banned.contains(&c) && excluded(regression, &elsewhere, c).is_none();
+            let local = forms_of(regression, joint, (&elsewhere, corrected), &free);
+            let all = (0..local.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+            all.map(|(i, j)| (row, elsewhere.clone(), [local[i], local[j]])).collect::<Vec<_>>()
+        })
+        .collect();
+    let tried = parallel(pairs.len(), |i| {
+        let (row, elsewhere, [a, b]) = &pairs[i];
+        let (row, a, b) = (*row, *a, *b);
+        let kind = |c: usize| regression.candidates[c].form.kind;
+        let looks_like = shares(regression, a, b) || mistimes(regression, a, b) || mistimes(regression, b, a);
+        if kind(a) == kind(b) || looks_like {
+            return None;
+        }
+        let all = [elsewhere.as_slice(), &[a, b]].concat();
+        let removes = |before: &ScoredFit, after: &ScoredFit| {
+            before.errors[row] - after.errors[row] > TOGETHER * before.errors[row]
+        };
+        if !regression.free && !removes(&rough, &regression.scored_fit(&all, false)?) {
+            return None;
+        }
+        let fitted = regression.scored_fit(&all, corrected)?;
+        let stands = fitted.cost < scored.cost
+            && removes(scored, &fitted)
+            && regression.impossible(&all, &fitted).is_none();
+        stands.then(|| (vec![a, b], all, fitted))
+    });
+    tried.into_iter().flatten().min_by(|a, b| a.2.cost.total_cmp(&b.2.cost))
+}
+
+/// Forms of effects at a joint, the best few of each kind.
+fn forms_of(
+    regression: &Regression<'_>,
+    joint: &str,
+    (active, corrected): (&[usize], bool),
+    free: &dyn Fn(usize) -> bool,
+) -> Vec<usize> {
+    let location = |c: usize| &regression.candidates[c].form.location;
+    let here = |c: &usize| location(*c).joint.as_deref() == Some(joint) && location(*c).other_joint.is_none();
+    let local: Vec<usize> = (0..regression.candidates.len()).filter(here).filter(|&c| free(c)).collect();
+    let costs = parallel(local.len(), |i| {
+        let with = [active, &[local[i]]].concat();
+        regression.scored_fit(&with, corrected).map_or(f64::INFINITY, |t| t.cost)
+    });
+    let mut ranked: Vec<(usize, f64)> = local.into_iter().zip(costs).collect();
+    ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut kept: Vec<usize> = Vec::new();
+    for (c, _) in ranked {
+        let kind = |c: usize| regression.candidates[c].form.kind;
+        if kept.iter().filter(|&&o| kind(o) == kind(c)).count() < STARTS {
+            kept.push(c);
+        }
+    }
+    kept
 }
 
 /// Exchanges effects one at a time for others that do better, until none does.

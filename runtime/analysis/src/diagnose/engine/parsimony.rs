@@ -5,6 +5,8 @@ use super::search::{Outcome, consider};
 
 /// Alternatives whose held-out error differs by less than this part of what the effect removes are named together.
 pub(super) const ALIKE: f64 = 0.01;
+/// They are as well if blocks of the judging data disagree about which is better, up to this part.
+pub(super) const SCATTER: f64 = 0.05;
 /// The same for an effect with fewer parameters to stand in another one's place.
 const AS_GOOD: f64 = 0.001;
 
@@ -17,37 +19,63 @@ pub(super) fn simplify(regression: &Regression<'_>, outcome: &mut Outcome) {
 
 /// Of effects in whose place another one with fewer parameters does as well, that one.
 fn with_fewer_parameters(regression: &Regression<'_>, outcome: &mut Outcome) {
+    for k in regression.standing.len()..outcome.active.len() {
+        replace(regression, outcome, k, &|_, more, removed| more <= (AS_GOOD * removed).max(4.0));
+    }
+}
+
+/// Puts an effect with fewer parameters at the same place in that of the `k`-th, if blocks of the judging data disagree about which
+/// is better: for effects of which the data do not tell all parameters. Tells whether there was one.
+pub(super) fn put_simpler(regression: &Regression<'_>, outcome: &mut Outcome, k: usize) -> bool {
+    let here = regression.candidates[outcome.active[k]].form.location.clone();
+    let (scored, active) = (outcome.scored.clone(), outcome.active.clone());
+    replace(regression, outcome, k, &|(c, set, other), more, removed| {
+        let chance = || regression.scatter(&scored, &active, other, set);
+        regression.candidates[*c].form.location == here
+            && (more <= (ALIKE * removed).max(4.0) || (more <= SCATTER * removed && more <= chance()))
+    })
+}
+
+/// A candidate, all that is active with it, and their fit.
+type Replacement = (usize, Vec<usize>, ScoredFit);
+
+/// Puts the candidate with the fewest parameters in the place of the `k`-th effect that is `as_good`, told how much more deviance there is
+/// with it and how much the effect removes. Tells whether there was one.
+fn replace(
+    regression: &Regression<'_>,
+    outcome: &mut Outcome,
+    k: usize,
+    as_good: &(dyn Fn(&Replacement, f64, f64) -> bool + Sync),
+) -> bool {
     let deviance = |t: &ScoredFit, set: &[usize]| t.cost - regression.complexity_penalty(set);
     let count = |c: usize| regression.candidates[c].parameters;
-    for k in regression.standing.len()..outcome.active.len() {
-        let mut fewer = outcome.active.clone();
-        fewer.remove(k);
-        let (Some(bare), Some(rough)) =
-            (regression.scored_fit(&fewer, outcome.corrected), regression.scored_fit(&fewer, false))
-        else {
-            continue;
-        };
-        let here = deviance(&outcome.scored, &outcome.active);
-        let limit = here + (AS_GOOD * (deviance(&bare, &fewer) - here)).max(4.0);
-        let mine = outcome.active[k];
-        let tried = parallel(regression.candidates.len(), |c| {
-            if count(c) >= count(mine)
-                || consider(regression, &fewer, &bare, &rough, outcome.corrected, c).is_err()
-            {
-                return None;
-            }
-            let mut set = outcome.active.clone();
-            set[k] = c;
-            let scored = regression.scored_fit(&set, outcome.corrected)?;
-            (deviance(&scored, &set) <= limit).then_some((c, set, scored))
-        });
-        let least = |a: &(usize, Vec<usize>, ScoredFit), b: &(usize, Vec<usize>, ScoredFit)| {
-            count(a.0).cmp(&count(b.0)).then(a.2.cost.total_cmp(&b.2.cost))
-        };
-        if let Some((_, set, scored)) = tried.into_iter().flatten().min_by(least) {
-            (outcome.active, outcome.scored) = (set, scored);
+    let mut fewer = outcome.active.clone();
+    let mine = fewer.remove(k);
+    let (Some(bare), Some(rough)) =
+        (regression.scored_fit(&fewer, outcome.corrected), regression.scored_fit(&fewer, false))
+    else {
+        return false;
+    };
+    let here = deviance(&outcome.scored, &outcome.active);
+    let removed = deviance(&bare, &fewer) - here;
+    let tried = parallel(regression.candidates.len(), |c| {
+        if count(c) >= count(mine)
+            || consider(regression, &fewer, &bare, &rough, outcome.corrected, c).is_err()
+        {
+            return None;
         }
-    }
+        let mut set = outcome.active.clone();
+        set[k] = c;
+        let scored = regression.scored_fit(&set, outcome.corrected)?;
+        let more = deviance(&scored, &set) - here;
+        let replacement = (c, set, scored);
+        as_good(&replacement, more, removed).then_some(replacement)
+    });
+    let least =
+        |a: &Replacement, b: &Replacement| count(a.0).cmp(&count(b.0)).then(a.2.cost.total_cmp(&b.2.cost));
+    let Some((_, set, scored)) = tried.into_iter().flatten().min_by(least) else { return false };
+    (outcome.active, outcome.scored) = (set, scored);
+    true
 }
 
 /// One effect for two at its place that are nearly it together: friction that differs by direction is, but for the moment

@@ -296,6 +296,12 @@ impl<'a> Regression<'a> {
         Some(ScoredFit { fit, errors, cost })
     }
 
+    /// Whether more is left in a row than a measurement's noise.
+    pub fn is_loud(&self, row: usize, scored: &ScoredFit) -> bool {
+        let noise = self.noise_squares[row];
+        noise > 0.0 && scored.errors[row] > 2.0 * noise
+    }
+
     fn products_of(&self, c: usize) -> &[TermProducts] {
         let corrections = self.corrections.as_ref();
         let of = |term: &Term| TermProducts::new(&self.train_sums, &self.weights, corrections, term);

@@ -3,11 +3,11 @@ use super::amended::Amended;
 use super::block_equations::Spread;
 use super::corrections::{Settled, settle};
 use super::errors::errors;
-use super::parsimony::simplify;
+use super::parsimony::{put_simpler, simplify};
 use super::refinement::{Data, Refined, refine};
 use super::regression::{Regression, is_held_out};
 use super::search::{Outcome, search};
-use super::significance::{Insignificant, insignificant};
+use super::significance::{Insignificant, insignificant, is_vague};
 use super::text;
 use super::unexplained::unexplained;
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
@@ -101,6 +101,11 @@ fn estimated(
         let effects = estimates(regression, outcome);
         let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
         let Some(Insignificant { effect, impossible }) = insignificant(regression, &refined) else {
+            let judged = regression.standing.len()..outcome.active.len();
+            let vague: Vec<usize> = judged.filter(|&k| is_vague(&refined, k)).collect();
+            if vague.into_iter().any(|k| put_simpler(regression, outcome, k)) {
+                continue;
+            }
             return refined;
         };
         if impossible && retries > 0 {
@@ -237,6 +242,14 @@ impl Conclusion<'_> {
             unexplained(&final_train, &final_judge, &counts, (effects, &self.regression.resolutions));
         diagnosis.unexplained = !diagnosis.unexplained_parts.is_empty();
         diagnosis.suspects = diagnosis.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
+        for found in &mut diagnosis.effects {
+            if found.effect.location.joint.as_ref().is_some_and(|joint| diagnosis.suspects.contains(joint)) {
+                found.doubts.push(
+                    "something is left at this joint that no effect explains: this one may stand for a part of it"
+                        .to_owned(),
+                );
+            }
+        }
         diagnosis.rejected = self.rejected(&diagnosis);
         diagnosis
     }
@@ -268,17 +281,20 @@ impl Conclusion<'_> {
             None => prefixes.map(errors).collect(),
         };
         let nominal = all[0].1.powi(2).max(f64::MIN_POSITIVE);
-        (0..self.settled.refined.effects.len() - standing)
-            .map(|k| {
-                let (before, after) = (all[k].1, all[k + 1].1);
-                let mut share = (before * before - after * after) / nominal;
-                if main.len() < judge.rows().len() && share < ELSEWHERE {
-                    // An effect that shows in another kind of row.
-                    share = share.max((all[k].0 - all[k + 1].0) / all[0].0.max(f64::MIN_POSITIVE));
-                }
-                (share, Step { effect: self.settled.refined.effects[standing + k].clone(), before, after })
-            })
-            .collect()
+        let judged = 0..self.settled.refined.effects.len() - standing;
+        let share = |k: usize| {
+            let (before, after) = (all[k].1, all[k + 1].1);
+            let share = (before * before - after * after) / nominal;
+            if main.len() < judge.rows().len() && share < ELSEWHERE {
+                // An effect that shows in another kind of row.
+                return share.max((all[k].0 - all[k + 1].0) / all[0].0.max(f64::MIN_POSITIVE));
+            }
+            share
+        };
+        let effect = |k: usize| self.settled.refined.effects[standing + k].clone();
+        let step = |k: usize| Step { effect: effect(k), before: all[k].1, after: all[k + 1].1 };
+        let shares = shared(judged.clone().map(share).collect());
+        shares.into_iter().zip(judged.map(step)).collect()
     }
 
     /// Held-out error of the first `count` effects with the inertial corrections that fit best beside them: all rows
@@ -334,6 +350,20 @@ impl Conclusion<'_> {
     }
 }
 
+/// Shares of which none is below zero: effects that work against each other share equally what they remove together.
+fn shared(shares: Vec<f64>) -> Vec<f64> {
+    let mut groups: Vec<(f64, usize)> = Vec::new();
+    for share in shares {
+        match groups.last_mut() {
+            Some((sum, count)) if *sum < -ELSEWHERE || share < -ELSEWHERE => {
+                (*sum, *count) = (*sum + share, *count + 1);
+            }
+            _ => groups.push((share, 1)),
+        }
+    }
+    groups.into_iter().flat_map(|(sum, count)| std::iter::repeat_n(sum / count as f64, count)).collect()
+}
+
 fn doubts(effect: &Effect, widths: &[(String, f64)]) -> Vec<String> {
     let mut doubts = Vec::new();
     for parameter in effect.kind.estimated() {
@@ -359,4 +389,16 @@ fn main_rows(experiment: &dyn Experiment) -> Vec<usize> {
     let order = ["post_impact_velocity", "cop", "effort", "base_force", "base_moment", "transmission"];
     let main = order.into_iter().find(|name| rows.iter().any(|r| r.channel.name() == *name));
     (0..rows.len()).filter(|&r| Some(rows[r].channel.name()) == main).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shared;
+
+    #[test]
+    fn what_works_against_each_other_shares_what_it_removes() {
+        assert_eq!(shared(vec![0.5, -0.001, 0.2]), [0.5, -0.001, 0.2]);
+        assert_eq!(shared(vec![1.5, -0.5, 0.0]), [0.5, 0.5, 0.0]);
+        assert_eq!(shared(vec![-1.0, 1.5]), [0.25, 0.25]);
+    }
 }

@@ -1,5 +1,5 @@
 //! Which candidates stand: forward search, pruning, and the best small set at every joint.
-use super::exchange::{best_set, exchange};
+use super::exchange::{best_set, exchange, pair};
 use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
 use crate::experiments::Channel;
@@ -134,17 +134,19 @@ fn run(
         }
         let before = (active.clone(), scored.clone());
         let found = best(regression, &active, &scored, corrected, &banned, &mut reasons);
-        let Some((candidate, better)) = found else { break };
-        active.push(candidate);
-        scored = better;
-        (active, scored) = best_set(regression, active, scored, candidate, corrected);
+        let with = |c: usize| [active.as_slice(), &[c]].concat();
+        let alone = found.map(|(candidate, better)| (vec![candidate], with(candidate), better));
+        let found = alone.or_else(|| pair(regression, &active, &scored, corrected, &banned));
+        let Some((newcomers, set, better)) = found else { break };
+        (active, scored) = (set, better);
+        (active, scored) = best_set(regression, active, scored, newcomers[0], corrected);
         active = prune(regression, active, scored, corrected).0;
         regression.linearise(&active, corrected);
         scored = regression.scored_fit(&active, corrected)?;
         // What is impossible once its nonlinear part is in was never possible.
         if let Some((_, why)) = regression.impossible(&active, &scored) {
-            reasons.insert(candidate, why);
-            banned.push(candidate);
+            newcomers.iter().for_each(|&c| drop(reasons.insert(c, why.clone())));
+            banned.extend(newcomers);
             (active, scored) = before;
             regression.linearise(&active, corrected);
         }
@@ -216,7 +218,7 @@ fn best(
 }
 
 /// Why a candidate cannot stand beside these, whatever it lowers.
-fn excluded(regression: &Regression<'_>, active: &[usize], c: usize) -> Option<String> {
+pub(super) fn excluded(regression: &Regression<'_>, active: &[usize], c: usize) -> Option<String> {
     let candidate = &regression.candidates[c];
     let same = |a: &usize| {
         let other = &regression.candidates[*a].form;

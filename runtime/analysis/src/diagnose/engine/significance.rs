@@ -81,19 +81,36 @@ pub(super) fn without_sticking<'v>(
     values.iter().enumerate().filter(move |(i, _)| told(*i)).map(|(_, x)| *x)
 }
 
+/// Of some hundred candidates a few lie beyond their 95 % intervals by chance; beyond so many times as much, three standard
+/// deviations, hardly one does.
+const BY_CHANCE: f64 = 1.5;
+
 /// Whether all that an effect might be includes that it is nothing.
 fn uncertain(refined: &Refined, k: usize) -> bool {
     let effect = &refined.effects[k];
     let size = |name: &str| effect.kind.parameter(name).map_or(Size::NothingAt(0.0), |p| p.size);
-    let mut sizes = refined.half_width[k]
+    let sizes: Vec<(&String, &f64, Size)> = refined.half_width[k]
         .iter()
         .map(|(name, half)| (name, half, size(name)))
         .filter(|(.., size)| *size != Size::Place)
-        .peekable();
-    sizes.peek().is_some()
-        && sizes.all(|(name, half, size)| {
-            matches!(size, Size::NothingAt(nothing) if (effect.value(name) - nothing).abs() < *half)
-        })
+        .collect();
+    let nothing = |(name, half, size): &(&String, &f64, Size)| match size {
+        Size::NothingAt(nothing) => (effect.value(name) - nothing).abs() < BY_CHANCE * **half,
+        // It may be anything: so may what it does, as the others tell.
+        Size::NeverNothing => half.is_infinite(),
+        Size::Place => true,
+    };
+    sizes.iter().any(|(.., size)| matches!(size, Size::NothingAt(_))) && sizes.iter().all(nothing)
+}
+
+/// Whether all that one of an effect's parameters might be includes that it is nothing.
+pub(super) fn is_vague(refined: &Refined, k: usize) -> bool {
+    let effect = &refined.effects[k];
+    refined.half_width[k].iter().any(|(name, half)| match effect.kind.parameter(name).map(|p| p.size) {
+        Some(Size::NothingAt(nothing)) => (effect.value(name) - nothing).abs() < *half,
+        Some(Size::NeverNothing) => effect.value(name).abs() < *half,
+        Some(Size::Place) | None => false,
+    })
 }
 
 /// Whether an effect makes far more than there is to explain, so that another one takes it back.

@@ -1,5 +1,5 @@
 //! A diagnosis as sentences.
-use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect};
+use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Seen, Unexplained};
 use crate::number::counting;
 use bipedc_effects::effect::Effect;
 use std::fmt::Write as _;
@@ -13,9 +13,10 @@ fn short(x: f64) -> String {
 pub fn summary(d: &Diagnosis) -> String {
     let unit = d.rms.values().find(|f| f.before == d.rms_before).map_or("", |f| f.unit.as_str());
     if d.effects.is_empty() && d.inertial_corrections.is_empty() && !d.unexplained {
-        return match loudest(d) {
-            Some(_) => what_is_left(d),
-            None => format!(
+        return match (loudest(d), training_only(d)) {
+            (Some(_), _) => what_is_left(d),
+            (None, Some(said)) => said,
+            (None, None) => format!(
                 "Nothing is missing in {}: the held-out error of {} {unit} is what the measurement's noise and the filter leave.",
                 looked_at(d),
                 short(d.rms_before)
@@ -26,6 +27,7 @@ pub fn summary(d: &Diagnosis) -> String {
     for found in &d.effects {
         let _ = writeln!(out, "{}", sentence(found));
     }
+    out.push_str(&opposed(d));
     if !d.inertial_corrections.is_empty() {
         let links: Vec<&str> =
             d.inertial_corrections.iter().filter_map(|f| f.effect.location.link.as_deref()).collect();
@@ -35,29 +37,59 @@ pub fn summary(d: &Diagnosis) -> String {
             links.join(", ")
         );
     }
-    let _ = writeln!(out, "Held-out error {} → {} {unit}.", short(d.rms_before), short(d.rms_after));
+    let filter = d.judged_at_hz.map_or(String::new(), |hz| format!(", both behind a filter of {hz} Hz"));
+    let _ = writeln!(out, "Held-out error {} → {} {unit}{filter}.", short(d.rms_before), short(d.rms_after));
     for group in &d.indistinguishable {
         let _ = writeln!(out, "{}", alike(group));
     }
     if d.unexplained {
         for part in &d.unexplained_parts {
-            let with = if part.signals.is_empty() {
-                String::new()
-            } else {
-                format!("; it goes with {}", part.signals.join(", "))
-            };
             let _ = writeln!(
                 out,
-                "{}: something is left that none of the library's effects explains: {:.0} % of the remaining squared \
-                 error is a function of the motion{with}.",
+                "{}: something is left that none of the library's effects explains: {:.0} % of the remaining squared error {}.",
                 part.joint,
-                100.0 * part.share
+                100.0 * part.share,
+                seen(part)
             );
         }
     } else {
         out.push_str(&what_is_left(d));
     }
     out.trim_end().to_owned()
+}
+
+/// A step that makes the held-out error larger by more than this factor waits for another effect.
+const RISES: f64 = 1.005;
+
+/// What is said of effects that lower the error only together.
+fn opposed(d: &Diagnosis) -> String {
+    let mut out = String::new();
+    for (k, step) in d.steps.iter().enumerate().filter(|(_, step)| step.after > RISES * step.before) {
+        let other = d.steps.get(k + 1).or_else(|| k.checked_sub(1).and_then(|k| d.steps.get(k)));
+        let Some(other) = other else { continue };
+        let _ = writeln!(
+            out,
+            "{} and {} work against each other: the error falls only with both, and they share what they remove equally.",
+            step.effect, other.effect
+        );
+    }
+    out
+}
+
+/// In what it is seen that something is left.
+fn seen(part: &Unexplained) -> String {
+    match part.seen {
+        Seen::Motion if part.signals.is_empty() => "is a function of the motion".to_owned(),
+        Seen::Motion => format!("is a function of the motion; it goes with {}", part.signals.join(", ")),
+        Seen::Slowness if !part.signals.is_empty() => {
+            format!("varies slowly, which noise hardly does; it goes with {}", part.signals.join(", "))
+        }
+        Seen::Slowness => {
+            "varies slowly, which noise hardly does; what it goes with was not found, and a sensor that drifts would look the same"
+                .to_owned()
+        }
+        Seen::Size => "is more than noise; these are too few rows to see what it goes with".to_owned(),
+    }
 }
 
 /// So many times the noise: it was a simulator that had none.
@@ -71,11 +103,29 @@ fn loudest(d: &Diagnosis) -> Option<(&String, &ErrorFall, f64)> {
     ratios.filter(|(_, _, ratio)| *ratio > LEFT).max_by(|a, b| a.2.total_cmp(&b.2))
 }
 
+/// What is said where the judging log is explained and the training log is not: the judge cannot tell what acts there.
+fn training_only(d: &Diagnosis) -> Option<String> {
+    d.validation.as_ref()?;
+    let ratio = |fall: &ErrorFall| fall.noises().filter(|ratio| *ratio > LEFT);
+    let more = |(kind, fall): (&String, &ErrorFall)| {
+        let judged = d.rms.get(kind).and_then(ErrorFall::noises)?;
+        let own = ratio(fall).filter(|own| *own > LEFT * judged)?;
+        Some((kind.replace('_', " "), short(fall.after_moving.unwrap_or(fall.after)), fall.unit.clone(), own))
+    };
+    let (kind, error, unit, times) =
+        d.rms_training.iter().filter_map(more).max_by(|a, b| a.3.total_cmp(&b.3))?;
+    Some(format!(
+        "The validation log is explained down to its noise, the training log is not: its {kind} is missed by {error} {unit}, \
+         {times:.1} times the noise. Something acts there that the validation log does not show: let a log judge in which it \
+         acts too, or judge this one by its own blocks (without --validate)."
+    ))
+}
+
 /// The last sentence where nothing structured was seen in what is left.
 fn what_is_left(d: &Diagnosis) -> String {
     let further = if d.effects.is_empty() { "No" } else { "No further" };
     match loudest(d) {
-        None => format!("Nothing else is missing in {}.", looked_at(d)),
+        None => training_only(d).unwrap_or_else(|| format!("Nothing else is missing in {}.", looked_at(d))),
         Some((row, fall, ratio)) => {
             let times = if ratio > HARDLY_ANY {
                 "and there is hardly any noise".to_owned()
@@ -107,6 +157,7 @@ fn sentence(found: &FoundEffect) -> String {
         .filter(|(name, [low, high])| (high - low).is_finite() || effect.value(name) != 0.0)
         .map(|(name, [low, high])| {
             let value = format!("{name} {} {}", short(effect.value(name)), effect.unit(name));
+            let value = value.trim_end_matches(" 1").to_owned();
             match (high - low).is_finite() {
                 true => format!("{value} (95 %: {} to {})", short(*low), short(*high)),
                 false => value,
@@ -164,6 +215,33 @@ mod tests {
             rms_after: after,
             ..Diagnosis::default()
         }
+    }
+
+    #[test]
+    fn a_training_log_that_is_missed_is_not_passed_over() {
+        let mut found = left(0.051);
+        let missed = ErrorFall { after: 0.9, ..found.rms["effort"].clone() };
+        found.rms_training = BTreeMap::from([("effort".to_owned(), missed)]);
+        // Without a log that judges, blocks of the same log do.
+        assert!(summary(&found).starts_with("Nothing is missing"));
+        found.validation = Some(crate::measure::DataSource::default());
+        let said = summary(&found);
+        assert!(said.contains("its effort is missed by 0.9000 N m, 18.0 times the noise"), "{said}");
+    }
+
+    #[test]
+    fn what_drifts_is_not_said_to_be_a_function_of_the_motion() {
+        let said = |seen: Seen| {
+            let part = Unexplained { joint: "knee".into(), share: 0.61, signals: Vec::new(), seen };
+            summary(&Diagnosis { unexplained: true, unexplained_parts: vec![part], ..left(0.11) })
+        };
+        assert!(
+            said(Seen::Motion).contains("61 % of the remaining squared error is a function of the motion.")
+        );
+        assert!(
+            said(Seen::Slowness).contains("varies slowly") && !said(Seen::Slowness).contains("a function")
+        );
+        assert!(said(Seen::Size).contains("too few rows"));
     }
 
     #[test]

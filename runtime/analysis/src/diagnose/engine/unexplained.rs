@@ -4,7 +4,7 @@ use super::corners::corners;
 use super::parallel::parallel;
 use super::regression::NOISE_MARGIN;
 use super::smoother::{self, reach};
-use crate::diagnose::Unexplained;
+use crate::diagnose::{Seen, Unexplained};
 use crate::experiments::Experiment;
 use bipedc_effects::effect::Effect;
 
@@ -65,12 +65,14 @@ pub(super) fn unexplained(
         let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
         let matters = squares(&moving) > TRACE * squares(judge.nominal(row));
         let size = squares(&moving) / (resolutions[row].powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
-        let named = |share: f64, signals: Vec<String>| Unexplained {
+        let named = |seen: Seen, share: f64, signals: Vec<String>| Unexplained {
             joint: what.joint.clone().unwrap_or_else(|| what.name.clone()),
             share,
             signals,
+            seen,
         };
-        let too_few = || (matters && size > FEW.powi(2)).then(|| named(1.0 - 1.0 / size, Vec::new()));
+        let too_few =
+            || (matters && size > FEW.powi(2)).then(|| named(Seen::Size, 1.0 - 1.0 / size, Vec::new()));
         if a.is_empty() {
             return None;
         }
@@ -90,12 +92,15 @@ pub(super) fn unexplained(
         let Some(reach) = reach((&a, r, &trains), (&b, s, &judges)) else { return too_few() };
         let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
         let slow = slow_share(judge.time(), &moving);
-        let share = if smooth > UNEXPLAINED { smooth } else { slow };
-        (matters && ((smooth > UNEXPLAINED && size > NOISE_MARGIN) || (slow > SLOW && size > LOUD.powi(2))))
-            .then(|| {
-                let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > 0.15).take(4);
-                named(share, signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect())
-            })
+        let (seen, share) = match (smooth > UNEXPLAINED, slow > SLOW) {
+            (true, _) if size > NOISE_MARGIN => (Seen::Motion, smooth),
+            (_, true) if size > LOUD.powi(2) => (Seen::Slowness, slow),
+            _ => return None,
+        };
+        // A drift goes with some signal or other by chance.
+        let least = if seen == Seen::Motion { 0.15 } else { 0.5 };
+        let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > least).take(4);
+        matters.then(|| named(seen, share, signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect()))
     });
     let mut parts: Vec<Unexplained> = parts.into_iter().flatten().collect();
     parts.sort_by(|a, b| b.share.total_cmp(&a.share));

@@ -152,7 +152,7 @@ impl ContactRecording {
             let corners = has_all_corners(columns);
             if whole && !columns.normal && !columns.has_torque(planar) {
                 self.assumptions.push(format!(
-                    "`{}` has no torque column: its force acts at its centre of pressure, without a moment about the vertical there",
+                    "`{}` has no torque column: its force acts at its centre of pressure, and its moment about the vertical is not known",
                     foot.name
                 ));
             }

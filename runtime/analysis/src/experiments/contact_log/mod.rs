@@ -41,6 +41,7 @@ mod rows;
 mod simpler;
 mod soles;
 mod standing;
+mod vertical_moment;
 mod walking;
 
 pub use crate::measure::CUTOFF_HZ;

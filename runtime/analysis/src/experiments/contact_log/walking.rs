@@ -1,12 +1,13 @@
 //! Joint torques of a robot on its feet, beside the rows of its base.
 //!
 //! A joint's row is the logged effort minus `(D q̈ + H − Jᵀ w)`: inverse dynamics under the forces that the feet report.
-//! Effort, motion and forces passed the same zero-phase filter, and all rows pass it once more. A joint whose torque
-//! depends on a moment about the vertical that no foot logs has no row.
+//! Effort, motion and forces passed the same zero-phase filter, and all rows pass it once more. A moment about the
+//! vertical that a foot does not log is eliminated: see `vertical_moment`.
 use super::effects::Change;
 use super::foot::SIGNALS;
 use super::forces::mapped;
 use super::rows::NOISE_SAMPLES;
+use super::vertical_moment::Elimination;
 use super::{ContactExperiment, ContactRecording};
 use crate::experiments::{Experiment, Inertial, MotionExperiment, Row};
 use crate::log::Log;
@@ -20,13 +21,16 @@ use bipedc_effects::effect::{Effect, Kind, Law, Location};
 use nalgebra::Vector3;
 use std::sync::OnceLock;
 
-/// A joint that feels more than this part of a moment about the vertical at a foot has no row unless it is logged.
-const FELT: f64 = 0.3;
-
 /// A log of a free robot with foot forces and joint efforts: base rows first, then joints.
 pub struct WalkingExperiment<'a> {
     base: ContactExperiment<'a>,
     joints: MotionExperiment<'a>,
+    /// Of unknown moments about the vertical from the rows of `joints`.
+    elimination: Elimination,
+    /// Joint of each row of `joints`.
+    joint_of: Vec<Option<usize>>,
+    /// Rows of `joints` that are rows here.
+    shown: Vec<usize>,
     rows: Vec<Row>,
     /// Of the joints' rows, at the samples that count.
     residual: Vec<Vec<f64>>,
@@ -53,7 +57,7 @@ impl<'a> WalkingExperiment<'a> {
         let robot = base.robot;
         let nominal = base.change(&[]);
         let mut motion = base.recording.motion();
-        let missing = base.without_vertical_moment(&mut motion);
+        let (elimination, missing) = base.vertical_moments(&mut motion);
         let ground = base.ground_forces(&nominal);
         // The effects on masses are in the joints' rows as in those of the base.
         let joints = MotionExperiment::on_ground(
@@ -64,19 +68,32 @@ impl<'a> WalkingExperiment<'a> {
             robot.effects,
             ground,
         )?;
-        let residual: Vec<Vec<f64>> =
-            (0..joints.rows().len()).map(|row| base.recording.smooth(joints.residual(row))).collect();
-        let noise = base.joint_noise(&nominal);
+        let of_joint =
+            |name: &Option<String>| robot.layout.joints.iter().position(|j| Some(&j.name) == name.as_ref());
+        let joint_of: Vec<Option<usize>> = joints.rows().iter().map(|row| of_joint(&row.joint)).collect();
+        let tells = |row: &usize| joint_of[*row].is_some_and(|joint| elimination.pivots.contains(&joint));
+        let shown: Vec<usize> = (0..joint_of.len()).filter(|row| !tells(row)).collect();
+        let noise = base.joint_noise(&nominal, &elimination);
         let mut rows = base.rows().to_vec();
-        rows.extend(joints.rows().iter().cloned());
+        rows.extend(shown.iter().map(|row| joints.rows()[*row].clone()));
         for row in &mut rows {
-            let joint = row.joint.as_ref();
-            let index = joint.and_then(|name| robot.layout.joints.iter().position(|j| j.name == *name));
-            if let Some(index) = index {
-                row.noise = noise[index].max(1e-9);
+            if let Some(joint) = of_joint(&row.joint) {
+                row.noise = noise[joint].max(1e-9);
             }
         }
-        Ok(Self { base, joints, rows, residual, inertial: OnceLock::new(), missing })
+        let mut this = Self {
+            base,
+            joints,
+            joint_of,
+            elimination,
+            shown,
+            rows,
+            residual: Vec::new(),
+            inertial: OnceLock::new(),
+            missing,
+        };
+        this.residual = this.rest(|row| Some(this.joints.residual(row)));
+        Ok(this)
     }
 
     /// The rows of the base.
@@ -88,18 +105,53 @@ impl<'a> WalkingExperiment<'a> {
         self.base.rows.len()
     }
 
-    /// Derivatives of the joints' rows through the filter, like the rows themselves.
-    fn joint_inertial(&self) -> Vec<Option<Inertial>> {
-        let smooth = |inertial: &Inertial| {
-            let width = inertial.columns.len();
-            let column =
-                |k: usize| inertial.values.iter().skip(k).step_by(width).copied().collect::<Vec<f64>>();
-            let columns: Vec<Vec<f64>> = (0..width).map(|k| self.base.recording.smooth(&column(k))).collect();
-            let samples = 0..self.base.time.len();
-            let values = samples.flat_map(|i| columns.iter().map(move |c| c[i])).collect();
-            Inertial { columns: inertial.columns.clone(), values }
+    /// What is left of the rows shown here, of values by row of `joints` (`None`: zeros), through the filter.
+    fn rest<'v>(&self, values: impl Fn(usize) -> Option<&'v [f64]>) -> Vec<Vec<f64>> {
+        let pivot = |joint: usize| values(self.joint_of.iter().position(|j| *j == Some(joint))?);
+        let moments = self.elimination.pivots.iter().any(|joint| pivot(*joint).is_some());
+        let of_row = |row: &usize| {
+            let own = values(*row).map(<[f64]>::to_vec);
+            if own.is_none() && !moments {
+                return vec![0.0; self.base.time.len()];
+            }
+            let own = own.unwrap_or_else(|| vec![0.0; self.base.samples()]);
+            let rest = match self.joint_of[*row] {
+                Some(joint) => self.elimination.rest(joint, own, pivot),
+                None => own,
+            };
+            self.base.recording.smooth(&rest)
         };
-        (0..self.residual.len()).map(|row| self.joints.inertial(row).map(smooth)).collect()
+        self.shown.iter().map(of_row).collect()
+    }
+
+    /// Derivatives of the joints' rows through elimination and filter, like the rows themselves.
+    fn joint_inertial(&self) -> Vec<Option<Inertial>> {
+        let has = |row: usize, column: usize| {
+            let inertial = self.joints.inertial(row)?;
+            let place = inertial.columns.iter().position(|c| *c == column)?;
+            Some(inertial.values.iter().skip(place).step_by(inertial.columns.len()).copied().collect())
+        };
+        let all: Vec<Vec<Option<Vec<f64>>>> = (0..self.inertial_count())
+            .map(|column| (0..self.joint_of.len()).map(|row| has(row, column)).collect())
+            .collect();
+        let mut columns: Vec<Vec<usize>> = vec![Vec::new(); self.shown.len()];
+        let mut values: Vec<Vec<Vec<f64>>> = vec![Vec::new(); self.shown.len()];
+        for (column, by_row) in
+            all.iter().enumerate().filter(|(_, by_row)| by_row.iter().any(Option::is_some))
+        {
+            let rest = self.rest(|row| by_row[row].as_deref());
+            for (row, rest) in rest.into_iter().enumerate().filter(|(_, rest)| rest.iter().any(|x| *x != 0.0))
+            {
+                columns[row].push(column);
+                values[row].push(rest);
+            }
+        }
+        let of_row = |(columns, values): (Vec<usize>, Vec<Vec<f64>>)| {
+            let samples = 0..self.base.time.len();
+            let values = samples.flat_map(|i| values.iter().map(move |c| c[i])).collect();
+            Some(Inertial { columns, values })
+        };
+        columns.into_iter().zip(values).map(of_row).collect()
     }
 
     fn joint_response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
@@ -109,14 +161,17 @@ impl<'a> WalkingExperiment<'a> {
         };
         let changes = effects.iter().any(at_feet);
         let ground = changes.then(|| self.base.ground_forces(&self.base.change(effects)));
-        let rows = if changes { (0..self.residual.len()).collect() } else { self.joints.touched(effects) };
-        let changed = self.joints.residuals(&all, &rows, ground.as_deref());
-        let response = |(row, residual): (usize, Vec<f64>)| {
-            let mut values = self.base.recording.smooth(&residual);
-            values.iter_mut().zip(&self.residual[row]).for_each(|(x, nominal)| *x = nominal - *x);
-            (self.first() + row, values)
-        };
-        changed.into_iter().map(response).collect()
+        let rows = if changes { (0..self.joint_of.len()).collect() } else { self.joints.touched(effects) };
+        let mut responses: Vec<Option<Vec<f64>>> = vec![None; self.joint_of.len()];
+        for (row, changed) in self.joints.residuals(&all, &rows, ground.as_deref()) {
+            let nominal = self.joints.residual(row);
+            responses[row] = Some(nominal.iter().zip(changed).map(|(nominal, x)| nominal - x).collect());
+        }
+        self.rest(|row| responses[row].as_deref())
+            .into_iter()
+            .enumerate()
+            .map(|(k, x)| (self.first() + k, x))
+            .collect()
     }
 }
 
@@ -156,44 +211,13 @@ impl ContactExperiment<'_> {
         (0..self.samples()).step_by((self.samples() / NOISE_SAMPLES).max(1))
     }
 
-    /// Takes away the efforts of joints that feel a moment that was not logged.
-    fn without_vertical_moment(&self, motion: &mut Recording) -> Vec<Missing> {
-        let mut missing = Vec::new();
-        let nominal = self.change(&[]);
-        let first = self.robot.layout.base.nv();
-        for (f, record) in self.recording.feet.iter().enumerate() {
-            let known = record.columns.has_torque(self.robot.planar()) || self.robot.planar();
-            if !record.is_logged || known {
-                continue;
-            }
-            let mut felt = vec![0.0_f64; self.calls.nv];
-            for i in self.probes() {
-                let [q, ..] = self.kinematics(i, &nominal);
-                let unit = |foot: usize, _: &Sole| {
-                    (Vector3::zeros(), if foot == f { Vector3::z() } else { Vector3::zeros() })
-                };
-                let tau = mapped(&self.robot, &self.calls, &self.feet, &q, &self.recording.logged(), unit);
-                felt.iter_mut().zip(tau).for_each(|(felt, tau)| *felt = felt.max(tau.abs()));
-            }
-            for (j, joint) in self.robot.layout.joints.iter().enumerate() {
-                if felt[first + j] > FELT && motion.effort[j].take().is_some() {
-                    let foot = &self.robot.feet[f].name;
-                    let reason = format!(
-                        "its effort depends on the moment about the vertical at `{foot}`, which is not logged"
-                    );
-                    missing.push(Missing { name: joint.name.clone(), reason });
-                }
-            }
-        }
-        missing
-    }
-
     /// Noise of the joints' rows: of efforts, of forces through the legs, of accelerations through the mass matrix.
-    fn joint_noise(&self, change: &Change) -> Vec<f64> {
+    fn joint_noise(&self, change: &Change, elimination: &Elimination) -> Vec<f64> {
         let (first, r) = (self.robot.layout.base.nv(), &self.recording);
         let [still, moving] = r.noise_gain();
         let mut sums = vec![0.0; self.robot.layout.joints.len()];
-        let mut add = |tau: &[f64], sigma: f64| {
+        let mut add = |sample: usize, mut tau: Vec<f64>, sigma: f64| {
+            elimination.rest_at(sample, &mut tau[first..]);
             sums.iter_mut().zip(&tau[first..]).for_each(|(sum, tau)| *sum += (tau * sigma).powi(2));
         };
         let mut count = 0.0;
@@ -212,10 +236,15 @@ impl ContactExperiment<'_> {
                         }
                     };
                     let tau = mapped(&self.robot, &self.calls, &self.feet, &q, &r.logged(), one);
-                    add(&tau, record.noise[k] * still.sqrt());
+                    add(i, tau, record.noise[k] * still.sqrt());
                 }
             }
             let [q, v, a] = self.true_state(&self.logged_state(i), change);
+            for (joint, noise) in r.effort_noise.iter().enumerate() {
+                let mut one = vec![0.0; self.calls.nv];
+                one[first + joint] = 1.0;
+                add(i, one, noise * still.sqrt());
+            }
             let mut needed = vec![0.0; self.calls.nv];
             self.calls.moving(self.inverse_dynamics, &q, &v, &a, &mut needed);
             let axes = self.base_axes(&q);
@@ -230,11 +259,10 @@ impl ContactExperiment<'_> {
                 let mut more = vec![0.0; self.calls.nv];
                 self.calls.moving(self.inverse_dynamics, &q, &v, &faster, &mut more);
                 more.iter_mut().zip(&needed).for_each(|(more, needed)| *more -= needed);
-                add(&more, sigma * moving.sqrt());
+                add(i, more, sigma * moving.sqrt());
             }
         }
-        let own = r.effort_noise.iter().map(|noise| noise * noise * still);
-        sums.iter().zip(own).map(|(sum, own)| (sum / count + own).sqrt()).collect()
+        sums.iter().map(|sum| (sum / count).sqrt()).collect()
     }
 }
 
@@ -253,7 +281,9 @@ impl Experiment for WalkingExperiment<'_> {
     }
     fn measured(&self, row: usize) -> Option<Vec<f64>> {
         match row.checked_sub(self.first()) {
-            Some(joint) => self.joints.measured(joint).map(|values| self.base.recording.smooth(&values)),
+            Some(row) => {
+                self.joints.measured(self.shown[row]).map(|values| self.base.recording.smooth(&values))
+            }
             None => self.base.measured(row),
         }
     }
@@ -287,8 +317,8 @@ impl Experiment for WalkingExperiment<'_> {
         }
     }
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
-        let Some(joint) = row.checked_sub(self.first()) else { return self.base.signals(row) };
-        let signals = self.joints.signals(joint).into_iter();
+        let Some(row) = row.checked_sub(self.first()) else { return self.base.signals(row) };
+        let signals = self.joints.signals(self.shown[row]).into_iter();
         signals.map(|(name, values)| (name, self.base.recording.pick(&values))).collect()
     }
     fn phases(&self) -> Vec<(String, Vec<bool>)> {

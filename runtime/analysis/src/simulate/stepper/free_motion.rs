@@ -5,12 +5,13 @@ use crate::simulate::motors::embed;
 use bipedc_effects::diagnostic::Diagnostic;
 
 impl Stepper<'_> {
-    /// Factors D at the midpoint; `drive` becomes `L⁻ᵀ h (τ − H)`.
+    /// Factors D at the midpoint; `drive` becomes `L⁻ᵀ h (τ − H)`. `goes_on`: this step follows the last one.
     pub(super) fn free_motion(
         &mut self,
         motion: &MotionState,
         force: &[f64],
         time: f64,
+        goes_on: bool,
     ) -> Result<(), Diagnostic> {
         let (nv, n) = (self.mechanics.nv(), self.size());
         let first = nv - self.joints.len();
@@ -41,15 +42,46 @@ impl Stepper<'_> {
         for (middle, v) in self.middle.iter_mut().zip(&self.speed) {
             *middle = v + 0.5 * *middle;
         }
+        self.look_ahead(goes_on);
         self.push(motion, force, time, true);
         Ok(())
     }
 
-    /// `drive = L⁻ᵀ h (τ − H(q_M, v) − damping)`, with the velocity `middle` in H or the present one.
-    fn push(&mut self, motion: &MotionState, force: &[f64], time: f64, middle: bool) {
+    /// The velocity that H is taken at.
+    fn look_ahead(&mut self, goes_on: bool) {
+        let nv = self.around.len();
+        self.around.copy_from_slice(&self.middle[..nv]);
+        // What bounces is pushed now and then, not step by step.
+        if !goes_on || self.ground.normal_restitution > 0.0 {
+            return;
+        }
+        let [last, before] = &self.last.by_ground;
+        let ground = last.iter().zip(before);
+        for ((around, v), (last, before)) in self.around.iter_mut().zip(&self.speed).zip(ground) {
+            // Half of what there would be without it. It takes that back, no more, where it does so step by step: an impact does not go on.
+            let free = *around - v;
+            let ground = 0.5 * last.abs().min(before.abs());
+            if last * before > 0.0 && last * free < 0.0 {
+                *around -= free.signum() * ground.min(free.abs());
+            }
+        }
+    }
+
+    /// What the ground changed of the velocity in this step: the difference of what there was and what it would have been without.
+    pub(super) fn remember(&mut self, touched: bool, time: f64) {
+        self.last.time = time;
+        self.last.by_ground.swap(0, 1);
+        let own = self.drive.iter().zip(&self.speed).zip(&self.middle);
+        for (by_ground, ((change, v), middle)) in self.last.by_ground[0].iter_mut().zip(own) {
+            *by_ground = if touched { change - 2.0 * (middle - v) } else { 0.0 };
+        }
+    }
+
+    /// `drive = L⁻ᵀ h (τ − H(q_M, v) − damping)`, with the velocity `around` in H or the present one.
+    fn push(&mut self, motion: &MotionState, force: &[f64], time: f64, around: bool) {
         let (nv, n, joints) = (self.mechanics.nv(), self.size(), self.joints.len());
         let first = nv - joints;
-        let v = if middle { &self.middle } else { &self.speed };
+        let v = if around { &self.around } else { &self.speed };
         self.mechanics.bias(&motion.q, &v[..nv], &mut self.bias);
         for (drive, force) in self.drive.iter_mut().zip(force) {
             *drive = time * force;
@@ -62,7 +94,7 @@ impl Stepper<'_> {
         }
         let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[first..]);
         self.motors.add_impulses(&mut self.drive, first, q, v, time);
-        if !middle {
+        if !around {
             // Servos and friction give about what they gave before: without them the middle's velocity, and with it H, would
             // be of first order only.
             for axis in 0..self.inertia.len() {

@@ -128,7 +128,7 @@ pub static BACKLASH: Kind = Kind {
 fn other_gap(gap: f64, c: &[f64]) -> Option<String> {
     let found = c.first().copied().filter(|_| gap < 1.0)?;
     (!(0.4..2.5).contains(&(found / gap)))
-        .then(|| format!("its gap would be {found:.3e} rad, another than was tried"))
+        .then(|| format!("tried as {gap:.3e} rad of play, it would be {found:.3e} rad"))
 }
 
 /// A wrong torque constant.
@@ -275,7 +275,7 @@ pub static ACTUATOR_DELAY: Kind = Kind {
         refused: |delay, c| {
             let found = c.first().copied()?;
             (!(0.3..3.0).contains(&(found / delay)))
-                .then(|| format!("its delay would be {found:.3e} s, another than was tried"))
+                .then(|| format!("tried as a delay of {delay:.3e} s, it would be {found:.3e} s"))
         },
     },
     relations: Relations::NONE,

@@ -100,7 +100,7 @@ pub static COM_OFFSET: Kind = Kind {
     relations: Relations::NONE,
     identified: None,
     meaning: "The centre of mass of a link lies elsewhere than the URDF says.",
-    symptom: "turns with gravity in the link's frame, without a change of weight",
+    symptom: "turns with gravity in the link's frame, and asks for no change of weight",
     confounders: &[
         confounder("payload", WEIGH),
         confounder("encoder_offset", "Take postures out of the plane, or turn the base."),
