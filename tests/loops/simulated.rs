@@ -195,8 +195,8 @@ fn friction_and_a_delay_that_hide_one_another() {
         others.map(|line| format!("{line}\n")).collect()
     };
     let calm = "left_knee_pitch = { position = 0.2, sines = [[0.1, 0.55, 1.5708], [0.05, 0.8, -1.5708]] }\n";
-    let [train, judge] =
-        [(TRAIN, -FRAC_PI_2), (JUDGE, FRAC_PI_2)].map(|(motion, phase)| upwards(&(without(motion) + calm), phase));
+    let [train, judge] = [(TRAIN, -FRAC_PI_2), (JUDGE, FRAC_PI_2)]
+        .map(|(motion, phase)| upwards(&(without(motion) + calm), phase));
     let place = "joint = \"left_hip_pitch\"";
     for torque in [0.3, 0.5] {
         let hidden = Hidden::moved(
