@@ -9,13 +9,15 @@ use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::walking::estimator::Sensed;
 use bipedc_runtime::walking::steps::{Phase, Velocity};
-use bipedc_runtime::walking::{OnBoardWalker, WalkingController};
+use bipedc_runtime::walking::{OnBoardWalker, Payload, WalkingController};
 use serde::Serialize;
 use std::cell::RefCell;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+/// A place known to so much (m) is known.
+const KNOWN: f64 = 0.1;
 /// Part of the height of the centre of mass below which a robot has fallen.
 const FALLEN: f64 = 0.6;
 
@@ -60,6 +62,13 @@ impl<'a> Driver<'a> {
         }
     }
 
+    fn learn_payload(&mut self, learns: bool) {
+        match self {
+            Self::True(controller) => controller.learn_payload(learns),
+            Self::Measured(walker) => walker.learn_payload(learns),
+        }
+    }
+
     fn command(
         &mut self,
         observed: &Observation<'_, f64>,
@@ -73,6 +82,7 @@ impl<'a> Driver<'a> {
         let [specific_force, angular_velocity] = observed.inertial.unwrap_or([[f64::NAN; 3]; 2]);
         let robot = walker.controller().parts().1;
         let load = |k: usize| observed.loads.get(robot.legs[k].foot).copied().unwrap_or(f64::NAN);
+        let center = |k: usize| observed.centers.get(robot.legs[k].foot).copied().unwrap_or([f64::NAN; 2]);
         let sensed = Sensed {
             time: observed.time,
             joint_position: position,
@@ -80,6 +90,7 @@ impl<'a> Driver<'a> {
             angular_velocity,
             specific_force,
             load: [load(0), load(1)],
+            center: [center(0), center(1)],
         };
         walker.step(&sensed, commands).refusal.map_or(Ok(()), Err)
     }
@@ -98,9 +109,30 @@ pub struct FootstepSummary {
     pub limited: f64,
     /// When the robot fell, s.
     pub fell: Option<f64>,
+    /// What the controller found that its root link carries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub payload: Option<FoundPayload>,
     /// Why the controller gave up, if it did not just fall.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
+}
+
+/// What a controller found that the root link carries.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FoundPayload {
+    /// kg
+    pub mass: f64,
+    /// From the root's origin in its axes, m; none where the motion does not tell.
+    pub place: [Option<f64>; 3],
+}
+
+impl FoundPayload {
+    /// Known to so much (standard deviations, kg, kg m).
+    fn new(payload: &Payload<f64>, (mass, moment): (f64, [f64; 3])) -> Self {
+        let place = payload.place();
+        let known = |k: usize| payload.mass.abs() > 2.0 * mass && moment[k] < KNOWN * payload.mass.abs();
+        Self { mass: payload.mass, place: [0, 1, 2].map(|k| known(k).then_some(place[k])) }
+    }
 }
 
 impl fmt::Display for FootstepSummary {
@@ -113,6 +145,13 @@ impl fmt::Display for FootstepSummary {
             1e3 * self.divergent_error,
             100.0 * self.limited
         )?;
+        if let Some(FoundPayload { mass, place }) = self.payload {
+            let [x, y, z] = place.map(|x| x.map_or("?".to_owned(), |x| format!("{x:.3}")));
+            writeln!(
+                f,
+                "found to be carried: {mass:.3} kg at x {x}, y {y}, z {z} m from the origin of the root link, in its axes"
+            )?;
+        }
         match (&self.fell, &self.refused) {
             (Some(time), Some(why)) => writeln!(f, "the controller gave up at {time:.3} s: {why}"),
             (Some(time), None) => writeln!(f, "the robot fell at {time:.3} s"),
@@ -186,8 +225,10 @@ impl Footsteps {
     /// The controller, and what it writes down.
     pub fn controller(&self) -> (Scheduled<'_>, Rc<RefCell<FootstepSummary>>) {
         let record = Rc::new(RefCell::new(FootstepSummary::default()));
+        let mut driver = self.driver();
+        driver.learn_payload(self.walk.learns_payload);
         let controller = Scheduled {
-            driver: self.driver(),
+            driver,
             walk: &self.walk,
             least: FALLEN * self.walker.height(),
             record: Rc::clone(&record),
@@ -235,6 +276,10 @@ impl Scheduled<'_> {
         if let Some([x, y]) = controller.walked().map(|walked| walked.center) {
             let begin = *self.begin.get_or_insert([x, y]);
             record.distance = (x - begin[0]).hypot(y - begin[1]);
+        }
+        if self.walk.learns_payload {
+            record.payload =
+                controller.payload_deviations().map(|off| FoundPayload::new(controller.payload(), off));
         }
         self.calls += 1;
         if let Some(walked) = controller.walked() {

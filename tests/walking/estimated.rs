@@ -99,6 +99,7 @@ fn errors(log: &Log) -> ([f64; 6], Vec<Fault>) {
             angular_velocity: three(angular),
             specific_force: three(force),
             load: load.map(|k| row[k]),
+            center: [[f64::NAN; 2]; 2],
         };
         faults.extend(estimator.update(&sensed, &Legs).fault);
         let (q, v) = (estimator.q(), estimator.v());

@@ -5,4 +5,5 @@ mod followed;
 mod on_board;
 mod oracle;
 mod page;
+mod payload;
 mod refused;

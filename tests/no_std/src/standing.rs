@@ -69,6 +69,7 @@ pub fn stands<R: Scalar + Into<f64>>(tolerance: f64) -> bool {
             angular_velocity: [nonsense, x(1e-4) * x(f64::from(k % 7)), x(0.0)],
             specific_force: [x(0.0), nonsense, x(9.81)],
             load: [x(75.0), x(75.0)],
+            center: [[f64::NAN; 2]; 2],
         };
         let found = estimator.update(&sensed, black_box(&Stilts));
         right &= found.standing == [true; 2] && (k < 102 || found.fault == Some(Fault::Gyroscope));

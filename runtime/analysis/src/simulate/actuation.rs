@@ -1,4 +1,5 @@
 //! Controllers, motors and the laws of joints around a step: what they give before it, what they reported after it.
+use super::carried::Carried;
 use super::control::{JointServos, refused};
 use super::driven_joint::Reading;
 use super::instability::Swing;
@@ -48,6 +49,7 @@ impl Simulation<'_> {
     pub(super) fn control(&mut self, time: f64) -> Result<(), Diagnostic> {
         self.force.fill(0.0);
         self.push(time);
+        self.load(time);
         self.inside.clear();
         if let Some(energy_flow) = &mut self.energy_flow {
             energy_flow.torque.fill(0.0);
@@ -67,7 +69,8 @@ impl Simulation<'_> {
         let ahead = if scenario.inside { 0.5 * scenario.step } else { 0.0 };
         self.weigh();
         self.sense(time);
-        let observed = Observation::new(time, 0, &self.motion.q, &self.motion.v).with_loads(&self.loads);
+        let observed = Observation::new(time, 0, &self.motion.q, &self.motion.v);
+        let observed = observed.with_loads(&self.loads).with_centers(&self.centers);
         let mut asked = JointServos::new(&scenario.servos, ahead).command(&observed, &mut self.asked);
         if let Some(controller) = &mut self.controller {
             if time == 0.0 {
@@ -107,6 +110,15 @@ impl Simulation<'_> {
         }
     }
 
+    /// Puts onto the root link what it carries from now on.
+    fn load(&mut self, time: f64) {
+        let middle = time + 0.5 * self.scenario.step;
+        let on_it = self.scenario.payloads.iter().filter(|payload| payload.time <= middle);
+        if let Some(sum) = on_it.map(|payload| payload.carried).reduce(Carried::and) {
+            self.stepper.carry(sum);
+        }
+    }
+
     /// What sensors say now: forces and torques are those of the last step.
     fn sense(&mut self, time: f64) {
         let Some(mut sensed) = self.sensed.take() else { return };
@@ -122,15 +134,21 @@ impl Simulation<'_> {
         self.sensed = Some(sensed);
     }
 
-    /// Normal force of the last step on each foot, N.
+    /// Normal force of the last step on each foot, N, and its centre, m.
     fn weigh(&mut self) {
         let mut point = 0;
-        for (load, foot) in self.loads.iter_mut().zip(&self.plant.feet) {
-            let own = point..point + foot.corners.len();
-            point = own.end;
-            let touches = own.end <= self.stepper.mechanics().points();
-            let push: f64 = if touches { own.map(|i| self.stepper.impulse(i)[2]).sum() } else { 0.0 };
+        for ((load, center), foot) in self.loads.iter_mut().zip(&mut self.centers).zip(&self.plant.feet) {
+            let (mut push, mut moment) = (0.0, [0.0; 2]);
+            for corner in 0..foot.corners.len() {
+                let touches = point < self.stepper.mechanics().points();
+                let force = if touches { self.stepper.impulse(point)[2] } else { 0.0 };
+                let place = foot.corner(corner);
+                push += force;
+                moment = [moment[0] + place.x * force, moment[1] + place.y * force];
+                point += 1;
+            }
             *load = push / self.scenario.step;
+            *center = moment.map(|moment| if push > 0.0 { moment / push } else { f64::NAN });
         }
     }
 

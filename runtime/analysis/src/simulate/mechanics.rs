@@ -1,4 +1,5 @@
 //! The functions of a model that a simulation calls, and how its coordinates move.
+use super::carried::Carried;
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::math::sin_cos;
@@ -12,6 +13,7 @@ pub struct Mechanics<'a> {
     mass: usize,
     bias: usize,
     contact: Option<ContactFunctions>,
+    carried: Option<Carried>,
 }
 
 /// Indices of the functions of contact points.
@@ -76,7 +78,7 @@ impl<'a> Mechanics<'a> {
             }
         };
         let mass = find("mass_matrix_upper").or_else(|_| find("mass_matrix"))?;
-        Ok(Self { model, base, mass, bias: find("bias")?, contact })
+        Ok(Self { model, base, mass, bias: find("bias")?, contact, carried: None })
     }
 
     /// The same in the air: nothing touches the ground.
@@ -113,10 +115,25 @@ impl<'a> Mechanics<'a> {
     /// Lower triangle of `D`, row after row; what stands above the diagonal is of no use.
     pub fn mass_matrix(&self, q: &[f64], out: &mut [f64]) {
         self.call(self.mass, &State::new().with(Argument::Q, q), out);
+        if let Some(carried) = &self.carried {
+            carried.add_to_mass(out, self.nv());
+        }
     }
     /// `H = C v + G`.
     pub fn bias(&self, q: &[f64], v: &[f64], out: &mut [f64]) {
         self.call(self.bias, &State::new().with(Argument::Q, q).with(Argument::V, v), out);
+        if let Some(carried) = &self.carried {
+            // What holds the whole robot at rest is its mass times what holds any body.
+            let (mut weight, still) = (vec![0.0; out.len()], vec![0.0; out.len()]);
+            self.call(self.bias, &State::new().with(Argument::Q, q).with(Argument::V, &still), &mut weight);
+            let mut mass = vec![0.0; out.len() * out.len()];
+            self.call(self.mass, &State::new().with(Argument::Q, q), &mut mass);
+            carried.add_to_bias(out, v, [weight[0], weight[1], weight[2]].map(|f| f / mass[0]));
+        }
+    }
+    /// The root link carries this from now on.
+    pub fn carry(&mut self, carried: Carried) {
+        self.carried = Some(carried);
     }
     /// Heights of the contact points, m.
     pub fn distances(&self, q: &[f64], out: &mut [f64]) {

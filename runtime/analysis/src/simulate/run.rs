@@ -103,6 +103,7 @@ pub struct Simulation<'a> {
     pub(super) asked: Vec<JointCommand<f64>>,
     /// Of the last step on each foot, N.
     pub(super) loads: Vec<f64>,
+    pub(super) centers: Vec<[f64; 2]>,
     pub(super) energy_flow: Option<EnergyFlow>,
 }
 
@@ -179,6 +180,7 @@ impl<'a> Simulation<'a> {
             phased: None,
             asked: vec![JointCommand::Off; joints],
             loads: vec![0.0; plant.feet.len()],
+            centers: vec![[f64::NAN; 2]; plant.feet.len()],
             energy_flow: None,
         })
     }
@@ -211,7 +213,8 @@ impl<'a> Simulation<'a> {
     /// The model has no energies; motors that turn on their own, coupled joints and soles that turn are not in the accounting.
     pub fn with_energy(mut self) -> Result<Self, Diagnostic> {
         let pushed = (!self.scenario.pushes.is_empty()).then_some("pushes");
-        if let Some(what) = self.stepper.beyond_account().or(pushed) {
+        let loaded = (!self.scenario.payloads.is_empty()).then_some("payloads that are put on");
+        if let Some(what) = self.stepper.beyond_account().or(pushed).or(loaded) {
             return Err(Diagnostic::error(format!("the energy balance does not know {what}"))
                 .help("leave --energy out, or what brings them in out of the scenario"));
         }

@@ -14,12 +14,14 @@ pub(super) struct Sensed<'a> {
     positions: Vec<usize>,
     velocities: Vec<usize>,
     pushes: Vec<usize>,
+    pressed: Vec<[usize; 2]>,
     pub sample: Sample,
     row: Vec<f64>,
     /// As the model's, of which the base is unknown.
     q: Vec<f64>,
     v: Vec<f64>,
     loads: Vec<f64>,
+    centers: Vec<[f64; 2]>,
     inertial: Option<[[f64; 3]; 2]>,
 }
 
@@ -33,11 +35,13 @@ impl<'a> Sensed<'a> {
                 .filter(|(_, name)| name.ends_with(with) && !name.starts_with("base/"));
             own.map(|(place, _)| place).collect::<Vec<_>>()
         };
-        let place = |foot: &String| columns.iter().position(|name| *name == format!("{foot}/force/z"));
+        let place = |foot: &String, of: &str| columns.iter().position(|name| *name == format!("{foot}/{of}"));
+        let center = |foot| Some([place(foot, "cop/x")?, place(foot, "cop/y")?]);
         Self {
             positions: ending("/position"),
             velocities: ending("/velocity"),
-            pushes: feet.iter().filter_map(place).collect(),
+            pushes: feet.iter().filter_map(|foot| place(foot, "force/z")).collect(),
+            pressed: feet.iter().filter_map(center).collect(),
             sensing,
             imu,
             sample: Sample::default(),
@@ -45,6 +49,7 @@ impl<'a> Sensed<'a> {
             q: Vec::new(),
             v: Vec::new(),
             loads: Vec::new(),
+            centers: Vec::new(),
             inertial: None,
         }
     }
@@ -60,6 +65,8 @@ impl<'a> Sensed<'a> {
         of(&self.positions, &mut self.q, base[0]);
         of(&self.velocities, &mut self.v, base[1]);
         of(&self.pushes, &mut self.loads, 0);
+        self.centers.clear();
+        self.centers.extend(self.pressed.iter().map(|center| center.map(|place| self.row[place])));
         self.v.resize(base[1] + self.positions.len(), f64::NAN);
         self.inertial = self.imu.as_ref().zip(inertial).and_then(|(imu, readings)| {
             let [roll, pitch, yaw] = imu.rotation;
@@ -71,7 +78,8 @@ impl<'a> Sensed<'a> {
 
     /// What the controller is told.
     pub fn observed(&self, time: f64) -> Observation<'_, f64> {
-        let observed = Observation::new(time, 0, &self.q, &self.v).with_loads(&self.loads);
+        let observed = Observation::new(time, 0, &self.q, &self.v);
+        let observed = observed.with_loads(&self.loads).with_centers(&self.centers);
         match self.inertial {
             Some(inertial) => observed.with_inertial(inertial),
             None => observed,

@@ -5,6 +5,7 @@ mod extended;
 mod free_motion;
 mod rows;
 
+use super::carried::Carried;
 use super::dense::{self, Stretch};
 use super::drives::Coupled;
 use super::ground::{Ground, JointLaw};
@@ -185,7 +186,12 @@ impl<'a> Stepper<'a> {
         .with_room())
     }
 
-    /// The model.
+    /// The root link carries this from now on.
+    pub fn carry(&mut self, carried: Carried) {
+        self.mechanics.carry(carried);
+    }
+
+    /// The robot.
     pub fn mechanics(&self) -> &Mechanics<'a> {
         &self.mechanics
     }

@@ -42,6 +42,9 @@ pub struct Observation<'a, T> {
     pub v: &'a [T],
     /// Normal force on each foot (N), in the order of the description; empty where nobody measures it.
     pub loads: &'a [T],
+    /// Centre of pressure of each foot, x and y in the frame of its link (m), in the order of the description; NaN where nothing presses; empty where
+    /// nobody measures it.
+    pub centers: &'a [[T; 2]],
     /// What an inertial unit on the base measures, in axes of the base: specific force (m/s²; 9.81 upward at rest), angular velocity (rad/s).
     pub inertial: Option<[[T; 3]; 2]>,
 }
@@ -49,13 +52,19 @@ pub struct Observation<'a, T> {
 impl<'a, T> Observation<'a, T> {
     /// Of a state (`q`: nq, `v`: nv) in a phase, at a time (s).
     pub fn new(time: T, phase: usize, q: &'a [T], v: &'a [T]) -> Self {
-        Self { time, phase, q, v, loads: &[], inertial: None }
+        Self { time, phase, q, v, loads: &[], centers: &[], inertial: None }
     }
 
     /// The same with the normal force on each foot, N.
     #[must_use]
     pub fn with_loads(self, loads: &'a [T]) -> Self {
         Self { loads, ..self }
+    }
+
+    /// The same with the centre of pressure of each foot, x and y in the frame of its link, m.
+    #[must_use]
+    pub fn with_centers(self, centers: &'a [[T; 2]]) -> Self {
+        Self { centers, ..self }
     }
 
     /// The same with what an inertial unit on the base measures, in axes of the base: specific force (m/s²), angular velocity (rad/s).

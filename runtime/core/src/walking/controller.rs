@@ -4,6 +4,8 @@ use super::divergent::Point;
 use super::gains::Gains;
 use super::ground_forces::{Limits, Shared, StandingFoot, share};
 use super::motion::{Motion, Wish};
+use super::payload::Payload;
+use super::payload_observer::PayloadObserver;
 use super::robot::{BASE, Columns, Leg, MOST_VELOCITIES, Place, Sole, WalkingRobot};
 use super::space::{Vector, about_z, add, along, product, scale, subtract, turn_between, zero};
 use super::steps::{Foothold, Phase, Steps, Velocity, clamp};
@@ -38,8 +40,8 @@ pub struct Walked<R> {
 #[derive(Debug, Clone)]
 pub struct WalkingController<M, R> {
     model: M,
-    robot: WalkingRobot<R>,
-    gains: Gains<R>,
+    pub(super) robot: WalkingRobot<R>,
+    pub(super) gains: Gains<R>,
     steps: Option<Steps<R>>,
     asked: Velocity<R>,
     /// x, y, z, yaw of the swinging foot.
@@ -50,9 +52,11 @@ pub struct WalkingController<M, R> {
     lower: R,
     last: Option<R>,
     walked: Option<Walked<R>>,
-    motion: Motion<R>,
+    pub(super) motion: Motion<R>,
     room: Columns<R>,
     torques: [R; MOST_VELOCITIES],
+    pub(super) payload: Payload<R>,
+    pub(super) observer: Option<PayloadObserver<R>>,
 }
 
 fn two<R: Scalar>(f: impl Fn(usize) -> R) -> Point<R> {
@@ -90,6 +94,8 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
             motion: Motion::default(),
             room: [o; 6 * MOST_VELOCITIES],
             torques: [o; MOST_VELOCITIES],
+            payload: Payload::none(),
+            observer: None,
         }
     }
 
@@ -250,7 +256,9 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
         commands: &mut [JointCommand<R>],
     ) -> Result<(), Refusal> {
         let state = [observed.q, observed.v];
-        let place = self.robot.place(&self.model, state, &mut self.room)?;
+        let mut place = self.robot.place(&self.model, state, &mut self.room)?;
+        let [center, _] = place.center;
+        self.payload.shift(&mut place, self.motion.modelled);
         let step = self.since(observed.time);
         let mut steps = self.steps.unwrap_or_else(|| self.begin(&place));
         let load = |leg: &Leg<R>| observed.loads.get(leg.foot).copied();
@@ -270,8 +278,10 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
             let error = get(goal, column - BASE) - get(q, column + 1);
             posture * posture * error - R::constant(2.0) * posture * get(v, column)
         };
-        self.motion.of((&self.robot, &self.model), state, &place, &wish, others)?;
+        let robot = (&self.robot, &self.model, &self.payload);
+        self.motion.of(robot, state, &place, &wish, others)?;
         self.torques = self.motion.torques;
+        self.learn(observed, (&place, center), loads, step);
         let shares = self.shares(&steps, &place, zmp);
         let gave = self.push(&steps, &place, shares);
         if let Some(walked) = &mut self.walked {

@@ -1,5 +1,6 @@
 //! Walking on flat feet: what a robot does with its legs while one or both stand (thesis 6.3).
 mod adjustment;
+mod carrying;
 mod controller;
 pub mod divergent;
 mod error_state;
@@ -11,6 +12,8 @@ pub mod ground_forces;
 mod ground_program;
 mod motion;
 mod on_board;
+mod payload;
+mod payload_observer;
 mod quaternion;
 mod readings;
 pub mod robot;
@@ -24,3 +27,5 @@ pub use controller::{Walked, WalkingController};
 pub use gains::Gains;
 pub use motion::{Motion, Wish};
 pub use on_board::{Legs, OnBoardWalker, Stepped};
+pub use payload::Payload;
+pub use payload_observer::PayloadObserver;

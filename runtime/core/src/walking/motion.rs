@@ -1,4 +1,5 @@
 //! From wishes for feet, torso, height and zero moment point to accelerations, joint torques and what the ground has to give (6.54)–(6.58).
+use super::payload::Payload;
 use super::robot::{BASE, LEG, MOST_VELOCITIES, Place, WalkingRobot};
 use super::space::{Vector, add, along, cross, scale, subtract, turned, turned_back, zero};
 use crate::control::Refusal;
@@ -36,8 +37,12 @@ pub struct Motion<R> {
     pub torques: [R; MOST_VELOCITIES],
     /// What the ground has to give, about the world's origin: force (N), moment (N m).
     pub ground: [R; 6],
-    /// kg
+    /// With the payload, kg.
     pub weighs: R,
+    /// Without, kg.
+    pub modelled: R,
+    /// Of the robot without payload, about the root's origin in its axes: linear (kg m/s), angular (kg m²/s).
+    pub momentum: [Vector<R>; 2],
 }
 
 /// Below this bend of the knee (rad) a leg counts as nearly straight: it no longer does all that is wished.
@@ -69,6 +74,16 @@ fn damped<R: Scalar>(columns: &[[R; 6]; LEG], rights: &mut [R], bend: R) -> bool
     solve_all(&mut matrix, LEG, rights)
 }
 
+/// The first six rows of D v.
+fn momentum<R: Scalar>(mass: &[R], v: &[R]) -> [Vector<R>; 2] {
+    let mut sum = [zero(); 2];
+    for (column, x) in mass.chunks_exact(v.len().max(1)).zip(v) {
+        let rows = [0, 3].map(|first| [0, 1, 2].map(|k| get(column, first + k)));
+        sum = [along(sum[0], *x, rows[0]), along(sum[1], *x, rows[1])];
+    }
+    sum
+}
+
 impl<R: Scalar> Default for Motion<R> {
     fn default() -> Self {
         let o = R::constant(0.0);
@@ -81,6 +96,8 @@ impl<R: Scalar> Default for Motion<R> {
             torques: [o; MOST_VELOCITIES],
             ground: [o; 6],
             weighs: o,
+            modelled: o,
+            momentum: [zero(); 2],
         }
     }
 }
@@ -95,7 +112,7 @@ impl<R: Scalar> Motion<R> {
     /// A stretched leg; lengths that the model does not have.
     pub fn of(
         &mut self,
-        (robot, model): (&WalkingRobot<R>, &impl Model<R>),
+        (robot, model, payload): (&WalkingRobot<R>, &impl Model<R>, &Payload<R>),
         [q, v]: [&[R]; 2],
         place: &Place<R>,
         wish: &Wish<R>,
@@ -107,7 +124,11 @@ impl<R: Scalar> Motion<R> {
         model.evaluate(robot.mass_matrix, &state, mass).map_err(|_| Refusal::WrongLength)?;
         let bias = self.bias.get_mut(..nv).ok_or(Refusal::WrongLength)?;
         model.evaluate(robot.bias, &state, bias).map_err(|_| Refusal::WrongLength)?;
-        self.weighs = get(&self.mass, 0);
+        self.modelled = get(mass, 0);
+        self.momentum = momentum(mass, v);
+        payload.add_to_mass(mass, nv);
+        payload.add_to_bias(bias, place.base.turn, v, robot.gravity);
+        self.weighs = self.modelled + payload.mass;
         self.accelerations(robot, q, place, wish, (nv, &others))?;
         self.forces(nv);
         self.balance(robot, place, wish, nv)

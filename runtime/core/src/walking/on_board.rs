@@ -2,6 +2,7 @@
 use super::controller::WalkingController;
 use super::estimator::{Estimated, Estimator, LegKinematics, Sensed, Settings};
 use super::gains::Gains;
+use super::payload::Payload;
 use super::robot::{BASE, Columns, MOST_VELOCITIES, WalkingRobot};
 use super::space::{Pose, Vector, cross};
 use super::steps::Velocity;
@@ -71,6 +72,16 @@ impl<M: Model<R>, R: Scalar> OnBoardWalker<M, R> {
         self.controller.walk(velocity);
     }
 
+    /// What it carries on its root link that the model does not know.
+    pub fn carry(&mut self, payload: Payload<R>) {
+        self.controller.carry(payload);
+    }
+
+    /// Whether to find out what it carries while it walks: needs centres of pressure.
+    pub fn learn_payload(&mut self, learns: bool) {
+        self.controller.learn_payload(learns);
+    }
+
     /// What walks.
     pub fn controller(&self) -> &WalkingController<M, R> {
         &self.controller
@@ -86,8 +97,10 @@ impl<M: Model<R>, R: Scalar> OnBoardWalker<M, R> {
         let (model, robot) = self.controller.parts();
         let estimated = self.estimator.update(sensed, &Legs { model, robot });
         let loads = robot.legs_by_foot(sensed.load);
+        let centers = robot.legs_by_foot(sensed.center);
         let observed = Observation::new(sensed.time, 0, self.estimator.q(), self.estimator.v());
-        let refusal = self.controller.command(&observed.with_loads(&loads), commands).err();
+        let observed = observed.with_loads(&loads).with_centers(&centers);
+        let refusal = self.controller.command(&observed, commands).err();
         if refusal.is_some() {
             self.brake(commands);
         }

@@ -101,7 +101,7 @@ pub type Columns<R> = [R; 6 * MOST_VELOCITIES];
 
 impl<R: Scalar> WalkingRobot<R> {
     /// Numbers of the right and the left foot in the order of the description's feet.
-    pub fn legs_by_foot(&self, of: [R; 2]) -> [R; 2] {
+    pub fn legs_by_foot<T: Copy>(&self, of: [T; 2]) -> [T; 2] {
         let mut ordered = of;
         self.legs.iter().zip(of).for_each(|(leg, x)| set(&mut ordered, leg.foot, x));
         ordered

@@ -20,6 +20,8 @@ pub struct Sensed<'a, R> {
     pub specific_force: [R; 3],
     /// Normal force on each foot, N: right, left.
     pub load: [R; 2],
+    /// Centres of pressure, x and y in the frame of the foot's link, m: right, left; NaN: nothing presses, or nobody measures it. They tell payloads.
+    pub center: [[R; 2]; 2],
 }
 
 /// Where the soles are, seen from the base.

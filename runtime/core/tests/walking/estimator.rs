@@ -161,6 +161,7 @@ impl Reading {
             angular_velocity: self.angular.map(R::constant),
             specific_force: self.force.map(R::constant),
             load: self.load.map(R::constant),
+            center: [[R::constant(f64::NAN); 2]; 2],
         };
         let found = estimator.update(&sensed, &Legs);
         let all = estimator.q().iter().chain(estimator.v());
@@ -358,6 +359,7 @@ fn nonsense_gives_finite_numbers() {
         angular_velocity: [0.0; 3],
         specific_force: [0.0; 3],
         load: [0.0; 2],
+        center: [[f64::NAN; 2]; 2],
     };
     assert_eq!(estimator.update(&wrong, &Legs).fault, Some(Fault::Length));
     assert_eq!(product(identity(), turn), turn);

@@ -34,6 +34,7 @@ pub(super) struct File {
     pub slope: Option<Number>,
     #[serde(default)]
     pub push: Vec<Spanned<Push>>,
+    pub payload: Vec<Spanned<PutOn>>,
     pub walking: Option<Spanned<Walking>>,
 }
 
@@ -45,6 +46,7 @@ pub(super) struct Walking {
     pub settings: Option<Spanned<String>>,
     pub model: Option<Spanned<String>>,
     pub state: Option<Spanned<String>>,
+    pub learn_payload: Option<bool>,
 }
 
 #[derive(Deserialize)]
@@ -63,6 +65,14 @@ pub(super) struct Push {
     pub duration: Option<Number>,
     pub impulse: Number,
     pub direction: Option<Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PutOn {
+    pub time: Number,
+    pub mass: Number,
+    pub position: Option<Spanned<Vec<f64>>>,
 }
 
 #[derive(Deserialize, Default)]

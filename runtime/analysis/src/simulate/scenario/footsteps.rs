@@ -16,6 +16,8 @@ pub struct FootstepWalk {
     pub model: Option<PathBuf>,
     /// The controller is told what its sensors measure, not the truth.
     pub measured: bool,
+    /// The controller finds out what it carries on its root link.
+    pub learns_payload: bool,
     /// The scenario says where no joint begins: the robot begins as it stands when it walks.
     pub begins_standing: bool,
     /// Line and column.
@@ -73,6 +75,7 @@ impl Reading<'_> {
             settings: table.settings.as_ref().map(|name| self.beside(name.get_ref())),
             model: table.model.as_ref().map(|name| self.beside(name.get_ref())),
             measured: self.choice("state", table.state.as_ref(), ["true", "measured"]) == 1,
+            learns_payload: table.learn_payload.unwrap_or(false),
             begins_standing,
             position: self.place(at),
         })

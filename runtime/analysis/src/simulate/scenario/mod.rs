@@ -59,6 +59,8 @@ pub struct Scenario {
     pub effects: Vec<Effect>,
     /// Pushes on the base.
     pub pushes: Vec<Push>,
+    /// Put onto the root link on the way.
+    pub payloads: Vec<crate::simulate::PutOn>,
     /// Rise of the ground from each foothold to the next, m, from event to event; no file says it: heights of the log are above the foot
     /// that stands.
     pub rises: Vec<f64>,

@@ -87,6 +87,7 @@ impl Reading<'_> {
             sensors: self.sensors(file.sensors.as_ref()),
             effects,
             pushes: self.pushes(file, plant, event_driven),
+            payloads: self.payloads(file, plant, event_driven),
             rises: Vec::new(),
             events,
             phase: self.first_phase(file, plant, event_driven || outputs.is_some() || gait.is_some()),

@@ -3,8 +3,8 @@ use super::file::{Checks, File};
 use super::reading::{ANY, NOT_NEGATIVE, POSITIVE, Reading};
 use super::{EventDriven, Push, World};
 use crate::robot::BaseKind;
-use crate::simulate::Plant;
 use crate::simulate::phases::Assumptions;
+use crate::simulate::{Carried, Plant, PutOn};
 use bipedc_effects::effect::{Acts, Effect, Law, Simulation};
 use bipedc_effects::spelling::did_you_mean;
 use toml::{Spanned, Value};
@@ -240,6 +240,25 @@ impl Reading<'_> {
                 duration: self.number("duration", push.duration.as_ref(), 0.1, POSITIVE, "s"),
                 impulse: self.number("impulse", Some(&push.impulse), 0.0, ANY, "N s"),
                 direction: self.number("direction", push.direction.as_ref(), 0.0, ANY, "rad"),
+            }
+        });
+        each.collect()
+    }
+
+    /// Masses that are put onto the root link.
+    pub(super) fn payloads(&mut self, file: &File, plant: &Plant, event_driven: bool) -> Vec<PutOn> {
+        let Some(first) = file.payload.first().map(|payload| payload.span().start) else { return Vec::new() };
+        if event_driven || plant.layout.base != BaseKind::Floating {
+            let help = "use time stepping on --base floating, or an [[effect]] of kind \"payload\" from the beginning on";
+            self.wrong::<()>(first, "nothing can be put onto this robot while it moves", help);
+        }
+        let each = file.payload.iter().map(|payload| {
+            let payload = payload.get_ref();
+            let place = self.vector("position", payload.position.as_ref(), 3, "[x, y, z] in m");
+            let mass = self.number("mass", Some(&payload.mass), 0.0, POSITIVE, "kg");
+            PutOn {
+                time: self.number("time", Some(&payload.time), 0.0, NOT_NEGATIVE, "s"),
+                carried: Carried::new(mass, [place[0], place[1], place[2]]),
             }
         });
         each.collect()
