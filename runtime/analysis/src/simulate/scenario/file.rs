@@ -34,6 +34,7 @@ pub(super) struct File {
     pub slope: Option<Number>,
     #[serde(default)]
     pub push: Vec<Spanned<Push>>,
+    #[serde(default)]
     pub payload: Vec<Spanned<PutOn>>,
     pub walking: Option<Spanned<Walking>>,
 }
