@@ -3,6 +3,7 @@
 use crate::support;
 mod front_ends;
 mod generated;
+mod machine_code;
 mod operation_counts;
 mod optimisation;
 mod oracle_generated;

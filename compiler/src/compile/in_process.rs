@@ -48,6 +48,12 @@ impl ProgramModel {
         Ok(())
     }
 
+    fn run_one(&self, index: usize, state: &State<'_, f64>, output: &mut [f64]) -> Result<(), CallError> {
+        self.check(index, state, output)?;
+        self.evaluators[index].run_one(state, output);
+        Ok(())
+    }
+
     fn check<R>(&self, function: usize, state: &State<'_, R>, output: &[R]) -> Result<(), CallError> {
         let f = self.compiled.functions.get(function).ok_or(CallError::UnknownFunction)?;
         for argument in f.program.arguments() {
@@ -63,7 +69,7 @@ impl ProgramModel {
 
 /// For each of these scalars: a generic implementation would be compiled where it is called, with the optimisation of that crate.
 macro_rules! evaluated_in {
-    ($($real:ty),*) => {
+    ($run:ident: $($real:ty),*) => {
         $(impl Model<$real> for ProgramModel {
             fn nq(&self) -> usize {
                 self.compiled.tree.nq
@@ -84,10 +90,11 @@ macro_rules! evaluated_in {
                 self.compiled.argument_length(argument)
             }
             fn evaluate(&self, index: usize, state: &State<'_, $real>, output: &mut [$real]) -> Result<(), CallError> {
-                self.run(index, state, output)
+                self.$run(index, state, output)
             }
         })*
     };
 }
 
-evaluated_in!(f64, f32, F64x2, F64x4, F64x8, F32x4, F32x8, F32x16, Dual<f64>, Dual<Dual<f64>>);
+evaluated_in!(run_one: f64);
+evaluated_in!(run: f32, F64x2, F64x4, F64x8, F32x4, F32x8, F32x16, Dual<f64>, Dual<Dual<f64>>);

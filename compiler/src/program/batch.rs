@@ -40,6 +40,19 @@ impl BatchColumns {
     pub fn evaluate(&self, total: usize, [q, v, a]: [&[f64]; 3], out: &mut [f64]) {
         // More states than a register holds: what interpreting a step costs is shared by all of them.
         const LANES: usize = 8;
+        let element = |state: usize, argument: Argument, k: usize| match argument {
+            Argument::Q => q[state * self.nq + k],
+            Argument::V => v[state * self.nv + k],
+            Argument::A => a[state * self.nv + k],
+            _ => 0.0,
+        };
+        let write = |first: usize, k: usize, values: &[f64; LANES]| {
+            let count = LANES.min(total - first);
+            out[k * total + first..][..count].copy_from_slice(&values[..count]);
+        };
+        if self.evaluator.run_many(total, element, write) {
+            return;
+        }
         let mut workspace = self.evaluator.workspace::<F64x8>();
         let zero = F64x8::constant(0.0);
         let mut lanes = [vec![zero; self.nq], vec![zero; self.nv], vec![zero; self.nv]];
@@ -112,7 +125,6 @@ fn alive(program: &Program) -> Program {
 /// A program of q, v and a, evaluated in one workspace.
 pub struct BatchStates {
     evaluator: Evaluator,
-    workspace: Vec<f64>,
     nq: usize,
     nv: usize,
 }
@@ -120,9 +132,7 @@ pub struct BatchStates {
 impl BatchStates {
     /// For a robot with so many coordinates in `q` and `v`.
     pub fn new(program: &Program, (nq, nv): (usize, usize)) -> Self {
-        let evaluator = Evaluator::new(program);
-        let workspace = evaluator.workspace();
-        Self { evaluator, workspace, nq, nv }
+        Self { evaluator: Evaluator::new(program), nq, nv }
     }
     /// Numbers of coordinates of `q` and `v`.
     pub fn coordinates(&self) -> (usize, usize) {
@@ -136,7 +146,7 @@ impl BatchStates {
                 .with(Argument::Q, &q[i * nq..(i + 1) * nq])
                 .with(Argument::V, &v[i * nv..(i + 1) * nv])
                 .with(Argument::A, &a[i * nv..(i + 1) * nv]);
-            self.evaluator.run(&state, &mut self.workspace, out);
+            self.evaluator.run_one(&state, out);
         }
     }
 }

@@ -51,6 +51,7 @@ pub struct Evaluator {
     after_angles: Vec<Run>,
     outputs: Vec<u32>,
     workspace: usize,
+    often: std::sync::Arc<super::often::Often>,
 }
 
 /// Gives out places in the workspace and takes them back after the last use.
@@ -112,6 +113,7 @@ impl Evaluator {
             outputs: program.outputs.iter().map(|&o| layout.place(&places, o)).collect(),
             workspace: places.next as usize,
             constants: std::mem::take(&mut layout.constants),
+            often: std::sync::Arc::new(super::often::Often::new(program)),
             inputs: layout.inputs,
         }
     }
@@ -128,6 +130,42 @@ impl Evaluator {
     /// Number of outputs.
     pub fn outputs(&self) -> usize {
         self.outputs.len()
+    }
+
+    /// Runs the program on one state, with a workspace of its own: as machine code once it was called so often that making that pays. Lengths as below.
+    pub fn run_one(&self, state: &State<'_, f64>, output: &mut [f64]) {
+        if self.often.run(&self.inputs, state, output) {
+            return;
+        }
+        self.run(state, &mut self.workspace(), output);
+    }
+
+    /// Whether [`Self::run_one`] runs machine code by now.
+    pub fn is_machine_code(&self) -> bool {
+        self.often.is_made()
+    }
+
+    /// Runs the program on `count` states, where that pays as machine code: `input` gives an element of an argument of a state, `output` takes eight states'
+    /// values of each output from a state on. `false`: nothing was done.
+    pub(super) fn run_many(
+        &self,
+        count: usize,
+        input: impl Fn(usize, Argument, usize) -> f64,
+        mut output: impl FnMut(usize, usize, &[f64; 8]),
+    ) -> bool {
+        let Some(native) = self.often.of_eight(&self.inputs, count) else { return false };
+        let mut memory = vec![[0.0; 8]; native.memory()];
+        let mut results = vec![[0.0; 8]; self.outputs.len()];
+        for first in (0..count).step_by(8) {
+            for (place, (_, argument, element)) in memory.iter_mut().zip(&self.inputs) {
+                // The last state fills lanes that would be empty.
+                *place =
+                    std::array::from_fn(|i| input((first + i).min(count - 1), *argument, *element as usize));
+            }
+            native.run_eight(&mut memory, &mut results);
+            results.iter().enumerate().for_each(|(k, result)| output(first, k, result));
+        }
+        true
     }
 
     /// Runs the program. The slices of `state` must be as long as the model says, `output` as long as

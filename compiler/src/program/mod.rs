@@ -5,6 +5,12 @@ mod dual;
 mod evaluate;
 mod local;
 mod lower;
+#[cfg(target_arch = "x86_64")]
+mod native;
+#[cfg(not(target_arch = "x86_64"))]
+#[path = "no_native.rs"]
+mod native;
+mod often;
 mod schedule;
 
 pub use batch::{BatchColumns, BatchStates};
