@@ -113,7 +113,7 @@ impl Evaluator {
             outputs: program.outputs.iter().map(|&o| layout.place(&places, o)).collect(),
             workspace: places.next as usize,
             constants: std::mem::take(&mut layout.constants),
-            often: std::sync::Arc::new(super::often::Often::new(program)),
+            often: std::sync::Arc::new(super::often::Often::new(program, &layout.inputs)),
             inputs: layout.inputs,
         }
     }
@@ -134,7 +134,7 @@ impl Evaluator {
 
     /// Runs the program on one state, with a workspace of its own: as machine code once it was called so often that making that pays. Lengths as below.
     pub fn run_one(&self, state: &State<'_, f64>, output: &mut [f64]) {
-        if self.often.run(&self.inputs, state, output) {
+        if self.often.run(state, output) {
             return;
         }
         self.run(state, &mut self.workspace(), output);
@@ -153,11 +153,12 @@ impl Evaluator {
         input: impl Fn(usize, Argument, usize) -> f64,
         mut output: impl FnMut(usize, usize, &[f64; 8]),
     ) -> bool {
-        let Some(native) = self.often.of_eight(&self.inputs, count) else { return false };
+        let Some(native) = self.often.of_eight(count) else { return false };
+        let places = self.often.places();
         let mut memory = vec![[0.0; 8]; native.memory()];
         let mut results = vec![[0.0; 8]; self.outputs.len()];
         for first in (0..count).step_by(8) {
-            for (place, (_, argument, element)) in memory.iter_mut().zip(&self.inputs) {
+            for (place, (argument, element)) in memory.iter_mut().zip(&places) {
                 // The last state fills lanes that would be empty.
                 *place =
                     std::array::from_fn(|i| input((first + i).min(count - 1), *argument, *element as usize));

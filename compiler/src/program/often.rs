@@ -23,38 +23,53 @@ pub(super) struct Often {
     calls: AtomicU32,
     /// What it is made of; `None`: it is never made.
     program: Option<Program>,
+    /// Arguments, and how many of their elements are read: they stand in memory one after the other.
+    inputs: Vec<(Argument, usize)>,
     of_one: OnceLock<Option<Native>>,
     of_eight: OnceLock<Option<Native>>,
 }
 
-/// Without the places of the interpreter.
-fn order(inputs: &[(u32, Argument, u32)]) -> Vec<(Argument, u32)> {
-    inputs.iter().map(|(_, argument, element)| (*argument, *element)).collect()
-}
-
 impl Often {
-    pub fn new(program: &Program) -> Self {
+    /// `inputs`: elements that are read.
+    pub fn new(program: &Program, inputs: &[(u32, Argument, u32)]) -> Self {
+        let elements = |wanted: Argument| {
+            inputs.iter().filter(|input| input.1 == wanted).map(|input| input.2 as usize + 1).max()
+        };
+        let inputs =
+            Argument::ALL.into_iter().filter_map(|argument| Some((argument, elements(argument)?))).collect();
         let wanted = std::env::var_os(SWITCH).is_none();
         let program = wanted.then(|| Program { purposes: Vec::new(), ..program.clone() });
-        Self { calls: AtomicU32::new(0), program, of_one: OnceLock::new(), of_eight: OnceLock::new() }
+        Self { calls: AtomicU32::new(0), program, inputs, of_one: OnceLock::new(), of_eight: OnceLock::new() }
     }
 
-    /// Runs the machine code, whose inputs stand in this order; `false`: there is none yet.
-    pub fn run(&self, inputs: &[(u32, Argument, u32)], state: &State<'_, f64>, output: &mut [f64]) -> bool {
+    /// Every place of memory that is an input.
+    pub fn places(&self) -> Vec<(Argument, u32)> {
+        self.inputs
+            .iter()
+            .flat_map(|&(argument, count)| (0..count as u32).map(move |k| (argument, k)))
+            .collect()
+    }
+
+    /// Runs the machine code; `false`: there is none yet.
+    pub fn run(&self, state: &State<'_, f64>, output: &mut [f64]) -> bool {
         let Some(program) = &self.program else { return false };
         let native = match self.of_one.get() {
             Some(native) => native,
             // The one that counts this call makes it; others go on meanwhile.
             None if self.calls.fetch_add(1, Ordering::Relaxed) == CALLS => {
-                self.of_one.get_or_init(|| Native::of_one(program, &order(inputs)))
+                self.of_one.get_or_init(|| Native::of_one(program, &self.places()))
             }
             None => return false,
         };
         let Some(native) = native else { return false };
         MEMORY.with_borrow_mut(|memory| {
-            memory.resize(memory.len().max(native.memory()), 0.0);
-            for (place, (_, argument, element)) in memory.iter_mut().zip(inputs) {
-                *place = state.get(*argument)[*element as usize];
+            if memory.len() < native.memory() {
+                memory.resize(native.memory(), 0.0);
+            }
+            let mut first = 0;
+            for (argument, count) in &self.inputs {
+                memory[first..first + count].copy_from_slice(&state.get(*argument)[..*count]);
+                first += count;
             }
             native.run(memory, output);
         });
@@ -67,8 +82,8 @@ impl Often {
     }
 
     /// Machine code for eight states side by side, where there are many.
-    pub fn of_eight(&self, inputs: &[(u32, Argument, u32)], states: usize) -> Option<&Native> {
+    pub fn of_eight(&self, states: usize) -> Option<&Native> {
         let program = self.program.as_ref().filter(|_| states >= MANY)?;
-        self.of_eight.get_or_init(|| Native::of_eight(program, &order(inputs))).as_ref()
+        self.of_eight.get_or_init(|| Native::of_eight(program, &self.places())).as_ref()
     }
 }
