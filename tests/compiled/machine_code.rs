@@ -3,7 +3,8 @@ use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{CompiledModel, ProgramModel};
 use bipedc_compiler::program::BatchColumns;
 use bipedc_effects::random::Random;
-use bipedc_runtime::{Argument, Model, State};
+use bipedc_runtime::lanes::F64x8;
+use bipedc_runtime::{Argument, Model, Real, State};
 use std::path::Path;
 
 /// More calls than it takes until there is machine code.
@@ -84,6 +85,41 @@ fn functions_of_all_robots_have_the_interpreters_bits() {
         assert!(agrees(&format!("robots/{folder}")) > 50);
     }
     assert!(agrees("tests/data/effects/tulip") > 0);
+}
+
+/// Lanes of eight, interpreted first, then as machine code.
+#[test]
+fn eight_states_have_the_bits_of_each() {
+    let compiled = Robot::read(Path::new("robots/five_link")).unwrap().compile().unwrap();
+    let model = ProgramModel::new(compiled.clone());
+    let mut random = Random::new(13);
+    for (index, function) in compiled.functions.iter().enumerate() {
+        let evaluator = model.evaluator(index).unwrap();
+        let (mut workspace, mut one) = (evaluator.workspace(), vec![0.0; evaluator.outputs()]);
+        let mut eight = vec![F64x8::constant(0.0); evaluator.outputs()];
+        for round in 0..110 {
+            let lanes: [_; 8] = std::array::from_fn(|lane| {
+                let mut values = arguments(&compiled, index);
+                fill(&mut values, &mut random, round + lane);
+                values
+            });
+            let wide: Vec<(Argument, Vec<F64x8>)> = (0..lanes[0].len())
+                .map(|k| {
+                    let element =
+                        |i: usize| F64x8::from_array(std::array::from_fn(|lane| lanes[lane][k].1[i]));
+                    (lanes[0][k].0, (0..lanes[0][k].1.len()).map(element).collect())
+                })
+                .collect();
+            let state_of_eight =
+                wide.iter().fold(State::new(), |state, (argument, list)| state.with(*argument, list));
+            Model::<F64x8>::evaluate(&model, index, &state_of_eight, &mut eight).unwrap();
+            for (lane, values) in lanes.iter().enumerate() {
+                evaluator.run(&state(values), &mut workspace, &mut one);
+                let apart = eight.iter().zip(&one).position(|(a, b)| !same(a.to_array()[lane], *b));
+                assert_eq!(apart, None, "{}, call {round}, lane {lane}", function.name);
+            }
+        }
+    }
 }
 
 #[test]

@@ -54,6 +54,17 @@ impl ProgramModel {
         Ok(())
     }
 
+    fn run_eight(
+        &self,
+        index: usize,
+        state: &State<'_, F64x8>,
+        output: &mut [F64x8],
+    ) -> Result<(), CallError> {
+        self.check(index, state, output)?;
+        self.evaluators[index].run_eight(state, output);
+        Ok(())
+    }
+
     fn check<R>(&self, function: usize, state: &State<'_, R>, output: &[R]) -> Result<(), CallError> {
         let f = self.compiled.functions.get(function).ok_or(CallError::UnknownFunction)?;
         for argument in f.program.arguments() {
@@ -97,4 +108,5 @@ macro_rules! evaluated_in {
 }
 
 evaluated_in!(run_one: f64);
-evaluated_in!(run: f32, F64x2, F64x4, F64x8, F32x4, F32x8, F32x16, Dual<f64>, Dual<Dual<f64>>);
+evaluated_in!(run_eight: F64x8);
+evaluated_in!(run: f32, F64x2, F64x4, F32x4, F32x8, F32x16, Dual<f64>, Dual<Dual<f64>>);

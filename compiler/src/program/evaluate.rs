@@ -1,6 +1,7 @@
 //! Running a program in process, on any scalar: one state, or several in lanes.
 use super::{Instruction, Operand, Program};
 use crate::expression::Call;
+use bipedc_runtime::lanes::F64x8;
 use bipedc_runtime::math::sin_cos;
 use bipedc_runtime::{Argument, Real, State};
 use rustc_hash::FxHashMap;
@@ -138,6 +139,13 @@ impl Evaluator {
             return;
         }
         self.run(state, &mut self.workspace(), output);
+    }
+
+    /// The same on eight states side by side.
+    pub fn run_eight(&self, state: &State<'_, F64x8>, output: &mut [F64x8]) {
+        if !self.often.run_eight(state, output) {
+            self.run(state, &mut self.workspace(), output);
+        }
     }
 
     /// Whether [`Self::run_one`] runs machine code by now.

@@ -1,6 +1,7 @@
 //! When a program becomes machine code: once interpreting it has taken about as long as making that takes.
 use super::Program;
 use super::native::Native;
+use bipedc_runtime::lanes::F64x8;
 use bipedc_runtime::{Argument, State};
 use std::cell::RefCell;
 use std::sync::OnceLock;
@@ -8,6 +9,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Calls after which machine code is made: a quarter of a microsecond per operation against a nanosecond per call that it saves.
 const CALLS: u32 = 300;
+/// The same of eight states at once.
+const WIDE_CALLS: u32 = 100;
 /// So many states at once are worth machine code of their own.
 const MANY: usize = 1000;
 /// In the environment, whatever its value: nothing becomes machine code.
@@ -15,12 +18,15 @@ const SWITCH: &str = "BIPEDC_INTERPRET";
 
 thread_local! {
     static MEMORY: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
+    /// Inputs and results of eight states.
+    static WIDE: RefCell<[Vec<[f64; 8]>; 2]> = const { RefCell::new([Vec::new(), Vec::new()]) };
 }
 
 /// How often a program was called, and its machine code.
 #[derive(Debug)]
 pub(super) struct Often {
     calls: AtomicU32,
+    wide_calls: AtomicU32,
     /// What it is made of; `None`: it is never made.
     program: Option<Program>,
     /// Arguments, and how many of their elements are read: they stand in memory one after the other.
@@ -39,7 +45,15 @@ impl Often {
             Argument::ALL.into_iter().filter_map(|argument| Some((argument, elements(argument)?))).collect();
         let wanted = std::env::var_os(SWITCH).is_none();
         let program = wanted.then(|| Program { purposes: Vec::new(), ..program.clone() });
-        Self { calls: AtomicU32::new(0), program, inputs, of_one: OnceLock::new(), of_eight: OnceLock::new() }
+        let none = || AtomicU32::new(0);
+        Self {
+            calls: none(),
+            wide_calls: none(),
+            program,
+            inputs,
+            of_one: OnceLock::new(),
+            of_eight: OnceLock::new(),
+        }
     }
 
     /// Every place of memory that is an input.
@@ -72,6 +86,28 @@ impl Often {
                 first += count;
             }
             native.run(memory, output);
+        });
+        true
+    }
+
+    /// Runs the machine code on eight states side by side; `false`: there is none yet.
+    pub fn run_eight(&self, state: &State<'_, F64x8>, output: &mut [F64x8]) -> bool {
+        let made = self.of_eight.get().is_some();
+        if !made && self.wide_calls.fetch_add(1, Ordering::Relaxed) != WIDE_CALLS {
+            return false;
+        }
+        let Some(native) = self.of_eight(MANY) else { return false };
+        WIDE.with_borrow_mut(|[memory, results]| {
+            memory.resize(memory.len().max(native.memory()), [0.0; 8]);
+            results.resize(results.len().max(output.len()), [0.0; 8]);
+            let mut places = memory.iter_mut();
+            for (argument, count) in &self.inputs {
+                let elements = state.get(*argument)[..*count].iter();
+                // The argument is first: no place is lost where it ends.
+                elements.zip(&mut places).for_each(|(element, place)| *place = element.to_array());
+            }
+            native.run_eight(memory, results);
+            output.iter_mut().zip(results).for_each(|(to, result)| *to = F64x8::from_array(*result));
         });
         true
     }
