@@ -6,7 +6,6 @@ use super::payload::Payload;
 use super::payload_observer::{PayloadObserver, Seen, in_world, on_sole};
 use super::robot::Place;
 use super::space::{Vector, zero};
-use super::steps::clamp;
 use crate::control::Observation;
 use crate::real::Scalar;
 
@@ -56,7 +55,9 @@ impl<M, R: Scalar> WalkingController<M, R> {
                 *found = (in_world(&sole.pose, on_sole), load);
             }
         }
-        if !pressed.iter().all(|(_, load)| load.is_finite()) {
+        // Ten times the weight is no load.
+        let most = R::constant(100.0) * self.gains.touch;
+        if !pressed.iter().all(|(_, load)| load.abs() < most) {
             observer.pause();
             return;
         }
@@ -72,10 +73,11 @@ impl<M, R: Scalar> WalkingController<M, R> {
         };
         observer.update(&seen, step);
         let Payload { mass: found, moment } = observer.payload();
-        // What cannot be is not walked with.
+        // What nobody could carry is a sensor's fault: it goes on with what it knew.
         let most = R::constant(0.3) * mass;
         let far = most * R::constant(0.5) * self.gains.height;
-        self.payload =
-            Payload { mass: clamp(found, -most, most), moment: moment.map(|x| clamp(x, -far, far)) };
+        if found.abs() < most && moment.iter().all(|x| x.abs() < far) {
+            self.payload = Payload { mass: found, moment };
+        }
     }
 }

@@ -146,7 +146,7 @@ impl<R: Scalar> PayloadObserver<R> {
             let [_, x, y] = upward(turned(turn, unit), -seen.gravity);
             set(&mut given, 2 + axis, [R::constant(0.0), x, y]);
         }
-        self.filter(&own, &given, if begins { R::constant(f64::INFINITY) } else { step });
+        self.filter(&own, &given, (!begins).then_some(step));
         if self.age > R::constant(SETTLE) {
             self.learn(&own, step);
         }
@@ -171,17 +171,20 @@ impl<R: Scalar> PayloadObserver<R> {
         [x, y, ground]
     }
 
-    fn filter(&mut self, own: &[Vector<R>; 1 + UNKNOWNS], given: &[Vector<R>; 1 + UNKNOWNS], step: R) {
+    /// `step`: none where it begins.
+    fn filter(
+        &mut self,
+        own: &[Vector<R>; 1 + UNKNOWNS],
+        given: &[Vector<R>; 1 + UNKNOWNS],
+        step: Option<R>,
+    ) {
         let lambda = R::constant(FILTER);
-        let part = if step.is_finite() {
-            lambda * step / (R::constant(1.0) + lambda * step)
-        } else {
-            R::constant(1.0)
-        };
+        let part = step.map(|step| lambda * step / (R::constant(1.0) + lambda * step));
         for (row, filtered) in self.filtered.iter_mut().enumerate() {
             for (to, (own, given)) in filtered.iter_mut().zip(own.iter().zip(given)) {
-                let now = along(*given, lambda, *own);
-                *to = R::fused(part, get(&now, row) - *to, *to);
+                let now = get(&along(*given, lambda, *own), row);
+                // What is no number is forgotten where it begins anew.
+                *to = part.map_or(now, |part| R::fused(part, now - *to, *to));
             }
         }
     }
@@ -274,5 +277,46 @@ mod tests {
         assert_eq!(on_sole(&Pose { position: [0.0; 3], turn: identity() }, [f64::NAN, 0.0]), None);
         let world = in_world(&sole, found);
         assert!(subtract(world, [0.13, 0.15, -0.3]).iter().all(|x| x.abs() < 1e-15), "{world:?}");
+    }
+
+    /// 20 kg at rest above the origin; 1 kg more, 30 mm ahead and 20 mm to the left of it, pressing on both feet.
+    fn standing() -> Seen<'static, f64> {
+        let gravity = 9.81;
+        let load = 0.5 * 21.0 * gravity;
+        // About the origin: 1 kg at (0.03, 0.02) on 21 kg.
+        let (x, y) = (0.03 / 21.0, 0.02 / 21.0);
+        Seen {
+            base: Pose { position: [0.0, 0.0, 0.7], turn: identity() },
+            v: &[0.0; 6],
+            momentum: [zero(); 2],
+            mass: 20.0,
+            center: [0.0, 0.0, 0.6],
+            gravity,
+            pressed: [([x, y - 0.1, 0.0], load), ([x, y + 0.1, 0.0], load)],
+        }
+    }
+
+    fn finds(observer: &mut PayloadObserver<f64>) {
+        (0..5000).for_each(|_| observer.update(&standing(), 1e-3));
+        let found = observer.payload();
+        let [x, y, _] = found.place();
+        assert!(
+            (found.mass - 1.0).abs() < 0.01 && (x - 0.03).abs() < 0.002 && (y - 0.02).abs() < 0.002,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn what_presses_at_rest_is_found_also_after_nonsense() {
+        let mut observer = PayloadObserver::new(20.0 * 9.81, 0.3, 9.81);
+        finds(&mut observer);
+        for nonsense in [1e308, -1e308] {
+            let pressed = standing().pressed.map(|(place, _)| (place, nonsense));
+            (0..3).for_each(|_| observer.update(&Seen { pressed, ..standing() }, 1e-3));
+            let Payload { mass, moment } = observer.payload();
+            assert!(mass.is_finite() && moment.iter().all(|x| x.is_finite()));
+            observer.pause();
+            finds(&mut observer);
+        }
     }
 }
