@@ -107,6 +107,8 @@ pub extern "C" fn main() -> i32 {
         & standing::shares::<f64>(1e-9)
         & standing::shares::<f32>(1e-2)
         & standing::stands::<f64>(1e-3)
-        & standing::stands::<f32>(1e-2);
+        & standing::stands::<f32>(1e-2)
+        & standing::weighs::<f64>(1e-2)
+        & standing::weighs::<f32>(0.05);
     i32::from(!right)
 }

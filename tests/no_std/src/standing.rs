@@ -2,6 +2,7 @@
 use bipedc_runtime::Scalar;
 use bipedc_runtime::walking::estimator::{Estimator, Fault, LegKinematics, Sensed, Settings};
 use bipedc_runtime::walking::ground_forces::{Limits, Shared, StandingFoot, share};
+use bipedc_runtime::walking::payload_observer::{PayloadObserver, Seen};
 use bipedc_runtime::walking::space::{Pose, identity};
 use core::hint::black_box;
 
@@ -69,11 +70,35 @@ pub fn stands<R: Scalar + Into<f64>>(tolerance: f64) -> bool {
             angular_velocity: [nonsense, x(1e-4) * x(f64::from(k % 7)), x(0.0)],
             specific_force: [x(0.0), nonsense, x(9.81)],
             load: [x(75.0), x(75.0)],
-            center: [[f64::NAN; 2]; 2],
+            center: [[x(f64::NAN); 2]; 2],
         };
         let found = estimator.update(&sensed, black_box(&Stilts));
         right &= found.standing == [true; 2] && (k < 102 || found.fault == Some(Fault::Gyroscope));
     }
     let height = estimator.q().get(2).map_or(x(0.0), |z| *z);
     right && (height - x(0.5)).abs().into() <= tolerance && estimator.v().iter().all(|v| v.is_finite())
+}
+
+/// A robot at rest presses with a kilogram more than its model weighs.
+pub fn weighs<R: Scalar + Into<f64>>(tolerance: f64) -> bool {
+    let x = R::constant;
+    let mut observer = PayloadObserver::new(x(196.2), x(0.3), x(9.81));
+    let zero = [x(0.0); 3];
+    for k in 0..4000 {
+        let nonsense = if k == 1000 { x(f64::NAN) } else { x(103.005) };
+        let seen = Seen {
+            base: Pose { position: zero, turn: identity() },
+            v: &black_box([x(0.0); 6]),
+            momentum: [zero; 2],
+            mass: x(20.0),
+            center: zero,
+            gravity: x(9.81),
+            pressed: black_box([(zero, nonsense), (zero, x(103.005))]),
+        };
+        if k == 1001 {
+            observer.pause();
+        }
+        observer.update(&seen, x(1e-3));
+    }
+    (observer.payload().mass - x(1.0)).abs().into() <= tolerance
 }

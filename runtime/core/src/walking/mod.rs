@@ -13,7 +13,7 @@ mod ground_program;
 mod motion;
 mod on_board;
 mod payload;
-mod payload_observer;
+pub mod payload_observer;
 mod quaternion;
 mod readings;
 pub mod robot;
