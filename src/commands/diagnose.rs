@@ -95,8 +95,9 @@ pub struct Diagnose {
     /// Amend the description effect by effect until nothing more earns its place
     #[arg(long, conflicts_with = "json")]
     until_explained: bool,
-    /// In logs with foot forces also explain the joints' efforts, not only what acts on the base; takes minutes
-    #[arg(long)]
+    /// What is the case without it, too: joints' efforts are explained wherever they are logged, beside forces at the feet;
+    /// `--channels base_force,base_moment` leaves them out
+    #[arg(long, hide = true)]
     with_joints: bool,
     /// Only rows of these kinds count: effort, transmission, base_force, base_moment, sole, cop, post_impact_velocity
     #[arg(long, value_name = "KIND,…", value_delimiter = ',')]
@@ -257,7 +258,9 @@ impl Diagnose {
                 ..measure::Options::default()
             },
             foot: self.foot.clone(),
-            with_joints: self.with_joints,
+            with_joints: self.with_joints
+                || self.channels.is_empty()
+                || self.channels.iter().any(|c| c == "effort"),
             channels: self.channels.clone(),
             inertial: match self.inertial {
                 Inertial::Prior => diagnosis::Inertial::Prior,

@@ -1,13 +1,13 @@
 //! From logs to a diagnosis: reading, searching, and the errors in the form that comparisons use.
 use super::{Diagnosed, Options};
 use crate::measurements::currents::{self, Prepared};
-use crate::measurements::{Content, Loaded, Log, Measured};
+use crate::measurements::{Content, Loaded, Log, Measured, SAMPLES};
 use crate::progress::Progress;
 use crate::report::of_measurements;
 use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors, summary, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
-use bipedc_analysis::measure;
+use bipedc_analysis::measure::{self, HELD};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::effect::{Effect, Law};
@@ -149,8 +149,9 @@ fn answer(
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
     answer.summary = summary(&answer);
-    if options.reading.cutoff_hz.is_none() {
-        best_filter(&measured, request, &reading, &mut answer)?;
+    match options.reading.cutoff_hz {
+        None => best_filter(&measured, request, &reading, &mut answer)?,
+        Some(_) => of_all_samples(&measured, request, &reading, &mut answer)?,
     }
     let shown = judge.as_ref().unwrap_or(&train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
@@ -314,13 +315,46 @@ fn best_filter(
             best = Some((cutoff, error));
         }
     }
-    let Some((cutoff, _)) = best.filter(|(cutoff, _)| *cutoff != answer.cutoff_hz) else { return Ok(()) };
-    whole.cutoff_hz = Some(cutoff);
+    let cutoff = best.map_or(answer.cutoff_hz, |(cutoff, _)| cutoff);
+    if cutoff != answer.cutoff_hz {
+        answer.judged_at_hz = Some(cutoff);
+        return as_compared(measured, request, reading, answer);
+    }
+    of_all_samples(measured, request, reading, answer)
+}
+
+/// The errors of a log that the search saw a part of only: of all its samples, as `compare` measures them.
+fn of_all_samples(
+    measured: &Measured,
+    request: &Request<'_>,
+    reading: &measure::Options,
+    answer: &mut Diagnosis,
+) -> Result<(), Diagnostics> {
+    let efforts = measured.content(&request.log) == Content::Efforts;
+    let judged = answer.validation.as_ref().unwrap_or(&answer.training);
+    // Of a longer log more than half of the most are left when it was thinned.
+    let long = answer.training.samples.max(judged.samples) > SAMPLES / 2;
+    if !efforts || !long || !request.options.channels.is_empty() {
+        return Ok(());
+    }
+    as_compared(measured, request, reading, answer)
+}
+
+/// The errors of all samples that are held, at the cut-off at which a comparison judges.
+fn as_compared(
+    measured: &Measured,
+    request: &Request<'_>,
+    reading: &measure::Options,
+    answer: &mut Diagnosis,
+) -> Result<(), Diagnostics> {
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let cutoff = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
     let at = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
-    let train = measured.load(&request.log, &at, None)?;
-    let judge = request.validate.as_ref().map(|log| measured.load(log, &whole, None)).transpose()?;
-    let judge = judge.as_ref().map(|judge| &*judge.experiment);
-    let judged = |effects: &[Effect]| errors(&*train.experiment, judge, effects);
+    let whole = measure::Options { from_s: None, to_s: None, ..at.clone() };
+    let train = measured.efforts(&request.log, &at, HELD)?;
+    let judge = request.validate.as_ref().map(|log| measured.efforts(log, &whole, HELD)).transpose()?;
+    let judge = judge.as_ref().map(|judge| judge as &dyn Experiment);
+    let judged = |effects: &[Effect]| errors(&train, judge, effects);
     if answer.inertial_corrections.is_empty() {
         let standing = answer.standing.len();
         let falls = (0..=answer.steps.len()).map(|count| judged(&effects[..standing + count]).rms);
@@ -330,7 +364,6 @@ fn best_filter(
         }
     }
     answer.take(judged(&effects));
-    answer.judged_at_hz = Some(cutoff);
     answer.summary = summary(answer);
     Ok(())
 }

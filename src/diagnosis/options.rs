@@ -17,7 +17,7 @@ pub struct Options {
     pub reading: measure::Options,
     /// Stance foot of postures, striking foot of impacts; by default the right one.
     pub foot: Option<String>,
-    /// Logs with foot forces: also the joints' efforts.
+    /// Logs with foot forces: also the joints' efforts, if they are logged.
     pub with_joints: bool,
     /// Kinds of rows that count, as in JSON: `effort`, `base_force`, …; none: all.
     pub channels: Vec<String>,
@@ -50,7 +50,7 @@ impl Default for Options {
         Self {
             reading: measure::Options::default(),
             foot: None,
-            with_joints: false,
+            with_joints: true,
             channels: Vec::new(),
             inertial: Inertial::Prior,
             most: diagnose::Options::default().most,

@@ -91,6 +91,9 @@ impl Experiment for Selected<'_> {
     fn slides(&self, place: &Location) -> Option<f64> {
         self.inner.slides(place)
     }
+    fn small_load(&self, place: &Location) -> Option<f64> {
+        self.inner.small_load(place)
+    }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.inner.seeds(kind, location)
     }

@@ -160,6 +160,11 @@ pub trait Experiment: Sync {
         None
     }
 
+    /// A small part of the torque that the joint of a place usually transmits, N m (N), below which play may be anywhere between its stops.
+    fn small_load(&self, _place: &Location) -> Option<f64> {
+        None
+    }
+
     /// Directions of usual CAD errors in the space of the inertial parameters, each one standard deviation long:
     /// index of the body, ten numbers.
     fn cad_directions(&self, error: &CadError) -> Vec<(usize, [f64; 10])> {

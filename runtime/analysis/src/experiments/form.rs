@@ -4,8 +4,11 @@ use crate::experiments::{Experiment, Inertial};
 use crate::robot::InertialParameters;
 use bipedc_effects::effect::{Effect, Kind, Law, Location, Parameters, Probe, kinds};
 
-/// The parameter of friction's sign.
+/// The parameter of the sign of friction, or of the side of play.
 const SMOOTHING: &str = "smoothing";
+
+/// By so small a part of another parameter of its unit may a parameter lie below what is possible: it is nothing then.
+const SLIGHT: f64 = 0.03;
 
 /// A column: rows that it touches, with one value per sample.
 pub(crate) type Column = Vec<(usize, Vec<f64>)>;
@@ -22,6 +25,8 @@ pub(crate) struct Form {
     pub fixed: Parameters,
     /// Speed over which friction changes its sign where the joint slides, m/s.
     pub sliding: Option<f64>,
+    /// Torque over which play changes its side, N m.
+    pub small_load: Option<f64>,
 }
 
 /// What enters linearly.
@@ -87,6 +92,7 @@ impl Form {
             search,
             fixed: Vec::new(),
             sliding: experiment.slides(location),
+            small_load: (kind.law == Law::Backlash).then(|| experiment.small_load(location)).flatten(),
         })
     }
 
@@ -105,6 +111,7 @@ impl Form {
             search,
             fixed,
             sliding: None,
+            small_load: None,
         })
     }
 
@@ -211,7 +218,13 @@ impl Form {
 
     /// The effect with these linear coefficients.
     pub fn effect(&self, coefficients: &[f64]) -> Effect {
-        let found = [self.kind.from_coefficients(self.setting, coefficients), self.fixed.clone()].concat();
+        let mut found =
+            [self.kind.from_coefficients(self.setting, coefficients), self.fixed.clone()].concat();
+        for (name, value) in &mut found {
+            if let Some(parameter) = self.kind.parameter(name) {
+                *value = value.clamp(parameter.bounds.0, parameter.bounds.1);
+            }
+        }
         self.with(&found)
     }
 
@@ -223,6 +236,9 @@ impl Form {
                 effect.parameters.entry(SMOOTHING.to_owned()).or_insert(speed);
             }
         }
+        if let Some(load) = self.small_load {
+            effect.parameters.entry(SMOOTHING.to_owned()).or_insert(load);
+        }
         effect
     }
 
@@ -232,12 +248,19 @@ impl Form {
             return Some(why);
         }
         let effect = self.effect(coefficients);
-        self.kind.from_coefficients(self.setting, coefficients).iter().find_map(|(name, value)| {
+        let found = self.kind.from_coefficients(self.setting, coefficients);
+        // Friction against one direction alone comes out a little below or above nothing against the other.
+        let slight = |unit: &str| {
+            let alike = found.iter().filter(|(name, _)| effect.unit(name) == unit);
+            SLIGHT * alike.fold(0.0, |largest: f64, (_, value)| largest.max(*value))
+        };
+        found.iter().find_map(|(name, value)| {
             let parameter = self.kind.parameter(name)?;
             if !value.is_finite() {
                 return Some(format!("this data does not determine its {name}"));
             }
-            let possible = parameter.bounds.0 <= *value && *value <= parameter.bounds.1;
+            let slight = slight(effect.unit(name));
+            let possible = parameter.bounds.0 - slight <= *value && *value <= parameter.bounds.1;
             let usual = within_reach(effect.plausible(name), *value);
             (!(possible && usual)).then(|| format!("its {name} would be {value:.3e} {}", effect.unit(name)))
         })

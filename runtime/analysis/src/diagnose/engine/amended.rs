@@ -75,6 +75,9 @@ impl Experiment for Amended<'_> {
     fn slides(&self, place: &Location) -> Option<f64> {
         self.inner.slides(place)
     }
+    fn small_load(&self, place: &Location) -> Option<f64> {
+        self.inner.small_load(place)
+    }
     fn link_inertias(&self) -> Option<&LinkInertias> {
         self.inner.link_inertias()
     }

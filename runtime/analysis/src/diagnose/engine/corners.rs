@@ -4,14 +4,22 @@
 //! formula changes its sign over a width of speeds, and noise decides on which side of a limit a reported torque seems to be. An estimate from
 //! all samples makes up for it: dry friction came out up to 0.6 % off, its value at rest 5 %, limits 2 to 4 % small, many times what noise leaves them
 //! uncertain by. So estimates leave such samples out, and take the sign beyond as it is.
-use crate::diagnose::breakdown::velocity_of;
+use crate::diagnose::breakdown::{signal_of, velocity_of};
 use crate::experiments::{Channel, Experiment};
-use bipedc_effects::effect::{Effect, Simulation};
+use bipedc_effects::effect::{Effect, Law, Simulation};
 
 /// So many widths away from rest the smoothed sign is within 4 % of one.
 const WIDTHS: f64 = 2.0;
 /// Least part of the samples that must be left.
-const LEFT: f64 = 0.5;
+const LEFT: f64 = 0.3;
+/// How far around a reversal samples are left out, in halves of a period of the filter's cut-off: as far as enough others are left. What the filter
+/// makes of a jump rings, with the other sign in each half: by 1 % of the friction in the second one, by a quarter in the fourth.
+const REACHES: [usize; 3] = [3, 2, 1];
+/// Part of a spring or a play between two encoders by which its estimate can be off however little the angles scatter: filters,
+/// sampling and how stops give way are as wrong at every sample (up to 0.13 % on logs without noise).
+const SIMILAR: f64 = 2e-3;
+/// The same of a drive's limit: what the filter makes of a motion whose torque is cut off is too large where it is cut off.
+const CLIPPED: f64 = 3e-3;
 /// So many standard deviations of its noise a reported torque is away from a limit.
 const DEVIATIONS: f64 = 3.0;
 /// Fewest samples beyond a limit that tell where it is.
@@ -21,15 +29,74 @@ const SMOOTHING: &str = "smoothing";
 /// Beyond the corner the width of the sign is this part of what is stated.
 const SHARP: f64 = 0.02;
 
-/// Samples of a row at the corners of what acts there, one flag each; empty if there are none, or too few others.
-pub(super) fn corners(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Vec<bool> {
-    let mut flags = reversals(experiment, row, effects);
-    let limits = limits(experiment, row, effects);
-    if flags.is_empty() {
-        return limits;
+/// Samples of a row at the corners of what acts there.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Corners {
+    /// One flag each; empty if there are none, or too few others.
+    pub left_out: Vec<bool>,
+    /// How far around a jump samples are left out, in halves of a period of the cut-off; `None`: none are, because
+    /// nothing jumps or because too few others were left.
+    pub reach: Option<usize>,
+}
+
+impl Corners {
+    /// Whether a sample lies at one.
+    pub fn hold(&self, sample: usize) -> bool {
+        self.left_out.get(sample).is_some_and(|out| *out)
     }
-    flags.iter_mut().zip(limits).for_each(|(flag, at_limit)| *flag |= at_limit);
-    flags
+
+    /// By which part of itself a torque that jumps comes out wrong, because of what rings beside the samples that are left
+    /// out: what was measured on logs with little noise, at most.
+    pub fn inexactness(&self) -> f64 {
+        match self.reach {
+            Some(3..) => 1e-3,
+            Some(2) => 2e-3,
+            Some(1) => 4e-3,
+            Some(0) => 1e-2,
+            None => 2e-2,
+        }
+    }
+
+    fn beside(mut self, others: Vec<bool>) -> Self {
+        if self.left_out.is_empty() {
+            self.left_out = others;
+        } else {
+            self.left_out.iter_mut().zip(others).for_each(|(flag, other)| *flag |= other);
+        }
+        self
+    }
+}
+
+/// Corners as near as they are seen.
+pub(super) fn corners(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Corners {
+    let turning = reversals(experiment, row, effects, &REACHES[2..]);
+    turning.beside(limits(experiment, row, effects, &REACHES[3..]))
+}
+
+/// The same as far around as an estimate can do without: what rings there is too little to be seen and enough to pull at it.
+pub(super) fn wide_corners(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Corners {
+    match experiment.rows()[row].channel {
+        Channel::Transmission => crossings(experiment, row, effects),
+        _ => {
+            let turning = reversals(experiment, row, effects, &REACHES);
+            turning.beside(limits(experiment, row, effects, &REACHES[1..]))
+        }
+    }
+}
+
+/// By which part of itself an effect's parameters come out wrong however little its row scatters, given the corners of all rows.
+pub(super) fn inexactness(experiment: &dyn Experiment, effect: &Effect, corners: &[Corners]) -> f64 {
+    let of_joint = |(row, _): &(usize, &Corners)| {
+        let what = &experiment.rows()[*row];
+        what.channel == Channel::Effort && what.joint == effect.location.joint
+    };
+    let here = corners.iter().enumerate().find(of_joint).map(|(_, corners)| corners);
+    match (effect.kind.law, effect.kind.simulation) {
+        (Law::SeriesElasticity | Law::Backlash, _) => SIMILAR,
+        (_, Simulation::Dry(_)) => here.map_or(0.0, Corners::inexactness),
+        (_, Simulation::Limit(_)) => CLIPPED,
+        _ => 0.0,
+    }
 }
 
 /// The effects with signs as sharp as they are where samples at their corners are left out; `reversed` says of each row
@@ -41,10 +108,16 @@ pub(super) fn sharpened(
 ) -> Vec<Effect> {
     let mut sharp = effects.to_vec();
     for (row, what) in experiment.rows().iter().enumerate() {
-        if what.channel != Channel::Effort || !reversed(row) {
+        if !reversed(row) {
             continue;
         }
-        for effect in sharp.iter_mut().filter(|effect| rubs(effect, what.joint.as_deref())) {
+        let joint = what.joint.as_deref();
+        let jumps = |effect: &&mut Effect| match what.channel {
+            Channel::Effort => rubs(effect, joint),
+            Channel::Transmission => is_play(effect, joint),
+            _ => false,
+        };
+        for effect in sharp.iter_mut().filter(jumps) {
             let width = SHARP * effect.value(SMOOTHING);
             effect.parameters.insert(SMOOTHING.to_owned(), width);
         }
@@ -56,24 +129,48 @@ fn rubs(effect: &Effect, joint: Option<&str>) -> bool {
     matches!(effect.kind.simulation, Simulation::Dry(_)) && effect.location.joint.as_deref() == joint
 }
 
+fn is_play(effect: &Effect, joint: Option<&str>) -> bool {
+    effect.kind.law == Law::Backlash && effect.location.joint.as_deref() == joint
+}
+
+/// Samples at which the torque through a play is so small that its link may be anywhere between the stops, or is on its way
+/// between them; empty where there is no play, or too few others were left.
+fn crossings(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Corners {
+    let joint = experiment.rows()[row].joint.as_deref();
+    let Some(play) = effects.iter().find(|effect| is_play(effect, joint)) else { return Corners::default() };
+    let Some(load) = signal_of(experiment, row, "load") else { return Corners::default() };
+    let least = WIDTHS * play.value(SMOOTHING);
+    let small: Vec<bool> = load.iter().map(|torque| torque.abs() < least).collect();
+    enough_beside(&small, experiment.smeared(), &REACHES)
+}
+
 /// Samples at which a joint with dry friction turns about; empty where it has none, or moves so slowly that too few others were left.
-pub(super) fn reversals(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Vec<bool> {
+fn reversals(experiment: &dyn Experiment, row: usize, effects: &[Effect], reaches: &[usize]) -> Corners {
     let what = &experiment.rows()[row];
     let joint = what.joint.as_deref().filter(|_| what.channel == Channel::Effort);
     let widths = effects.iter().filter(|effect| rubs(effect, joint)).map(|effect| effect.value(SMOOTHING));
     let width = WIDTHS * widths.fold(0.0, f64::max);
     if joint.is_none() || width <= 0.0 {
-        return Vec::new();
+        return Corners::default();
     }
-    let Some(velocity) = velocity_of(experiment, row) else { return Vec::new() };
+    let Some(velocity) = velocity_of(experiment, row) else { return Corners::default() };
     let slow: Vec<bool> = velocity.iter().map(|v| v.abs() < width).collect();
     // Friction that turns about jumps, and so does the acceleration, which is known as smooth as the filter made it.
-    let whole = around(&slow, experiment.smeared());
-    let leaves_enough = |flags: &Vec<bool>| {
-        let left = flags.iter().filter(|turns| !**turns).count();
+    enough_beside(&slow, experiment.smeared(), reaches)
+}
+
+/// Flags, and as many around them as leave enough others: `reaches` times so many samples, the farthest first, else none
+/// around; empty if too few are left even so.
+fn enough_beside(flags: &[bool], smeared: usize, reaches: &[usize]) -> Corners {
+    let leaves_enough = |(_, flags): &(usize, Vec<bool>)| {
+        let left = flags.iter().filter(|flag| !**flag).count();
         left as f64 >= LEFT * flags.len() as f64
     };
-    [whole, slow].into_iter().find(leaves_enough).unwrap_or_default()
+    let wide = reaches.iter().map(|&reach| (reach, around(flags, reach * smeared)));
+    match wide.chain([(0, flags.to_vec())]).find(leaves_enough) {
+        Some((reach, left_out)) => Corners { left_out, reach: Some(reach) },
+        None => Corners::default(),
+    }
 }
 
 /// Flags, and those around them as far as `reach` samples.
@@ -85,9 +182,9 @@ fn around(flags: &[bool], reach: usize) -> Vec<bool> {
     wide
 }
 
-/// Samples at which the reported torque is so near a drive's limit that noise and filter decide whether it is beyond; empty where there is no limit,
-/// or too few samples are beyond.
-fn limits(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Vec<bool> {
+/// Samples at which the reported torque is so near a drive's limit that noise and filter decide whether it is beyond, and beyond it as far
+/// from there as leaves enough; empty where there is no limit, or too few samples are beyond.
+fn limits(experiment: &dyn Experiment, row: usize, effects: &[Effect], reaches: &[usize]) -> Vec<bool> {
     let what = &experiment.rows()[row];
     let limit = effects.iter().find_map(|effect| match effect.kind.simulation {
         Simulation::Limit(name) if effect.location.joint == what.joint => Some(effect.value(name)),
@@ -96,11 +193,25 @@ fn limits(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Vec<bo
     let Some(limit) = limit.filter(|_| what.channel == Channel::Effort) else { return Vec::new() };
     let Some(reported) = experiment.measured(row) else { return Vec::new() };
     let near = DEVIATIONS * what.noise;
-    let beyond = reported.iter().filter(|torque| torque.abs() > limit + near).count();
-    if beyond < BEYOND {
+    let at_limit: Vec<bool> = reported.iter().map(|torque| (torque.abs() - limit).abs() < near).collect();
+    let beyond: Vec<bool> = reported.iter().map(|torque| torque.abs() > limit + near).collect();
+    let count =
+        |left_out: &[bool]| beyond.iter().zip(left_out).filter(|(beyond, out)| **beyond && !**out).count();
+    let all = count(&at_limit);
+    if all < BEYOND {
         return Vec::new();
     }
-    reported.iter().map(|torque| (torque.abs() - limit).abs() < near).collect()
+    // Below the limit all samples tell something; above it those in the middle tell it best.
+    let inside = |reach: usize| -> Vec<bool> {
+        let wide = around(&at_limit, reach * experiment.smeared());
+        wide.iter()
+            .zip(&beyond)
+            .zip(&at_limit)
+            .map(|((wide, beyond), at)| *at || (*wide && *beyond))
+            .collect()
+    };
+    let leaves_enough = |left_out: &Vec<bool>| count(left_out) >= BEYOND.max((LEFT * all as f64) as usize);
+    reaches.iter().map(|&reach| inside(reach)).find(leaves_enough).unwrap_or(at_limit)
 }
 
 #[cfg(test)]

@@ -4,9 +4,11 @@
 //! stay, one link of each body takes them, and where no body could have them the nearest possible ones take their place:
 //! nearest in what the measurements and the prior say together. Effects are then estimated again beside them, so that
 //! what is reported is what was written.
+use super::amended::Amended;
 use super::block_equations::Spread;
 use super::refinement::{Data, HalfWidths, Refined, refine};
 use crate::diagnose::FoundEffect;
+use crate::experiments::Experiment;
 use crate::physical::{Bounds, COORDINATES, Inertia, LeastSquares, Links, Problem};
 use crate::robot::LinkInertias;
 use crate::robot::inertial_parameters::{InertialParameters, of_body};
@@ -17,6 +19,8 @@ use std::collections::BTreeMap;
 
 /// Least evidence, as a fall of deviance, that a body's correction needs: its ten parameters cost that much by chance.
 const EVIDENCE: f64 = 20.0;
+/// By so small a part must a row's squared error grow without a correction that says something.
+const IDLE: f64 = 5e-3;
 /// Weight of the distance from the description: so little that it decides only what nothing else does.
 const NEARNESS: f64 = 1e-6;
 /// Free estimates whose deviation stays above this part of the prior's are told by the prior, not by data.
@@ -55,17 +59,23 @@ pub(super) fn settle(data: Data<'_>, refined: Refined, spread: &Spread, free: bo
     let Some(links) = data.experiment.link_inertias().filter(|_| !refined.corrections.is_empty()) else {
         return plain(refined, false);
     };
-    let bodies = matter(&refined);
+    let mut bodies = matter(&refined);
     let without = |effects: Vec<Effect>| refine(data, effects, &[], None);
-    if bodies.is_empty() {
-        return plain(without(refined.effects), false);
-    }
-    let spread = spread.only(&bodies);
     let of_all = refined.half_width;
-    let joint = refine(data, refined.effects, &[], Some(&spread));
-    let Some(found) = Correction { links, bodies: &bodies, spread: &spread, joint: &joint, free }.found()
-    else {
-        return plain(without(joint.effects), true);
+    let mut effects = refined.effects;
+    let (joint, found) = loop {
+        if bodies.is_empty() {
+            return plain(without(effects), false);
+        }
+        let spread = spread.only(&bodies);
+        let joint = refine(data, effects, &[], Some(&spread));
+        let Some(found) = Correction { links, bodies: &bodies, spread: &spread, joint: &joint, free }.found()
+        else {
+            return plain(without(joint.effects), true);
+        };
+        let Some(idle) = idle(data, &joint.effects, &found) else { break (joint, found) };
+        bodies.remove(idle);
+        effects = joint.effects;
     };
     let fixed: Vec<Effect> = found.iter().map(|found| found.effect.clone()).collect();
     let last = refine(data, joint.effects, &fixed, None);
@@ -73,6 +83,30 @@ pub(super) fn settle(data: Data<'_>, refined: Refined, spread: &Spread, free: bo
     // to be seen and still pull.
     let refined = Refined { half_width: wider(joint.half_width, &of_all), ..last };
     Settled { refined, corrections: found, impossible: false }
+}
+
+/// A correction without which no row is told worse, to speak of: the evidence for it lies in directions that its body shares with others.
+fn idle(data: Data<'_>, effects: &[Effect], found: &[FoundEffect]) -> Option<usize> {
+    let squares = |left_out: Option<usize>| -> Vec<f64> {
+        let kept = found.iter().enumerate().filter(|(k, _)| Some(*k) != left_out);
+        let corrections = kept.map(|(_, found)| found.effect.clone());
+        let all: Vec<Effect> = effects.iter().cloned().chain(corrections).collect();
+        let amended = Amended::new(data.experiment, &all);
+        let of_row = |row: usize| {
+            let residual = amended.residual(row);
+            let told = (0..residual.len()).filter(|&i| (data.teaches)(i, residual.len()));
+            told.map(|i| residual[i] * residual[i]).sum()
+        };
+        (0..data.experiment.rows().len()).map(of_row).collect()
+    };
+    let with = squares(None);
+    let grows = |k: usize| {
+        let without = squares(Some(k));
+        let growth = with.iter().zip(&without).map(|(with, without)| without / with.max(f64::MIN_POSITIVE));
+        growth.fold(0.0, f64::max) - 1.0
+    };
+    let growths = (0..found.len()).map(|k| (k, grows(k)));
+    growths.filter(|(_, growth)| *growth < IDLE).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
 }
 
 /// The larger one of two half widths of each parameter.

@@ -1,7 +1,7 @@
 //! Parsimony: of explanations that are as good, the simplest.
 use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
-use super::search::{Outcome, consider};
+use super::search::{Outcome, consider, excluded};
 
 /// Alternatives whose held-out error differs by less than this part of what the effect removes are named together.
 pub(super) const ALIKE: f64 = 0.01;
@@ -9,6 +9,14 @@ pub(super) const ALIKE: f64 = 0.01;
 pub(super) const SCATTER: f64 = 0.05;
 /// The same for an effect with fewer parameters to stand in another one's place.
 const AS_GOOD: f64 = 0.001;
+/// No row's held-out squared error may grow by more than this part of it then: of an effect that removed a thousand times what noise leaves, a
+/// hundredth is more than noise.
+const GROWTH: f64 = 0.03;
+
+/// Whether no row is told worse, to speak of, by one explanation than by another.
+pub(super) fn rows_alike(better: &ScoredFit, other: &ScoredFit) -> bool {
+    better.errors.iter().zip(&other.errors).all(|(better, other)| *other <= (1.0 + GROWTH) * better)
+}
 
 /// Of explanations that are as good, the one with fewer effects, and on the likelier link.
 pub(super) fn simplify(regression: &Regression<'_>, outcome: &mut Outcome) {
@@ -20,7 +28,10 @@ pub(super) fn simplify(regression: &Regression<'_>, outcome: &mut Outcome) {
 /// Of effects in whose place another one with fewer parameters does as well, that one.
 fn with_fewer_parameters(regression: &Regression<'_>, outcome: &mut Outcome) {
     for k in regression.standing.len()..outcome.active.len() {
-        replace(regression, outcome, k, &|_, more, removed| more <= (AS_GOOD * removed).max(4.0));
+        let here = outcome.scored.clone();
+        replace(regression, outcome, k, &|(_, _, other), more, removed| {
+            more <= 4.0 || (more <= AS_GOOD * removed && rows_alike(&here, other))
+        });
     }
 }
 
@@ -32,7 +43,9 @@ pub(super) fn put_simpler(regression: &Regression<'_>, outcome: &mut Outcome, k:
     replace(regression, outcome, k, &|(c, set, other), more, removed| {
         let chance = || regression.scatter(&scored, &active, other, set);
         regression.candidates[*c].form.location == here
-            && (more <= (ALIKE * removed).max(4.0) || (more <= SCATTER * removed && more <= chance()))
+            && (more <= 4.0
+                || (more <= ALIKE * removed && rows_alike(&scored, other))
+                || (more <= SCATTER * removed && more <= chance()))
     })
 }
 
@@ -79,33 +92,51 @@ fn replace(
 }
 
 /// One effect for two at its place that are nearly it together: friction that differs by direction is, but for the moment
-/// of reversal, friction and a bias.
+/// of reversal, friction and a bias. And one that explains more than two others, whose entry it came too late for.
 fn merge(regression: &Regression<'_>, outcome: &mut Outcome) {
     let form = |c: usize| &regression.candidates[c].form;
-    let first = regression.standing.len();
-    let judged: Vec<usize> = outcome.active[first..].to_vec();
-    let here = |a: usize, b: usize| form(a).location == form(b).location;
-    let pairs = judged.iter().flat_map(|&a| judged.iter().map(move |&b| (a, b)));
-    for (first, second) in pairs.filter(|&(a, b)| a != b && here(a, b)) {
-        let mut all = 0..regression.candidates.len();
-        let is_both =
-            |&c: &usize| here(c, first) && form(c).kind.is_sum_of(form(first).kind, form(second).kind);
-        let Some(both) = all.find(is_both) else { continue };
-        let bare: Vec<usize> =
-            outcome.active.iter().copied().filter(|&c| c != first && c != second).collect();
-        let set: Vec<usize> = bare.iter().copied().chain([both]).collect();
-        let (Some(without), Some(scored)) =
-            (regression.scored_fit(&bare, outcome.corrected), regression.scored_fit(&set, outcome.corrected))
-        else {
-            continue;
-        };
-        let deviance = |t: &ScoredFit, set: &[usize]| t.cost - regression.complexity_penalty(set);
-        let (apart, merged) = (deviance(&outcome.scored, &outcome.active), deviance(&scored, &set));
-        let removed = deviance(&without, &bare) - apart;
-        if merged <= apart + (ALIKE * removed).max(4.0) && regression.impossible(&set, &scored).is_none() {
+    let judged: Vec<usize> = outcome.active[regression.standing.len()..].to_vec();
+    let pairs = judged.iter().enumerate().flat_map(|(k, &a)| judged[..k].iter().map(move |&b| [a, b]));
+    for [first, second] in pairs.filter(|&[a, b]| form(a).location == form(b).location) {
+        if let Some((set, scored)) = merged(regression, outcome, [first, second]) {
             (outcome.active, outcome.scored) = (set, scored);
         }
     }
+}
+
+/// The best candidate in the place of two, what is active with it, and their fit.
+fn merged(
+    regression: &Regression<'_>,
+    outcome: &Outcome,
+    pair: [usize; 2],
+) -> Option<(Vec<usize>, ScoredFit)> {
+    let candidate = |c: usize| &regression.candidates[c];
+    let bare: Vec<usize> = outcome.active.iter().copied().filter(|c| !pair.contains(c)).collect();
+    if bare.len() + 2 != outcome.active.len() {
+        return None;
+    }
+    let deviance = |t: &ScoredFit, set: &[usize]| t.cost - regression.complexity_penalty(set);
+    let without = regression.scored_fit(&bare, outcome.corrected)?;
+    let apart = deviance(&outcome.scored, &outcome.active);
+    let removed = deviance(&without, &bare) - apart;
+    let tried = parallel(regression.candidates.len(), |c| {
+        let [form, first, second] = [c, pair[0], pair[1]].map(|c| &candidate(c).form);
+        let fits = form.location == first.location
+            && candidate(c).parameters <= candidate(pair[0]).parameters + candidate(pair[1]).parameters
+            && excluded(regression, &bare, c).is_none();
+        if !fits || pair.contains(&c) {
+            return None;
+        }
+        let set = [bare.as_slice(), &[c]].concat();
+        let scored = regression.scored_fit(&set, outcome.corrected)?;
+        let more = deviance(&scored, &set) - apart;
+        let as_well = form.kind.is_sum_of(first.kind, second.kind)
+            && (more <= 4.0 || (more <= ALIKE * removed && rows_alike(&outcome.scored, &scored)));
+        let stands =
+            (as_well || scored.cost < outcome.scored.cost) && regression.impossible(&set, &scored).is_none();
+        stands.then_some((set, scored))
+    });
+    tried.into_iter().flatten().min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
 }
 
 /// Of links on which an effect explains as much, the heaviest is the likeliest to carry it; the others are named as
@@ -120,7 +151,7 @@ fn likeliest_links(regression: &Regression<'_>, outcome: &mut Outcome) {
         let removed = bare.cost
             - regression.complexity_penalty(&fewer)
             - (outcome.scored.cost - regression.complexity_penalty(&outcome.active));
-        let limit = outcome.scored.cost + (ALIKE * removed).max(4.0);
+        let here = outcome.scored.clone();
         let kind = form.kind;
         for c in 0..regression.candidates.len() {
             let Some(other) = regression.carrier(c).filter(|m| *m > mass) else { continue };
@@ -131,7 +162,9 @@ fn likeliest_links(regression: &Regression<'_>, outcome: &mut Outcome) {
                 continue;
             }
             let Some(scored) = regression.scored_fit(&set, outcome.corrected) else { continue };
-            if scored.cost <= limit && regression.impossible(&set, &scored).is_none() {
+            let more = scored.cost - here.cost;
+            let as_well = more <= 4.0 || (more <= ALIKE * removed && rows_alike(&here, &scored));
+            if as_well && regression.impossible(&set, &scored).is_none() {
                 (outcome.active, outcome.scored, mass) = (set, scored, other);
             }
         }

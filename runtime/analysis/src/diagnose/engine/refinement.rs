@@ -1,7 +1,7 @@
 //! The final estimate by Gauss–Newton: all parameters of all effects at once, with everything nonlinear, and error bars.
 use super::amended::Amended;
 use super::block_equations::{BlockEquations, Spread, block_equations};
-use super::corners::{corners, reversals, sharpened};
+use super::corners::{Corners, inexactness, sharpened, wide_corners};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::parallel::parallel;
 use super::uncertainty::uncertainty;
@@ -19,16 +19,27 @@ const STEPS: usize = 20;
 /// So many steps choose anew which samples lie at corners; afterwards the choice stands, so that the estimate comes to rest.
 const SETTLING: usize = 4;
 
-/// Part of a spring or a play by which its estimate can be off however little the angles scatter: filters, sampling and how
-/// stops give way are as wrong at every sample (up to 0.13 % on logs without noise).
-const SIMILAR: f64 = 2e-3;
-
 /// One parameter of one effect.
 struct Unknown {
     effect: usize,
     name: String,
     bounds: (f64, f64),
     step: f64,
+    /// Whether rows are linear in its reciprocal and not in itself: steps are then taken there.
+    by_reciprocal: bool,
+}
+
+impl Unknown {
+    /// The value after a step of Gauss–Newton.
+    fn moved(&self, value: f64, step: f64) -> f64 {
+        let moved = match self.by_reciprocal {
+            // 1/value − step/value²: the step of the reciprocal that has this slope.
+            true if step < value => value / (1.0 - step / value),
+            true => 10.0 * value,
+            false => value + step,
+        };
+        moved.clamp(self.bounds.0, self.bounds.1)
+    }
 }
 
 /// Half widths of 95 % confidence intervals, by effect and parameter.
@@ -67,7 +78,7 @@ pub(super) fn refine(
     let mut stated = with_nuisances(data.experiment, effects);
     let unknowns = unknowns(&stated);
     stated.extend_from_slice(fixed);
-    let (mut effects, last) = converged(data, &stated, &unknowns, spread);
+    let (mut effects, corners, last) = converged(data, &stated, &unknowns, spread);
     let (sigmas, corrections, covariance) = match last {
         Some((equations, corrections)) => {
             let (all, covariance) = uncertainty(&equations, data, unknowns.len(), &corrections);
@@ -78,17 +89,12 @@ pub(super) fn refine(
     let mut half_width = vec![Vec::new(); effects.len()];
     for (unknown, sigma) in unknowns.iter().zip(sigmas) {
         let effect = &effects[unknown.effect];
-        let limit = if between_motor_and_link(effect) { SIMILAR * effect.value(&unknown.name) } else { 0.0 };
+        let limit = inexactness(data.experiment, effect, &corners) * effect.value(&unknown.name);
         half_width[unknown.effect].push((unknown.name.clone(), (T * sigma).hypot(limit)));
     }
     effects.truncate(wanted);
     half_width.truncate(wanted);
     Refined { effects, half_width, corrections, covariance }
-}
-
-/// Whether an effect is the angle between motor and link itself: all of what is seen of it is wrong alike.
-fn between_motor_and_link(effect: &Effect) -> bool {
-    matches!(effect.kind.law, Law::SeriesElasticity | Law::Backlash)
 }
 
 /// The normal equations of a last step, by row, and its inertial corrections.
@@ -100,11 +106,10 @@ fn converged(
     stated: &[Effect],
     unknowns: &[Unknown],
     spread: Option<&Spread>,
-) -> (Vec<Effect>, Option<LastStep>) {
+) -> (Vec<Effect>, Vec<Corners>, Option<LastStep>) {
     let Data { experiment, weights, teaches } = data;
-    let mut left_out = corners_of(experiment, stated);
-    let reversed = |row: usize| !reversals(experiment, row, stated).is_empty();
-    let mut current = sharpened(experiment, stated, reversed);
+    let mut corners = corners_of(experiment, stated);
+    let mut current = sharpened(experiment, stated, |row| corners[row].reach.is_some());
     let nothing = Spread::none();
     let (corrected, spread) = (spread.is_some(), spread.unwrap_or(&nothing));
     let mut error = f64::INFINITY;
@@ -112,9 +117,8 @@ fn converged(
     for step_number in 0..STEPS {
         let amended = Amended::new(experiment, &current);
         let jacobian = jacobian(experiment, &current, &amended, unknowns);
-        let counts = |row: usize, sample: usize, count: usize| {
-            teaches(sample, count) && !left_out[row].get(sample).is_some_and(|out| *out)
-        };
+        let counts =
+            |row: usize, sample: usize, count: usize| teaches(sample, count) && !corners[row].hold(sample);
         let equations = equations(&amended, spread, &jacobian, &counts);
         let all: Vec<usize> = (0..BLOCKS).collect();
         let sums = NormalEquations::of(&equations, &all);
@@ -135,15 +139,15 @@ fn converged(
         current = moved;
         if step_number < SETTLING {
             // A limit that moves takes its corner along.
-            left_out = corners_of(experiment, &as_stated(&current, stated));
+            corners = corners_of(experiment, &as_stated(&current, stated));
         }
     }
-    (as_stated(&current, stated), last)
+    (as_stated(&current, stated), corners, last)
 }
 
 /// Samples of each row at the corners of what acts there.
-fn corners_of(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<Vec<bool>> {
-    parallel(experiment.rows().len(), |row| corners(experiment, row, effects))
+fn corners_of(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<Corners> {
+    parallel(experiment.rows().len(), |row| wide_corners(experiment, row, effects))
 }
 
 /// The effects with the settings that were stated.
@@ -198,7 +202,8 @@ fn unknowns(effects: &[Effect]) -> Vec<Unknown> {
                 None => effect.bounds(name),
             };
             let step = 1e-4 * value.abs().max(1e-2);
-            list.push(Unknown { effect: index, name: name.clone(), bounds, step });
+            let by_reciprocal = effect.kind.law == Law::SeriesElasticity;
+            list.push(Unknown { effect: index, name: name.clone(), bounds, step, by_reciprocal });
         }
     }
     list
@@ -207,8 +212,7 @@ fn unknowns(effects: &[Effect]) -> Vec<Unknown> {
 fn apply(effects: &[Effect], unknowns: &[Unknown], steps: &[f64]) -> Vec<Effect> {
     let mut moved = effects.to_vec();
     for (unknown, step) in unknowns.iter().zip(steps) {
-        let value = effects[unknown.effect].value(&unknown.name) + step;
-        let value = value.clamp(unknown.bounds.0, unknown.bounds.1);
+        let value = unknown.moved(effects[unknown.effect].value(&unknown.name), *step);
         moved[unknown.effect].parameters.insert(unknown.name.clone(), value);
     }
     moved
@@ -256,7 +260,7 @@ fn equations(
         // that an encoder counts in steps the median is one of the steps, wherever the truth lies between them.
         let what = &experiment.rows()[row];
         let mut emphasis = match what.channel {
-            Channel::Transmission => forgiveness(experiment.residual(row), 0.1, 2.0 * what.noise),
+            Channel::Transmission => forgiveness(experiment.residual(row), 0.1, 3.0 * what.noise),
             _ => forgiveness(experiment.residual(row), 2.0, 0.0),
         };
         let count = emphasis.len();

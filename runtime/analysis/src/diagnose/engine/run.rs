@@ -6,8 +6,8 @@ use super::errors::errors;
 use super::parsimony::{put_simpler, simplify};
 use super::refinement::{Data, Refined, refine};
 use super::regression::{Regression, is_held_out};
-use super::search::{Outcome, search};
-use super::significance::{Insignificant, insignificant, is_vague};
+use super::search::{Outcome, consider, search};
+use super::significance::{Insignificant, insignificant, is_vague, uncertain};
 use super::text;
 use super::unexplained::unexplained;
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
@@ -20,6 +20,8 @@ use std::collections::BTreeMap;
 const ELSEWHERE: f64 = 0.01;
 /// Most searches with a lower noise floor.
 const WEIGHINGS: usize = 2;
+/// Most effects that are taken out again once everything was estimated.
+const RECONSIDERED: usize = 6;
 
 /// How to diagnose.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +64,7 @@ pub fn diagnose(
     let left_out = regression.keep(&options.standing, regression.has_corrections());
     let entered = |count: usize| progress(0.5 + 0.3 * (count as f64 / (count as f64 + 2.0)));
     let Some(mut outcome) = search(&mut regression, options.most, &entered) else {
-        return Diagnosis::default();
+        return unanswered(train, validation);
     };
     for _ in 0..WEIGHINGS {
         if !regression.reweigh(&outcome.scored) {
@@ -75,12 +77,20 @@ pub fn diagnose(
     progress(0.85);
     let own_blocks = regression.own_blocks;
     let teaches = move |sample: usize, n: usize| !own_blocks || !is_held_out(sample, n);
-    let refined = estimated(&mut regression, &mut outcome, &teaches, (options.most, &entered));
-    progress(0.9);
-    let settled = settle(data(&regression, &teaches), refined, &regression.spread, regression.free);
-    progress(0.95);
-    let mut diagnosis =
-        Conclusion { regression: &regression, outcome: &outcome, settled: &settled }.write(train, validation);
+    let mut left = RECONSIDERED;
+    let mut diagnosis = loop {
+        let refined = estimated(&mut regression, &mut outcome, &teaches, (options.most, &entered));
+        progress(0.9);
+        let settled = settle(data(&regression, &teaches), refined, &regression.spread, regression.free);
+        progress(0.95);
+        let conclusion = Conclusion { regression: &regression, outcome: &outcome, settled: &settled };
+        let diagnosis = conclusion.write(train, validation);
+        let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else { break diagnosis };
+        left -= 1;
+        if !drop_effect(&regression, &mut outcome, k) {
+            break diagnosis;
+        }
+    };
     diagnosis.warnings.extend(left_out.into_iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
     }));
@@ -117,11 +127,31 @@ fn estimated(
             simplify(regression, outcome);
             continue;
         }
-        let mut fewer = outcome.active.clone();
-        fewer.remove(effect);
-        let Some(scored) = regression.scored_fit(&fewer, outcome.corrected) else { return refined };
-        (outcome.active, outcome.scored) = (fewer, scored);
+        if !drop_effect(regression, outcome, effect) {
+            return refined;
+        }
     }
+}
+
+/// Takes the `k`-th effect out of what a search found; tells whether the others can be fitted without it.
+fn drop_effect(regression: &Regression<'_>, outcome: &mut Outcome, k: usize) -> bool {
+    let mut fewer = outcome.active.clone();
+    fewer.remove(k);
+    let Some(scored) = regression.scored_fit(&fewer, outcome.corrected) else { return false };
+    (outcome.active, outcome.scored) = (fewer, scored);
+    true
+}
+
+/// What is said where no fit could be made at all: the errors as they are, and that nothing was found out.
+fn unanswered(train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Diagnosis {
+    let mut diagnosis = Diagnosis::default();
+    diagnosis.take(errors(train, validation, &[]));
+    let why = "no estimate could be made: the equations of this log are singular; nothing is said of what the model lacks";
+    diagnosis.warnings.push(why.to_owned());
+    diagnosis.unexplained = true;
+    diagnosis.suspects = diagnosis.rows.keys().cloned().collect();
+    diagnosis.summary = why.to_owned();
+    diagnosis
 }
 
 /// Estimates parameters of given effects; those that are stated are where the search starts, others are found.
@@ -210,6 +240,21 @@ pub(super) struct Conclusion<'s> {
 }
 
 impl Conclusion<'_> {
+    /// An effect that the final estimate, with what was corrected, tells nothing of: all that it might be includes that it is nothing,
+    /// or the held-out error does not fall with it.
+    fn idle(&self, diagnosis: &Diagnosis) -> Option<usize> {
+        let judged = self.regression.standing.len()..self.outcome.active.len();
+        let share = |k: usize| {
+            let effect = &self.settled.refined.effects[k];
+            let same = |found: &&FoundEffect| {
+                found.effect.kind == effect.kind && found.effect.location == effect.location
+            };
+            diagnosis.effects.iter().find(same).map_or(f64::INFINITY, |found| found.share)
+        };
+        let several = judged.len() > 1;
+        judged.rev().find(|&k| uncertain(&self.settled.refined, k) || (several && share(k) <= 0.0))
+    }
+
     fn write(&self, train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Diagnosis {
         let judge = validation.unwrap_or(train);
         let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
@@ -331,6 +376,13 @@ impl Conclusion<'_> {
             .filter_map(|found| found.effect.location.joint.as_deref())
             .chain(diagnosis.suspects.iter().map(String::as_str))
             .collect();
+        let (active, corrected) = (&self.outcome.active, self.outcome.corrected);
+        let rough = self.regression.scored_fit(active, false);
+        // Reasons of the search may speak of effects that have gone since.
+        let reason = |c: usize| {
+            let now = consider(self.regression, active, &self.outcome.scored, rough.as_ref()?, corrected, c);
+            now.err().or_else(|| self.outcome.reasons.get(&c).cloned())
+        };
         let mut list: Vec<Rejected> = Vec::new();
         for (c, candidate) in self.regression.candidates.iter().enumerate() {
             let form = &candidate.form;
@@ -343,7 +395,7 @@ impl Conclusion<'_> {
             if !asked || stands || listed || form.location.other_joint.is_some() {
                 continue;
             }
-            let why = self.outcome.reasons.get(&c).cloned().unwrap_or_else(|| "it was not needed".to_owned());
+            let why = reason(c).unwrap_or_else(|| "it was not needed".to_owned());
             list.push(Rejected { kind: form.kind, place: form.location.clone(), why });
         }
         list

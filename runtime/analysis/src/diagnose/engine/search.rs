@@ -35,6 +35,9 @@ const MOST: usize = 12;
 const ROUNDS: usize = 24;
 /// Parameters of effects that compete with inertial corrections as the simpler explanation.
 const FEW: usize = 4;
+/// Why a candidate does not stand that makes the equations singular.
+const INSEPARABLE: &str = "this data cannot tell it from what stands already";
+
 /// What the search found.
 pub(super) struct Outcome {
     pub active: Vec<usize>,
@@ -140,11 +143,17 @@ fn run(
         let Some((newcomers, set, better)) = found else { break };
         (active, scored) = (set, better);
         (active, scored) = best_set(regression, active, scored, newcomers[0], corrected);
-        active = prune(regression, active, scored, corrected).0;
+        (active, scored) = prune(regression, active, scored, corrected);
         regression.linearise(&active, corrected);
-        scored = regression.scored_fit(&active, corrected)?;
-        // What is impossible once its nonlinear part is in was never possible.
-        if let Some((_, why)) = regression.impossible(&active, &scored) {
+        // What is impossible once its nonlinear part is in, or cannot be told from the others then, was never possible.
+        let why = match regression.scored_fit(&active, corrected) {
+            Some(exact) => {
+                scored = exact;
+                regression.impossible(&active, &scored).map(|(_, why)| why)
+            }
+            None => Some(INSEPARABLE.to_owned()),
+        };
+        if let Some(why) = why {
             newcomers.iter().for_each(|&c| drop(reasons.insert(c, why.clone())));
             banned.extend(newcomers);
             (active, scored) = before;
@@ -254,7 +263,7 @@ pub(super) fn consider(
     }
     let mut with = active.to_vec();
     with.push(c);
-    let inseparable = || "this data cannot tell it from what stands already".to_owned();
+    let inseparable = || INSEPARABLE.to_owned();
     let scored = regression.scored_fit(&with, corrected).ok_or_else(inseparable)?;
     let plain = regression.scored_fit(&with, false).ok_or_else(inseparable)?;
     if let Some((who, why)) = regression.impossible(&with, &scored) {

@@ -86,7 +86,7 @@ pub(super) fn without_sticking<'v>(
 const BY_CHANCE: f64 = 1.5;
 
 /// Whether all that an effect might be includes that it is nothing.
-fn uncertain(refined: &Refined, k: usize) -> bool {
+pub(super) fn uncertain(refined: &Refined, k: usize) -> bool {
     let effect = &refined.effects[k];
     let size = |name: &str| effect.kind.parameter(name).map_or(Size::NothingAt(0.0), |p| p.size);
     let sizes: Vec<(&String, &f64, Size)> = refined.half_width[k]

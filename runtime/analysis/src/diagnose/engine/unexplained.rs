@@ -1,6 +1,6 @@
 //! What the effects leave unexplained.
 use super::amended::Amended;
-use super::corners::corners;
+use super::corners::{Corners, corners};
 use super::parallel::parallel;
 use super::regression::NOISE_MARGIN;
 use super::smoother::{self, reach};
@@ -55,9 +55,8 @@ pub(super) fn unexplained(
         let (r, s) = (train.residual(row), judge.residual(row));
         // Where a joint sticks, its friction is what is needed there, within its bounds; where it turns about, what the filter makes of it.
         let [train_corners, judge_corners] = [train, judge].map(|of| corners(of, row, effects));
-        let told = |experiment: &Amended<'_>, corners: &[bool], i: usize| {
-            let is = |flags: &[bool]| flags.get(i).is_some_and(|flag| *flag);
-            !is(experiment.sticks(row)) && !is(corners)
+        let told = |experiment: &Amended<'_>, corners: &Corners, i: usize| {
+            !experiment.sticks(row).get(i).is_some_and(|sticks| *sticks) && !corners.hold(i)
         };
         let judged = |i: usize| told(judge, &judge_corners, i);
         let moving: Vec<f64> = s.iter().enumerate().map(|(i, x)| if judged(i) { *x } else { 0.0 }).collect();

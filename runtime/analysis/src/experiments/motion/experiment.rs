@@ -119,7 +119,7 @@ impl<'a> MotionExperiment<'a> {
         let what = super::sticking::Joint {
             residual: &self.residual[row],
             signals: &signals,
-            still: self.reversal_speed(joint),
+            still: still_speed(self.recording.trajectory.velocities(joint)),
             noise: self.rows[row].noise,
             period: 1.0 / (self.recording.cutoff_hz * self.recording.step),
         };
@@ -320,15 +320,7 @@ impl<'a> MotionExperiment<'a> {
 
     /// A small part of a joint's usual speed, one digit: where it is slower it may as well be about to turn.
     fn reversal_speed(&self, joint: usize) -> f64 {
-        const PART: f64 = 0.04;
-        let (sum, count) = self
-            .recording
-            .trajectory
-            .velocities(joint)
-            .fold((0.0, 0.0_f64), |(sum, count), v| (sum + v * v, count + 1.0));
-        let speed = (PART * (sum / count.max(1.0)).sqrt()).max(1e-5);
-        let digit = 10_f64.powf(speed.log10().floor());
-        (speed / digit).round() * digit
+        small_part(self.recording.trajectory.velocities(joint))
     }
 
     /// The row of a joint's effort.
@@ -360,6 +352,26 @@ impl<'a> MotionExperiment<'a> {
             .filter(|&row| everywhere || effects.iter().any(|e| self.joint(e) == Some(self.joint_of[row])))
             .collect()
     }
+}
+
+/// Slower than this a joint may as well rest: 4 % of its root mean square speed while it moves, rests of whatever length left out.
+fn still_speed(velocities: impl Iterator<Item = f64>) -> f64 {
+    const PART: f64 = 0.04;
+    const MOVES: f64 = 0.05;
+    let speeds: Vec<f64> = velocities.map(f64::abs).collect();
+    let fastest = speeds.iter().copied().fold(0.0, f64::max);
+    let moving = speeds.iter().filter(|speed| **speed > MOVES * fastest);
+    let (sum, count) = moving.fold((0.0, 0.0_f64), |(sum, count), v| (sum + v * v, count + 1.0));
+    (PART * (sum / count.max(1.0)).sqrt()).max(1e-5)
+}
+
+/// A small part of what values usually are (root mean square), one digit.
+fn small_part(values: impl Iterator<Item = f64>) -> f64 {
+    const PART: f64 = 0.04;
+    let (sum, count) = values.fold((0.0, 0.0_f64), |(sum, count), v| (sum + v * v, count + 1.0));
+    let part = (PART * (sum / count.max(1.0)).sqrt()).max(1e-5);
+    let digit = 10_f64.powf(part.log10().floor());
+    (part / digit).round() * digit
 }
 
 /// The first less the second, which may be empty.
@@ -466,6 +478,9 @@ impl Experiment for MotionExperiment<'_> {
         let joint =
             self.index(place.joint.as_deref()).filter(|joint| self.layout.joints[*joint].prismatic)?;
         Some(self.reversal_speed(joint))
+    }
+    fn small_load(&self, place: &Location) -> Option<f64> {
+        self.index(place.joint.as_deref()).map(|joint| small_part(self.strided(&self.load, joint)))
     }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         let joint = self.index(location.joint.as_deref());

@@ -1,7 +1,8 @@
 //! Where joints stick: there dry friction is anything between its bounds, whatever the sign of the noise of a speed.
 //!
 //! Such samples bound a torque and tell none. They are left out where a joint has dry friction (what it needs jumps with
-//! its direction) and moves long enough to tell everything else; a joint that only holds its load tells that load.
+//! its direction), even if it rests most of the time, as joints do that move one after the other; a joint without dry friction that
+//! holds its load tells that load.
 use crate::measure::directions::resting;
 use bipedc_effects::effect::{Effect, Simulation};
 use nalgebra::{DMatrix, DVector};
@@ -9,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 /// A filter smears the kink of a velocity that stops over this part of a period of its cut-off.
 const SMEARED: f64 = 0.25;
 /// Least part of the samples that must be left.
-const MOVING: f64 = 0.5;
+const MOVING: f64 = 0.04;
 /// A jump of the torque with the direction of so many standard deviations of its noise is dry friction.
 const JUMP: f64 = 1.0;
 /// Fewest samples that tell a jump.
