@@ -1,5 +1,5 @@
 //! Numbers for effects: uniform in their logarithm, in ranges that are usual for robots of 20 kg.
-use super::drive::MOTOR_INERTIA;
+use super::drive::{MOTOR_INERTIA, STOPS};
 use super::hanging::STEPS;
 use super::model::link_center;
 use super::outside;
@@ -27,7 +27,11 @@ pub fn effects(plan: &Plan, description: &RobotDescription, truth: &mut Truth, r
     for effect in truth.effects.clone() {
         if matches!(effect.kind.name, "series_elasticity" | "backlash") {
             let motor = [("inertia", MOTOR_INERTIA)];
-            truth.also_present.push(Effect::new(&kinds::ROTOR_INERTIA, effect.location, &motor));
+            truth.also_present.push(Effect::new(&kinds::ROTOR_INERTIA, effect.location.clone(), &motor));
+        }
+        if effect.kind.name == "backlash" {
+            let stops = [("stiffness", STOPS)];
+            truth.also_present.push(Effect::new(&kinds::SERIES_ELASTICITY, effect.location, &stops));
         }
     }
     truth.alternatives = alternatives(&truth.effects);

@@ -144,6 +144,9 @@ pub fn mechanism(joints: &[String], effects: &[Effect]) -> Result<Mechanism, Fai
     Ok(drives)
 }
 
+/// Stiffness of the stops of a play, N m/rad.
+pub const STOPS: f64 = 4000.0;
+
 fn install(drive: &mut Drive, effect: &Effect, other: Option<usize>) -> Result<(), Failure> {
     let value = |name: &str| effect.value(name);
     match effect.kind.name {
@@ -165,13 +168,19 @@ fn install(drive: &mut Drive, effect: &Effect, other: Option<usize>) -> Result<(
         "rotor_inertia" => drive.rotor += value("inertia"),
         "parallel_spring" => drive.spring = [value("stiffness"), value("rest_angle")],
         "series_elasticity" => {
-            let damping = 0.0;
-            let stiffness = value("stiffness");
-            drive.elastic = Some(Elastic { stiffness, gap: 0.0, motor_inertia: 0.0, damping });
+            // Beside play: how its stops give way.
+            let play = drive.elastic.unwrap_or(Elastic {
+                stiffness: 0.0,
+                gap: 0.0,
+                motor_inertia: 0.0,
+                damping: 0.0,
+            });
+            drive.elastic = Some(Elastic { stiffness: value("stiffness"), ..play });
         }
         "backlash" => {
             let gap = value("gap");
-            drive.elastic = Some(Elastic { stiffness: 4000.0, gap, motor_inertia: 0.0, damping: 1.0 });
+            let stiffness = drive.elastic.map_or(STOPS, |spring| spring.stiffness);
+            drive.elastic = Some(Elastic { stiffness, gap, motor_inertia: 0.0, damping: 1.0 });
         }
         "torque_gain" => drive.gain = value("gain"),
         "torque_bias" => drive.bias += value("bias"),

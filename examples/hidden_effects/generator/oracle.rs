@@ -172,10 +172,7 @@ fn effort(drive: &Drive, joint: &JointLog, torque: &[f64], rate: f64) -> Result<
 /// Motor minus link angle, minus what spring and play make of the torque.
 fn transmission_of(drive: &Drive, joint: &JointLog, load: &[f64]) -> Vec<f64> {
     let twist = |load: f64| {
-        drive.elastic.map_or(0.0, |elastic| {
-            let spring = if elastic.gap > 0.0 { 0.0 } else { load / elastic.stiffness };
-            spring + 0.5 * elastic.gap * load.signum()
-        })
+        drive.elastic.map_or(0.0, |elastic| load / elastic.stiffness + 0.5 * elastic.gap * load.signum())
     };
     let angles = joint.motor.iter().zip(&joint.position).zip(load);
     angles.map(|((motor, link), load)| motor - link - twist(*load)).collect()

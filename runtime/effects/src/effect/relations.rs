@@ -41,7 +41,7 @@ impl Kind {
 
     /// Whether the two together, at one place, are nearly it.
     pub fn is_sum_of(&self, a: &Self, b: &Self) -> bool {
-        self.relations.sum_of.is_some_and(|names| names == [a.name, b.name])
+        self.relations.sum_of.is_some_and(|names| names == [a.name, b.name] || names == [b.name, a.name])
     }
 
     /// Whether the two differ, at one place, only in what neither is about.

@@ -27,8 +27,10 @@ const EFFECT_PENALTY: f64 = 0.02;
 /// What an effect makes is at most so many times all that there is to explain, as sums of squares.
 pub(super) const MOST: f64 = 4.0;
 
-/// Squared errors below so many times the noise's variance are noise: estimates of noise are no better.
+/// What is left of a row whose squared error is below so many times the noise's variance is not worth a word.
 pub(super) const NOISE_MARGIN: f64 = 1.6;
+/// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better.
+const NOISE_SQUARES: f64 = 1.2;
 
 /// A noise floor that effects lower further than to this part of it was none.
 const LOWER: f64 = 0.4;
@@ -165,7 +167,7 @@ impl<'a> Regression<'a> {
             .map(|(row, (_, c))| row.count as f64 / c)
             .collect();
         let noise = |(resolution, sums): (&f64, &super::fit::RowEquations)| {
-            NOISE_MARGIN * resolution.powi(2) * sums.count as f64
+            NOISE_SQUARES * resolution.powi(2) * sums.count as f64
         };
         // Tables of postures and impacts know no more than a bound of their noise.
         let is_table = self.train.motion().time.is_empty();
