@@ -122,6 +122,7 @@ impl<'a> MotionExperiment<'a> {
             still: still_speed(self.recording.trajectory.velocities(joint)),
             noise: self.rows[row].noise,
             period: 1.0 / (self.recording.cutoff_hz * self.recording.step),
+            alone: self.layout.joints.len() == 1,
         };
         super::sticking::sticking(&what, &present)
     }

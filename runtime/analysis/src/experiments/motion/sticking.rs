@@ -9,8 +9,10 @@ use nalgebra::{DMatrix, DVector};
 
 /// A filter smears the kink of a velocity that stops over this part of a period of its cut-off.
 const SMEARED: f64 = 0.25;
-/// Least part of the samples that must be left.
+/// Least part of the samples that must be left where joints take turns ...
 const MOVING: f64 = 0.04;
+/// ... and where there is one joint only: if that rests most of the time, its log is about holding loads.
+const MOVING_ALONE: f64 = 0.5;
 /// A jump of the torque with the direction of so many standard deviations of its noise is dry friction.
 const JUMP: f64 = 1.0;
 /// Fewest samples that tell a jump.
@@ -27,13 +29,16 @@ pub(super) struct Joint<'a> {
     pub noise: f64,
     /// Samples in a period of the cut-off.
     pub period: f64,
+    /// The robot has no other joint.
+    pub alone: bool,
 }
 
 /// Samples at which the joint sticks, one flag each; empty if it does not.
 pub(super) fn sticking(joint: &Joint<'_>, present: &[&Effect]) -> Vec<bool> {
     let flags = resting(&joint.signals[1], joint.still, joint.period, SMEARED);
     let moving = flags.iter().filter(|rests| !**rests).count();
-    if moving == flags.len() || moving < FEWEST || (moving as f64) < MOVING * flags.len() as f64 {
+    let least = if joint.alone { MOVING_ALONE } else { MOVING };
+    if moving == flags.len() || moving < FEWEST || (moving as f64) < least * flags.len() as f64 {
         return Vec::new();
     }
     let is_dry = present.iter().any(|effect| matches!(effect.kind.simulation, Simulation::Dry(_)));
@@ -88,7 +93,8 @@ mod tests {
             })
             .collect();
         let signals = [angle.clone(), velocity, vec![0.0; count], angle.iter().map(|q| q.sin()).collect()];
-        sticking(&Joint { residual: &residual, signals: &signals, still: 0.02, noise, period: 16.0 }, &[])
+        let (still, period, alone) = (0.02, 16.0, false);
+        sticking(&Joint { residual: &residual, signals: &signals, still, noise, period, alone }, &[])
     }
 
     #[test]

@@ -305,8 +305,7 @@ pub static COUPLING: Kind = Kind {
             (-20.0, 20.0),
             "torque by the sign of the other joint's velocity (see differential)",
         ),
-        estimated("stiffness", "N m/rad", INFINITE, (-500.0, 500.0), "torque per angle of the other joint")
-            .of_size(Size::NeverNothing),
+        estimated("stiffness", "N m/rad", INFINITE, (-500.0, 500.0), "torque per angle of the other joint"),
         Parameter {
             name: "differential",
             unit: "1",
