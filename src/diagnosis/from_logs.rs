@@ -1,10 +1,11 @@
 //! From logs to a diagnosis: reading, searching, and the errors in the form that comparisons use.
+use super::stated::state;
 use super::{Diagnosed, Options};
 use crate::measurements::currents::{self, Prepared};
 use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
 use crate::report::of_measurements;
-use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors, summary, support};
+use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::measure;
@@ -148,9 +149,8 @@ fn answer(
     answer.assumptions = train.assumptions.iter().cloned().chain(sticking(&*train.experiment)).collect();
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
-    answer.summary = summary(&answer);
-    if options.reading.cutoff_hz.is_none() {
-        best_filter(&measured, request, &reading, &mut answer)?;
+    if options.reading.cutoff_hz.is_some() || !best_filter(&measured, request, &reading, &mut answer)? {
+        state(&mut answer, &*train.experiment, judging_experiment);
     }
     let shown = judge.as_ref().unwrap_or(&train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
@@ -287,16 +287,16 @@ fn alike<'m>(
 }
 
 /// Errors at the cut-off that fits the judging log best once everything is in: the one that a comparison of that log with the
-/// amended model chooses, so that both state the same.
+/// amended model chooses, so that both state the same. False if it is the one of the search.
 fn best_filter(
     measured: &Measured,
     request: &Request<'_>,
     reading: &measure::Options,
     answer: &mut Diagnosis,
-) -> Result<(), Diagnostics> {
+) -> Result<bool, Diagnostics> {
     let efforts = measured.content(&request.log) == Content::Efforts;
     if !efforts || !request.options.channels.is_empty() {
-        return Ok(());
+        return Ok(false);
     }
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
     let (log, mut whole) = match &request.validate {
@@ -314,23 +314,17 @@ fn best_filter(
             best = Some((cutoff, error));
         }
     }
-    let Some((cutoff, _)) = best.filter(|(cutoff, _)| *cutoff != answer.cutoff_hz) else { return Ok(()) };
+    let Some((cutoff, _)) = best.filter(|(cutoff, _)| *cutoff != answer.cutoff_hz) else { return Ok(false) };
     whole.cutoff_hz = Some(cutoff);
     let at = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
     let train = measured.load(&request.log, &at, None)?;
     let judge = request.validate.as_ref().map(|log| measured.load(log, &whole, None)).transpose()?;
     let judge = judge.as_ref().map(|judge| &*judge.experiment);
-    let judged = |effects: &[Effect]| errors(&*train.experiment, judge, effects);
-    if answer.inertial_corrections.is_empty() {
-        let standing = answer.standing.len();
-        let falls = (0..=answer.steps.len()).map(|count| judged(&effects[..standing + count]).rms);
-        let after: Vec<f64> = falls.map(|rms| rms.get("effort").map_or(0.0, |fall| fall.after)).collect();
-        for (step, fall) in answer.steps.iter_mut().zip(after.windows(2)) {
-            (step.before, step.after) = (fall[0], fall[1]);
-        }
-    }
-    answer.take(judged(&effects));
+    answer.take(errors(&*train.experiment, judge, &effects));
     answer.judged_at_hz = Some(cutoff);
-    answer.summary = summary(answer);
-    Ok(())
+    state(answer, &*train.experiment, judge);
+    for (step, errors) in answer.steps.iter_mut().zip(&answer.step_errors) {
+        [step.before, step.after] = errors.held_out.get("effort").copied().unwrap_or_default();
+    }
+    Ok(true)
 }
