@@ -271,6 +271,59 @@ fn a_diagnosis_may_come_through_a_pipe_and_a_robot_not() {
         .fails_with(&["/dev/stdin", "cannot be amended"]);
 }
 
+/// Where the error fell in another channel than the torques', that channel is spoken of; the training data are, too.
+#[test]
+fn a_step_has_the_errors_of_the_channel_that_tells() {
+    let folder = robot("amend_transmission");
+    let backlash = json!({"kind": "backlash", "joint": JOINT, "parameters": {"gap": 0.03}, "ci95": {"gap": [0.029, 0.031]}});
+    let fall = |before: f64, after: f64, unit: &str| json!({"unit": unit, "before": before, "after": after});
+    let value = json!({
+        "effects": [backlash],
+        "rms": {"effort": fall(0.07, 0.07, "N m"), "transmission": fall(0.0142, 0.0002, "rad")},
+        "rms_training": {"effort": fall(0.08, 0.08, "N m"), "transmission": fall(0.015, 0.0003, "rad")},
+        "rms_before": 0.07, "rms_after": 0.07,
+        "steps": [{"effect": backlash, "before": 0.07, "after": 0.07}],
+        "step_errors": [{"held_out": {"effort": [0.07, 0.07], "transmission": [0.0142, 0.0002]},
+            "training": {"effort": [0.08, 0.08], "transmission": [0.015, 0.0003]}}],
+    });
+    let file = folder.join("diagnosis.json");
+    std::fs::write(&file, value.to_string()).unwrap();
+    bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+    let toml = read(&folder, "biped.toml");
+    let said = "held-out transmission 0.0142 → 0.0002 rad, on the training data 0.015 → 0.0003 rad";
+    assert!(toml.contains(said), "{toml}");
+    let history = bipedc(&["history", text(&folder)]).ok().out;
+    for words in ["0.0142 → 0.0002 rad", "0.015 → 0.0003 rad", "held-out transmission, rad"] {
+        assert!(history.contains(words), "no `{words}` in {history}");
+    }
+    assert!(!history.contains('—'), "{history}");
+}
+
+/// What is zero within its error bars is left out, and all logs are named.
+#[test]
+fn an_identification_writes_what_it_found() {
+    let folder = robot("amend_identified");
+    let log =
+        |file: &str, samples: usize| json!({"file": file, "hash": "00000000deadbeef", "samples": samples});
+    let extra = |name: &str, value: f64, error: f64| json!({"name": format!("{JOINT}.{name}"), "unit": "", "value": value, "standard_error": error});
+    let value = json!({
+        "logs": [log("a.csv", 100), log("b.csv", 200)],
+        "validation": log("v.csv", 50),
+        "physical": {"links": [], "extras": [extra("coulomb_friction", 0.4, 0.01), extra("viscous_friction", 9.7e-8, 1e-3)]},
+    });
+    let file = folder.join("identified.json");
+    std::fs::write(&file, value.to_string()).unwrap();
+    let run = bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+    assert!(run.out.contains("left out, as zero within 95 % intervals: Viscous friction"), "{}", run.out);
+    let toml = read(&folder, "biped.toml");
+    assert!(!toml.contains("viscous_friction"), "{toml}");
+    let data = "from a.csv (100 samples) and b.csv (200 samples), judged on v.csv (50 samples)";
+    assert!(toml.contains(data), "{toml}");
+    let step = &bipedc(&["history", text(&folder), "--json"]).ok().json()["steps"][0];
+    assert_eq!(step["more_training"][0]["file"], "b.csv");
+    assert_eq!(step["validation"]["hash"], "00000000deadbeef");
+}
+
 #[test]
 fn the_history_speaks_json() {
     let folder = robot("amend_json");

@@ -44,6 +44,35 @@ fn the_table_says_what_was_done() {
     }
 }
 
+/// Joints that the description holds have no place in the model: their columns are no riddle.
+#[test]
+fn columns_of_locked_joints_are_passed_over() {
+    let folder = scratch("compare_locked");
+    std::fs::copy("robots/tulip/robot.urdf", folder.join("robot.urdf")).unwrap();
+    let toml = std::fs::read_to_string("robots/tulip/biped.toml").unwrap();
+    let locked = "\n[joints]\nlocked = [\"left_ankle_roll\", \"right_ankle_roll\"]\n";
+    std::fs::write(folder.join("biped.toml"), toml + locked).unwrap();
+    let run = bipedc(&["compare", text(&folder), LOG, "--cutoff", "16"]).ok();
+    assert!(!run.err.contains("ankle_roll"), "{}", run.err);
+    let run = bipedc(&["log", LOG, "--robot", text(&folder)]).ok();
+    assert!(run.out.contains("`left_ankle_roll` does not move in the description"), "{}", run.out);
+}
+
+/// Motors' angles beside those of their joints are a row of their own.
+#[test]
+fn play_shows_in_a_row_of_the_transmission() {
+    let log = "tests/data/examples/backlash/validation.csv.gz";
+    let value = bipedc(&["compare", "robots/tulip", log, "--cutoff", "16", "--json"]).ok().json();
+    let channels = value["channels"].as_array().unwrap();
+    let row = channels.iter().find(|channel| channel["kind"] == "transmission").unwrap();
+    assert_eq!(
+        (row["name"].as_str(), row["unit"].as_str()),
+        (Some("left_hip_roll/motor_position"), Some("rad"))
+    );
+    assert!(value["kinds"]["transmission"]["rms"].as_f64().unwrap() > 0.005, "{value}");
+    assert_eq!(value["unit"], "N m");
+}
+
 /// A log of one joint of the three-link walker, 100 rows; times are multiplied, and one effort is replaced.
 fn three_link_log(name: &str, per_second: f64, effort: &str) -> std::path::PathBuf {
     let file = scratch(name).join("log.csv");

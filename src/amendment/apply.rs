@@ -109,6 +109,7 @@ fn new_step(proposal: &Proposal, number: usize, date: String, before: &str) -> S
         origin: proposal.origin.clone(),
         changes: Vec::new(),
         training: proposal.training.clone(),
+        more_training: proposal.more_training.clone(),
         validation: proposal.validation.clone(),
         errors: proposal.errors.clone(),
         note: proposal.note.clone(),

@@ -1,7 +1,8 @@
 //! How numbers, units and effects are said, in comments and on the terminal.
 use super::Proposed;
-use super::history::{BeforeAfter, ChannelError, Step};
-use bipedc_effects::effect::Effect;
+use super::history::{BeforeAfter, Change, ChannelError, Step};
+use bipedc_analysis::measure::DataSource;
+use bipedc_effects::effect::{Effect, kinds};
 use std::fmt::Write;
 
 /// How comments that amend writes begin.
@@ -29,7 +30,11 @@ pub fn rounded(value: f64) -> String {
 /// A number with its unit.
 pub fn quantity(value: f64, unit: &str) -> String {
     let number = rounded(value);
-    if unit == "1" { number } else { format!("{number} {unit}") }
+    match unit {
+        "1" => number,
+        "mixed" => format!("{number} (mixed units)"),
+        unit => format!("{number} {unit}"),
+    }
 }
 
 /// The unit as a comment says it.
@@ -70,6 +75,42 @@ pub fn parameters(effect: &Effect) -> String {
     effect.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
+/// The same with error bars, where known.
+pub fn estimates(change: &Change) -> String {
+    let effect = &change.effect;
+    let one = |(name, value): (&String, &f64)| {
+        let text = format!("{name} {}", quantity(*value, effect.unit(name)));
+        let sure = change.ci95.get(name).map(|[low, high]| format!(" ({})", sure(*low, *high)));
+        text + &sure.unwrap_or_default()
+    };
+    effect.parameters.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// What a change did to be noticed: parameters that are zero within their error bars, or for anybody's eyes, are left out, and
+/// so are inertias beside masses and centres of mass. All of them stand in the history's file and in the description.
+pub fn noticeable(change: &Change) -> String {
+    let effect = &change.effect;
+    let is_zero = |name: &str, value: f64| {
+        let within = change.ci95.get(name).is_some_and(|[low, high]| *low <= 0.0 && 0.0 <= *high);
+        within || value == 0.0
+    };
+    let changed = effect.kind == &kinds::INERTIAL_CORRECTION;
+    let one = |(name, value): (&String, &f64)| {
+        (!is_zero(name, *value)).then(|| format!("{name} {}", quantity(*value, effect.unit(name))))
+    };
+    let (shown, inertia): (Vec<_>, Vec<_>) =
+        effect.parameters.iter().partition(|(name, _)| !changed || !name.starts_with('i'));
+    let mut parts: Vec<String> = shown.into_iter().filter_map(one).collect();
+    let inertia = inertia.into_iter().filter_map(one).count();
+    match (parts.is_empty(), inertia) {
+        (true, 0) if !change.ci95.is_empty() => parts.push("nothing beyond its error bars".to_owned()),
+        (true, 0) => return parameters(effect),
+        (_, 0) => {}
+        (_, count) => parts.push(format!("{count} of 6 inertias")),
+    }
+    parts.join(", ")
+}
+
 /// `0.52 → 0.06 N m`.
 pub fn fall(fall: &BeforeAfter, unit: &str) -> String {
     format!("{} → {}", rounded(fall.before), quantity(fall.after, unit))
@@ -90,16 +131,25 @@ pub fn error(error: &ChannelError) -> String {
 /// The comment above a table: what, when, from which data, error before → after.
 pub fn above(effect: &Effect, proposed: &Proposed, step: &Step) -> String {
     let mut text = format!("{COMMENT}{}: {}, {}", day(&step.date), title(effect), step.origin);
-    if let Some(training) = &step.training {
-        let _ = write!(text, ", from {} ({} samples)", training.file, training.samples);
+    let training: Vec<String> = step.training.iter().chain(&step.more_training).map(data).collect();
+    if !training.is_empty() {
+        let _ = write!(text, ", from {}", training.join(" and "));
     }
     if let Some(validation) = &step.validation {
-        let _ = write!(text, ", judged on {} ({} samples)", validation.file, validation.samples);
+        let _ = write!(text, ", judged on {}", data(validation));
     }
     if let Some(errors) = proposed.error.as_ref().or(step.main_error()) {
         let _ = write!(text, "; {}", error(errors));
     }
     one_line(&text)
+}
+
+/// `train.csv (2501 samples)`; answers of old did not count them all.
+fn data(source: &DataSource) -> String {
+    match source.samples {
+        0 => source.file.clone(),
+        samples => format!("{} ({samples} samples)", source.file),
+    }
 }
 
 /// The day of a date.
@@ -122,6 +172,34 @@ mod tests {
             let document: toml_edit::DocumentMut = format!("x = {}", number(value)).parse().unwrap();
             assert_eq!(document["x"].as_float(), Some(value), "{}", number(value));
         }
+    }
+
+    #[test]
+    fn a_history_shows_what_can_be_noticed() {
+        use crate::amendment::history::Action;
+        use bipedc_effects::effect::Location;
+        let change = |effect: Effect, sure: &[(&str, [f64; 2])]| Change {
+            action: Action::Added,
+            effect,
+            ci95: sure.iter().map(|(name, range)| ((*name).to_owned(), *range)).collect(),
+            previous: None,
+            error: None,
+        };
+        let values = [("mass", 0.5), ("x", -1.677e-8), ("z", -0.06), ("ixx", 0.01), ("iyy", 1e-9)];
+        let effect = Effect::new(&kinds::INERTIAL_CORRECTION, Location::link("fore"), &values);
+        let sure = [("x", [-1e-3, 1e-3]), ("iyy", [-1e-3, 1e-3])];
+        assert_eq!(noticeable(&change(effect.clone(), &sure)), "mass 0.5 kg, z -0.06 m, 1 of 6 inertias");
+        let mut slide = Effect::new(&kinds::COULOMB_FRICTION, Location::joint("rail"), &[("torque", 2.0)]);
+        slide.sliding = true;
+        assert_eq!(noticeable(&change(slide.clone(), &[])), "torque 2 N");
+        assert_eq!(
+            estimates(&change(slide.clone(), &[("torque", [1.9, 2.1])])),
+            "torque 2 N (95 %: 1.9 to 2.1)"
+        );
+        // Who reads it back without the robot knows as much.
+        let text = serde_json::to_string(&slide).unwrap();
+        assert_eq!(serde_json::from_str::<Effect>(&text).unwrap().unit("torque"), "N");
+        assert!(!serde_json::to_string(&effect).unwrap().contains("sliding"));
     }
 
     #[test]

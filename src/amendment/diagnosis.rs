@@ -1,7 +1,7 @@
 //! From a diagnosis to a proposal.
 use super::history::{BeforeAfter, ChannelError};
 use super::{Proposal, Proposed, Request, is_same};
-use bipedc_analysis::diagnose::{Diagnosis, ErrorFall as Measured, FoundEffect};
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall as Measured, FoundEffect, Step, StepErrors};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
@@ -38,13 +38,17 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
         let step = diagnosis.steps.get(index).filter(|step| alone && is_same(&step.effect, &found.effect));
         // After the first that is out of order the errors are those of another model.
         let known = effects.iter().all(|before| before.error.is_some());
-        let error = step.filter(|_| known).zip(main).map(|(step, (channel, rms))| ChannelError {
-            channel: channel.to_owned(),
-            unit: rms.unit.clone(),
-            held_out: Some(BeforeAfter { before: step.before, after: step.after }),
-            training: None,
-            noise: rms.noise,
-        });
+        let of_step = |(step, (channel, rms)): (&Step, (&str, &Measured))| {
+            let all = diagnosis.step_errors.get(index);
+            all.and_then(|all| step_error(diagnosis, all, channel)).unwrap_or_else(|| ChannelError {
+                channel: channel.to_owned(),
+                unit: rms.unit.clone(),
+                held_out: Some(BeforeAfter { before: step.before, after: step.after }),
+                training: None,
+                noise: rms.noise,
+            })
+        };
+        let error = step.filter(|_| known).zip(main).map(of_step);
         effects.push(proposed(found, error, request));
     }
     // What was estimated together belongs together, unless somebody chooses.
@@ -60,7 +64,22 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
     effects.extend(diagnosis.standing.iter().map(|found| proposed(found, None, Request::Put)));
     let training = (!diagnosis.training.file.is_empty()).then(|| diagnosis.training.clone());
     let validation = diagnosis.validation.clone();
-    Ok(Proposal { effects, origin: origin.to_owned(), training, validation, errors, note })
+    let origin = origin.to_owned();
+    Ok(Proposal { effects, origin, training, validation, errors, note, ..Proposal::default() })
+}
+
+/// How the error fell with a step, in the channel that tells most of it.
+fn step_error(diagnosis: &Diagnosis, all: &StepErrors, main: &str) -> Option<ChannelError> {
+    let channel = all.telling(main);
+    let fall = |[before, after]: &[f64; 2]| BeforeAfter { before: *before, after: *after };
+    let rms = diagnosis.rms.get(channel)?;
+    Some(ChannelError {
+        channel: channel.to_owned(),
+        unit: rms.unit.clone(),
+        held_out: Some(fall(all.held_out.get(channel)?)),
+        training: all.training.get(channel).map(fall),
+        noise: rms.noise,
+    })
 }
 
 fn proposed(found: &FoundEffect, error: Option<ChannelError>, request: Request) -> Proposed {
@@ -104,11 +123,16 @@ fn main_channel(diagnosis: &Diagnosis) -> Option<(&str, &Measured)> {
 /// Errors of a part of the effects, as far as they are known.
 fn errors(chosen: &[Proposed]) -> (Vec<ChannelError>, Option<String>) {
     let falls: Option<Vec<&ChannelError>> = chosen.iter().map(|proposed| proposed.error.as_ref()).collect();
-    let ends = falls.as_ref().and_then(|falls| Some((falls.first()?.held_out?, falls.last()?)));
+    // Falls of different channels do not add up.
+    let one = |falls: &&Vec<&ChannelError>| falls.windows(2).all(|pair| pair[0].channel == pair[1].channel);
+    let ends = falls.as_ref().filter(one).and_then(|falls| Some((*falls.first()?, *falls.last()?)));
     match ends {
         Some((first, last)) => {
-            let held_out = last.held_out.map(|fall| BeforeAfter { before: first.before, after: fall.after });
-            (vec![ChannelError { held_out, ..(*last).clone() }], None)
+            let both = |fall: fn(&ChannelError) -> Option<BeforeAfter>| {
+                Some(BeforeAfter { before: fall(first)?.before, after: fall(last)?.after })
+            };
+            let (held_out, training) = (both(|error| error.held_out), both(|error| error.training));
+            (vec![ChannelError { held_out, training, ..last.clone() }], None)
         }
         None => {
             let note = "the error with these effects alone is not known: bipedc compare measures it";
@@ -118,7 +142,7 @@ fn errors(chosen: &[Proposed]) -> (Vec<ChannelError>, Option<String>) {
 }
 
 fn all_channels(diagnosis: &Diagnosis) -> Vec<ChannelError> {
-    let main = main_channel(diagnosis).map(|(name, _)| name);
+    let main = diagnosis.telling_channel().or(main_channel(diagnosis).map(|(name, _)| name));
     let fall = |rms: &Measured| BeforeAfter { before: rms.before, after: rms.after };
     let of = |map: &BTreeMap<String, Measured>, name: &str| map.get(name).map(fall);
     let mut list: Vec<ChannelError> = diagnosis

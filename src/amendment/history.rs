@@ -8,6 +8,7 @@ use super::files::read_text;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bipedc_analysis::measure::DataSource;
+use bipedc_compiler::description::model::RobotDescription;
 use bipedc_compiler::robot::fnv1a;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
@@ -51,6 +52,9 @@ pub struct Step {
     /// The data that parameters were estimated from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub training: Option<DataSource>,
+    /// More of it, where several logs taught.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub more_training: Vec<DataSource>,
     /// The data that judged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub validation: Option<DataSource>,
@@ -268,6 +272,15 @@ impl History {
                 problem(format!("step {number} of the history is numbered {}", step.step))
             }
             None => Ok(history),
+        }
+    }
+
+    /// Takes from the robot which joints slide, so that units are theirs.
+    pub fn know(&mut self, robot: &RobotDescription) {
+        for change in self.steps.iter_mut().flat_map(|step| &mut step.changes) {
+            for effect in [Some(&mut change.effect), change.previous.as_mut()].into_iter().flatten() {
+                effect.sliding |= robot.slides(&effect.location);
+            }
         }
     }
 

@@ -25,7 +25,7 @@ pub struct Identification {
     logs: Vec<LogName>,
     physical: Physical,
     #[serde(default)]
-    validation: Option<Judge>,
+    validation: Option<LogName>,
     /// Of series elastic drives.
     #[serde(default)]
     drives: Option<serde::de::IgnoredAny>,
@@ -37,12 +37,10 @@ pub struct Identification {
 #[derive(Debug, Clone, Deserialize)]
 struct LogName {
     file: String,
+    #[serde(default)]
     samples: usize,
-}
-
-#[derive(Debug, Clone, Deserialize)]
-struct Judge {
-    file: String,
+    #[serde(default)]
+    hash: String,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -108,14 +106,21 @@ impl Identification {
         let source = |log: &LogName| DataSource {
             file: log.file.clone(),
             samples: log.samples,
-            ..DataSource::default()
+            hash: log.hash.clone(),
         };
-        let training = self.logs.first().map(source);
-        let validation = self
-            .validation
-            .as_ref()
-            .map(|judge| DataSource { file: judge.file.clone(), ..DataSource::default() });
-        Ok(Proposal { effects, origin: origin.to_owned(), training, validation, ..Proposal::default() })
+        let mut logs = self.logs.iter().map(source);
+        let (training, more_training) = (logs.next(), logs.collect());
+        let validation = self.validation.as_ref().map(source);
+        let origin = origin.to_owned();
+        Ok(Proposal { effects, origin, training, more_training, validation, ..Proposal::default() })
+    }
+
+    /// Whether an effect that [`Self::propose`] gave may be nothing: it stands nowhere, and all that was estimated of it is zero
+    /// within its interval.
+    pub fn may_be_nothing(proposed: &Proposed, robot: &RobotDescription) -> bool {
+        let stands = robot.effects.iter().any(|effect| is_same(effect, &proposed.effect));
+        let zero = |[low, high]: &[f64; 2]| *low <= 0.0 && 0.0 <= *high;
+        !stands && !proposed.ci95.is_empty() && proposed.ci95.values().all(zero)
     }
 }
 

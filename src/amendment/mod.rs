@@ -19,6 +19,7 @@ pub use apply::{Amended, amend, amend_in_memory};
 pub use undo::{Undone, undo};
 
 use bipedc_analysis::measure::DataSource;
+use bipedc_compiler::Robot;
 use bipedc_compiler::description::DESCRIPTION_FILE;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
@@ -36,6 +37,8 @@ pub struct Proposal {
     pub origin: String,
     /// The data that parameters were estimated from.
     pub training: Option<DataSource>,
+    /// More of it, where several logs taught.
+    pub more_training: Vec<DataSource>,
     /// The data that judged.
     pub validation: Option<DataSource>,
     /// Errors of the whole, the channel that matters most first; empty if unknown.
@@ -112,7 +115,11 @@ pub fn open(path: &Path) -> Result<(PathBuf, String, History), Diagnostic> {
             .in_file(&description)
             .help("give a robot's folder with `robot.urdf` and `biped.toml`"));
     };
-    let history = History::open(&description)?;
+    let mut history = History::open(&description)?;
+    // Histories of old do not say which joints slide. A description that does not read is none of their business.
+    if let Ok(robot) = Robot::read(&description) {
+        history.know(&robot.description);
+    }
     Ok((description, text, history))
 }
 

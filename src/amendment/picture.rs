@@ -27,7 +27,11 @@ pub fn by_channel(stairs: &[Stair]) -> Vec<Vec<&Stair>> {
 /// What the numbers of a group are: `held-out effort, N m`.
 pub fn heading(stair: &Stair) -> String {
     let data = if stair.held_out { "held-out" } else { "on the training data:" };
-    let unit = if stair.unit == "1" { String::new() } else { format!(", {}", stair.unit) };
+    let unit = match stair.unit.as_str() {
+        "1" => String::new(),
+        "mixed" => ", mixed units".to_owned(),
+        unit => format!(", {unit}"),
+    };
     format!("{data} {}{unit}", stair.channel)
 }
 

@@ -280,8 +280,7 @@ fn step(amended: &Amended) -> String {
     let mut text = format!("step {}\n", amended.step.step);
     for change in &amended.step.changes {
         // Writing to a string cannot fail.
-        let _ =
-            writeln!(text, "  {}: {}", comments::title(&change.effect), comments::parameters(&change.effect));
+        let _ = writeln!(text, "  {}: {}", comments::title(&change.effect), comments::estimates(change));
     }
     if let Some(error) = amended.step.errors.first() {
         let _ = writeln!(text, "  error: {}", comments::error(error));

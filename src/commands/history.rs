@@ -152,7 +152,7 @@ fn table(steps: &[Step]) -> String {
                 if index == 0 { step.step.to_string() } else { String::new() },
                 if index == 0 { minute(&step.date) } else { String::new() },
                 format!("{action}{}{taken_back}", comments::title(&change.effect)),
-                comments::one_line(&comments::parameters(&change.effect)),
+                comments::one_line(&comments::noticeable(change)),
                 fall(error.and_then(|error| error.held_out)),
                 fall(error.and_then(|error| error.training)),
             ]);

@@ -1,10 +1,11 @@
 //! From logs to a diagnosis: reading, searching, and the errors in the form that comparisons use.
+use super::stated::state;
 use super::{Diagnosed, Options};
 use crate::measurements::currents::{self, Prepared};
 use crate::measurements::{Content, Loaded, Log, Measured, SAMPLES};
 use crate::progress::Progress;
 use crate::report::of_measurements;
-use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors, summary, support};
+use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::measure::{self, HELD};
@@ -148,10 +149,12 @@ fn answer(
     answer.assumptions = train.assumptions.iter().cloned().chain(sticking(&*train.experiment)).collect();
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
-    answer.summary = summary(&answer);
-    match options.reading.cutoff_hz {
+    let compared = match options.reading.cutoff_hz {
         None => best_filter(&measured, request, &reading, &mut answer)?,
         Some(_) => of_all_samples(&measured, request, &reading, &mut answer)?,
+    };
+    if !compared {
+        state(&mut answer, &*train.experiment, judging_experiment);
     }
     let shown = judge.as_ref().unwrap_or(&train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
@@ -288,16 +291,16 @@ fn alike<'m>(
 }
 
 /// Errors at the cut-off that fits the judging log best once everything is in: the one that a comparison of that log with the
-/// amended model chooses, so that both state the same.
+/// amended model chooses, so that both state the same. False if it is the one of the search.
 fn best_filter(
     measured: &Measured,
     request: &Request<'_>,
     reading: &measure::Options,
     answer: &mut Diagnosis,
-) -> Result<(), Diagnostics> {
+) -> Result<bool, Diagnostics> {
     let efforts = measured.content(&request.log) == Content::Efforts;
     if !efforts || !request.options.channels.is_empty() {
-        return Ok(());
+        return Ok(false);
     }
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
     let (log, mut whole) = match &request.validate {
@@ -329,13 +332,13 @@ fn of_all_samples(
     request: &Request<'_>,
     reading: &measure::Options,
     answer: &mut Diagnosis,
-) -> Result<(), Diagnostics> {
+) -> Result<bool, Diagnostics> {
     let efforts = measured.content(&request.log) == Content::Efforts;
     let judged = answer.validation.as_ref().unwrap_or(&answer.training);
     // Of a longer log more than half of the most are left when it was thinned.
     let long = answer.training.samples.max(judged.samples) > SAMPLES / 2;
     if !efforts || !long || !request.options.channels.is_empty() {
-        return Ok(());
+        return Ok(false);
     }
     as_compared(measured, request, reading, answer)
 }
@@ -346,7 +349,7 @@ fn as_compared(
     request: &Request<'_>,
     reading: &measure::Options,
     answer: &mut Diagnosis,
-) -> Result<(), Diagnostics> {
+) -> Result<bool, Diagnostics> {
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
     let cutoff = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
     let at = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
@@ -354,16 +357,10 @@ fn as_compared(
     let train = measured.efforts(&request.log, &at, HELD)?;
     let judge = request.validate.as_ref().map(|log| measured.efforts(log, &whole, HELD)).transpose()?;
     let judge = judge.as_ref().map(|judge| judge as &dyn Experiment);
-    let judged = |effects: &[Effect]| errors(&train, judge, effects);
-    if answer.inertial_corrections.is_empty() {
-        let standing = answer.standing.len();
-        let falls = (0..=answer.steps.len()).map(|count| judged(&effects[..standing + count]).rms);
-        let after: Vec<f64> = falls.map(|rms| rms.get("effort").map_or(0.0, |fall| fall.after)).collect();
-        for (step, fall) in answer.steps.iter_mut().zip(after.windows(2)) {
-            (step.before, step.after) = (fall[0], fall[1]);
-        }
+    answer.take(errors(&train, judge, &effects));
+    state(answer, &train, judge);
+    for (step, errors) in answer.steps.iter_mut().zip(&answer.step_errors) {
+        [step.before, step.after] = errors.held_out.get("effort").copied().unwrap_or_default();
     }
-    answer.take(judged(&effects));
-    answer.summary = summary(answer);
-    Ok(())
+    Ok(true)
 }

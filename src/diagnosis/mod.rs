@@ -1,6 +1,7 @@
 //! What a described robot lacks, by logs: which effects, where, how large, how sure.
 mod from_logs;
 mod options;
+mod stated;
 mod text;
 
 pub use from_logs::{diagnose, estimate};

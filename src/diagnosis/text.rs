@@ -1,6 +1,7 @@
 //! A diagnosis for people: words, then tables.
 use crate::table::table;
 use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, FoundEffect};
+use std::fmt::Write as _;
 
 /// The answer for people: words, then tables.
 pub fn text(d: &Diagnosis) -> String {
@@ -23,6 +24,32 @@ pub fn text(d: &Diagnosis) -> String {
     }
     out.push('\n');
     out.push_str(&errors(d));
+    out.push_str(&whole_log(d));
+    out
+}
+
+/// Without a log of its own that judges, parts of the log do: what `bipedc compare` measures on all of it is another number.
+fn whole_log(d: &Diagnosis) -> String {
+    if d.validation.is_some() {
+        return String::new();
+    }
+    let mut out = String::new();
+    for (kind, fall) in &d.rms_training {
+        let unit = if fall.unit == "mixed" { "(mixed units)" } else { &fall.unit };
+        let _ = write!(
+            out,
+            "\nall samples of the log, as bipedc compare counts: {} {:.4} → {:.4} {unit}",
+            kind.replace('_', " "),
+            fall.before,
+            fall.after
+        );
+        if let (Some(before), Some(after)) = (fall.before_moving, fall.after_moving) {
+            let _ = write!(out, "; not sticking {before:.4} → {after:.4} {unit}");
+        }
+    }
+    if !out.is_empty() {
+        out.push('\n');
+    }
     out
 }
 
@@ -30,9 +57,9 @@ pub fn text(d: &Diagnosis) -> String {
 fn errors(d: &Diagnosis) -> String {
     let sticks = d.rows.values().any(|fall| fall.after_moving.is_some());
     let number = |x: f64| format!("{x:.4}");
-    let row = |(name, fall): (&String, &ErrorFall)| {
+    let row = |name: &str, fall: &ErrorFall| {
         let moving = number(fall.after_moving.unwrap_or(fall.after));
-        let mut cells = vec![name.clone(), number(fall.before), number(fall.after)];
+        let mut cells = vec![name.to_owned(), number(fall.before), number(fall.after)];
         cells.extend(sticks.then_some(moving));
         cells.extend([number(fall.noise), fall.unit.clone()]);
         cells
@@ -40,7 +67,10 @@ fn errors(d: &Diagnosis) -> String {
     let mut columns = vec!["held-out rms", "before", "after"];
     columns.extend(sticks.then_some("not sticking"));
     columns.extend(["noise", "unit"]);
-    table(&columns, d.rows.iter().map(row).collect(), 1)
+    let rows = d.rows.iter().map(|(name, fall)| row(name, fall));
+    let title = |kind: &str| if d.rms.len() > 1 { format!("all of {kind}") } else { "total".to_owned() };
+    let all = d.rms.iter().filter(|_| d.rows.len() > 1).map(|(kind, fall)| row(&title(kind), fall));
+    table(&columns, rows.chain(all).collect(), 1)
 }
 
 fn bound(x: f64) -> String {

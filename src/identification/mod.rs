@@ -131,11 +131,23 @@ pub fn identify(
             return Err(Diagnostics(warnings));
         }
     };
+    note_sources(&mut found.identification, logs, judge)?;
     if options.report {
         found.report = Some(of_identification(robot, &found.identification, found.drives.as_ref(), rows)?);
     }
     found.warnings = warnings;
     Ok(found)
+}
+
+/// Which bytes were read.
+fn note_sources(found: &mut Identification, logs: &[&Log], judge: Option<&Log>) -> Result<(), Diagnostic> {
+    for (summary, log) in found.logs.iter_mut().zip(logs) {
+        summary.hash = log.source()?.hash;
+    }
+    if let (Some(validation), Some(log)) = (&mut found.validation, judge) {
+        validation.hash = log.source()?.hash;
+    }
+    Ok(())
 }
 
 impl<'a> Job<'a> {

@@ -78,8 +78,10 @@ fn write_row(found: &Inventory, row: &RawRow<'_>, time: f64, line: &mut String) 
     // Writing to a string cannot fail.
     let _ = match found.stamp {
         Stamp::None => Ok(()),
-        Stamp::One { field, factor: 1.0, offset: 0.0 } => write!(line, "{}", row.text(field)),
-        _ => write!(line, "{time}"),
+        Stamp::One { field, factor, offset } => {
+            write!(line, "{}", scaled(row.text(field), factor, offset).unwrap_or_else(|| time.to_string()))
+        }
+        Stamp::Two { .. } => write!(line, "{time}"),
     };
     for (k, source) in found.sources.iter().enumerate() {
         if k > 0 || has_clock(found) {
@@ -87,12 +89,55 @@ fn write_row(found: &Inventory, row: &RawRow<'_>, time: f64, line: &mut String) 
         }
         let Source { field, factor, offset, .. } = *source;
         if let Field::Number(x) = row.field(field) {
-            let _ = if factor == 1.0 && offset == 0.0 {
-                write!(line, "{}", row.text(field))
-            } else {
-                write!(line, "{}", factor * x + offset)
-            };
+            let value = || (factor * x + offset).to_string();
+            line.push_str(&scaled(row.text(field), factor, offset).unwrap_or_else(value));
         }
     }
     line.push('\n');
+}
+
+/// A number times a power of ten: the digits that stand there, with the point elsewhere. `None` of other factors, and of numbers
+/// with an exponent.
+fn scaled(text: &str, factor: f64, offset: f64) -> Option<String> {
+    let factors = [1.0, 1e-3, 1e-6, 1e-9];
+    let places = factors.iter().position(|power| *power == factor).filter(|_| offset == 0.0)? * 3;
+    if places == 0 {
+        return Some(text.to_owned());
+    }
+    let (sign, digits) = match text.strip_prefix('-') {
+        Some(rest) => ("-", rest),
+        None => ("", text.strip_prefix('+').unwrap_or(text)),
+    };
+    let (whole, part) = digits.split_once('.').unwrap_or((digits, ""));
+    if !(whole.bytes().chain(part.bytes())).all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let whole = format!("{whole:0>width$}", width = places + 1);
+    let (before, behind) = whole.split_at(whole.len() - places);
+    let number = format!("{sign}{before}.{behind}{part}");
+    Some(number.trim_end_matches('0').trim_end_matches('.').to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scaled;
+
+    #[test]
+    fn powers_of_ten_move_the_point() {
+        let cases = [
+            ("1764000000123", 1e-3, "1764000000.123"),
+            ("1764000000123456789", 1e-9, "1764000000.123456789"),
+            ("-12.5", 1e-3, "-0.0125"),
+            ("7", 1e-6, "0.000007"),
+            ("5000", 1e-3, "5"),
+            ("0.10", 1.0, "0.10"),
+        ];
+        for (text, factor, expected) in cases {
+            assert_eq!(scaled(text, factor, 0.0).as_deref(), Some(expected));
+        }
+        assert_eq!(
+            (scaled("1e3", 1e-3, 0.0), scaled("1", 0.5, 0.0), scaled("1", 1e-3, 0.1)),
+            (None, None, None)
+        );
+    }
 }

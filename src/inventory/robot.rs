@@ -13,6 +13,8 @@ pub struct Robot {
     /// Places of the joints with an actuator, in the order of the torques.
     pub(super) actuated: Vec<usize>,
     feet: Vec<String>,
+    /// Joints that the description holds: fixed or locked ones.
+    held: Vec<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,7 +39,9 @@ impl Robot {
         let place = |name: &String| joints.iter().position(|joint| joint.name == *name);
         let actuated = description.actuated_joints.iter().filter_map(place).collect();
         let feet = description.feet.iter().map(|foot| foot.name.clone()).collect();
-        Ok(Self { name: description.name.clone(), joints, actuated, feet })
+        let held = description.joints.iter().filter(|joint| !joint.kind.moves());
+        let held = held.map(|joint| joint.name.clone()).collect();
+        Ok(Self { name: description.name.clone(), joints, actuated, feet, held })
     }
 
     pub(super) fn names(&self) -> Vec<&str> {
@@ -80,6 +84,8 @@ pub struct Unknown {
     pub name: String,
     /// The one that it resembles.
     pub meant: Option<String>,
+    /// It is a joint of the description that does not move.
+    pub held: bool,
 }
 
 impl RobotChannels {
@@ -118,8 +124,9 @@ fn unknown(robot: &Robot, columns: &[ColumnFound]) -> Vec<Unknown> {
             (None, None) => continue,
         };
         if !known.contains(&owner) && !found.iter().any(|unknown| unknown.name == owner) {
-            let meant = did_you_mean(owner, known).map(str::to_owned);
-            found.push(Unknown { name: owner.to_owned(), meant });
+            let held = robot.held.iter().any(|name| name == owner);
+            let meant = if held { None } else { did_you_mean(owner, known).map(str::to_owned) };
+            found.push(Unknown { name: owner.to_owned(), meant, held });
         }
     }
     found

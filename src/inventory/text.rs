@@ -38,7 +38,7 @@ impl fmt::Display for Inventory {
 }
 
 fn write_sampling(f: &mut fmt::Formatter<'_>, s: &Sampling) -> fmt::Result {
-    let span = format!("{} s to {} s", short(s.from_s), short(s.to_s));
+    let span = format!("{} s to {} s", clock(s.from_s), clock(s.to_s));
     writeln!(f, "time: {} s ({span}), in column `{}`", short(s.duration_s), s.column)?;
     let even = match s.uneven {
         0 => "all steps within 1 % of it".to_owned(),
@@ -57,7 +57,7 @@ fn write_sampling(f: &mut fmt::Formatter<'_>, s: &Sampling) -> fmt::Result {
             "gaps: {} of more than 3.5 steps, the longest {} s, from {} s on (line {})",
             s.gaps,
             short(gap.length_s),
-            short(gap.from_s),
+            clock(gap.from_s),
             gap.line
         ),
     }?;
@@ -144,10 +144,28 @@ fn write_robot(f: &mut fmt::Formatter<'_>, robot: &RobotChannels) -> fmt::Result
         writeln!(f, "  nothing of {}", list(robot.missing.iter().map(String::as_str), 40))?;
     }
     for unknown in &robot.unknown {
+        if unknown.held {
+            writeln!(
+                f,
+                "  `{}` does not move in the description (fixed, or locked in biped.toml): not read",
+                unknown.name
+            )?;
+            continue;
+        }
         let meant = unknown.meant.as_ref().map(|meant| format!(": did you mean `{meant}`?"));
         writeln!(f, "  the robot has no `{}`{}", unknown.name, meant.unwrap_or_default())?;
     }
     Ok(())
+}
+
+/// A time stamp. Clocks that began in 1970 have more digits before the point than count elsewhere; microseconds are what a
+/// number can tell of them.
+fn clock(x: f64) -> String {
+    if x.abs() < 1e5 {
+        return short(x);
+    }
+    let text = format!("{x:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Six digits that count, without zeros behind.
@@ -159,4 +177,16 @@ fn short(x: f64) -> String {
     let text = format!("{x:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{clock, short};
+
+    #[test]
+    fn clocks_keep_their_fractions() {
+        assert_eq!(clock(1_764_000_000.123_456), "1764000000.123456");
+        assert_eq!(clock(1_764_000_000_123.0 * 1e-3), "1764000000.123");
+        assert_eq!((clock(1_764_000_016.0), clock(16.5)), ("1764000016".to_owned(), short(16.5)));
+    }
 }

@@ -25,6 +25,7 @@ use crate::report::steps_of;
 use crate::simulation::{self, Scene, Simulated};
 use bipedc_analysis::diagnose::Diagnosis;
 use bipedc_analysis::log::Mapping;
+use bipedc_analysis::log::names::JOINT_QUANTITIES;
 use bipedc_analysis::report::Report;
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::SourceFiles;
@@ -59,6 +60,12 @@ pub struct Workbench {
     base: BaseChoice,
     progress: Arc<dyn Progress>,
     stop: Arc<dyn Fn() -> bool + Send + Sync>,
+}
+
+/// What logs may say of joints that the description holds (fixed or locked ones): they have no place in the model.
+fn held_columns(robot: &Robot) -> impl Iterator<Item = String> {
+    let held = robot.description.joints.iter().filter(|joint| !joint.kind.moves());
+    held.flat_map(|joint| JOINT_QUANTITIES.map(|quantity| format!("{}/{quantity}", joint.name)))
 }
 
 /// How the robot hangs in the world, instead of what its description says.
@@ -153,7 +160,7 @@ impl Workbench {
     /// # Errors
     /// As [`Log::open`].
     pub fn log(&self, path: impl AsRef<Path>) -> Result<Log, Diagnostics> {
-        Log::open(path)
+        self.log_with(path, Mapping::default())
     }
 
     /// Opens one whose columns have other names, factors or signs.
@@ -161,7 +168,8 @@ impl Workbench {
     /// # Errors
     /// As [`Log::with_mapping`].
     pub fn log_with(&self, path: impl AsRef<Path>, mapping: Mapping) -> Result<Log, Diagnostics> {
-        Log::with_mapping(path, mapping)
+        let ignored = held_columns(&self.robot).chain(mapping.ignored).collect();
+        Log::with_mapping(path, Mapping { ignored, ..mapping })
     }
 
     /// What a file holds, also one whose columns have names that are not ours; `docs/logs.md` explains all columns.

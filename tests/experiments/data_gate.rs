@@ -58,7 +58,7 @@ fn assert_warning(found: &[Diagnostic], words: &[&str]) {
 }
 
 /// Changes position, velocity and acceleration of joints, `[q, v, a]` by joint.
-fn moved(recording: &mut Recording, change: impl Fn(&mut [f64])) {
+fn moved(recording: &mut Recording, mut change: impl FnMut(&mut [f64])) {
     let joints = subjects().layout.joints.len();
     let (samples, count) = (recording.samples(), joints);
     for values in [&mut recording.trajectory.q, &mut recording.trajectory.v, &mut recording.trajectory.a] {
@@ -202,6 +202,49 @@ fn a_stuck_encoder_is_named() {
         }
     }
     assert_warning(&judge(log), &["the position of `left_knee_pitch` does not change at all"]);
+}
+
+/// Where joints move one at a time, all others rest by design; of encoders that are stuck one warning tells.
+#[test]
+fn joints_that_take_turns_are_not_stuck() {
+    let mut turns = coulomb();
+    let samples = turns.samples();
+    let mut sample = 0;
+    let joints = subjects().layout.joints.len();
+    let still = |joint: usize, sample: usize| joint != sample % samples * joints / samples;
+    moved(&mut turns, |row| {
+        (0..joints).filter(|joint| still(*joint, sample)).for_each(|joint| row[joint] = 0.0);
+        sample += 1;
+    });
+    let stuck = |found: &[Diagnostic]| {
+        found
+            .iter()
+            .filter(|d| d.message.contains("not change at all"))
+            .map(|d| d.message.clone())
+            .collect::<Vec<_>>()
+    };
+    let found = stuck(&judge(turns));
+    assert!(found.is_empty(), "{found:?}");
+    let mut two = coulomb();
+    let mut sample = 0;
+    moved(&mut two, |row| {
+        if (samples / 3..samples / 2).contains(&(sample % samples)) {
+            (row[KNEE], row[HIP]) = (0.0, 0.0);
+        }
+        sample += 1;
+    });
+    let found = stuck(&judge(two));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].contains("`left_knee_pitch` from") && found[0].contains("`left_hip_pitch` from"));
+}
+
+#[test]
+fn a_log_in_which_nothing_moves_is_one_error() {
+    let mut log = coulomb();
+    moved(&mut log, |joints| joints.fill(0.0));
+    let found = judge(log);
+    assert_error(&found, &["no joint moves"]);
+    assert!(!found.iter().any(|d| d.message.contains("effort") || d.message.contains("hardly")), "{found:?}");
 }
 
 #[test]

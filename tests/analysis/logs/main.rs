@@ -9,6 +9,8 @@ mod examples;
 mod fuzz_log;
 mod log;
 mod mapping;
+mod order;
 mod signal;
+mod sparse;
 #[path = "../support/mod.rs"]
 mod support;

@@ -10,6 +10,9 @@ use std::collections::BTreeMap;
 const KINDS: [&str; 6] =
     ["post_impact_velocity", "cop", "effort", "base_force", "base_moment", "transmission"];
 
+/// Motors' angles against those of their joints: they stand beside torques, and choose no filter.
+const TRANSMISSION: &str = "transmission";
+
 /// How a file was read.
 #[derive(Debug, Clone, Default)]
 pub struct Reading {
@@ -119,11 +122,14 @@ impl Comparison {
         }
     }
 
-    /// Takes what an experiment at the same cut-off says of where joints stick; channels are known by their names.
+    /// Takes what an experiment at the same cut-off says of where joints stick, and of channels that are no torques: motors'
+    /// angles. Channels are known by their names.
     pub fn without_sticking(&mut self, experiment: &dyn Experiment) {
         for told in channels_of(experiment) {
-            if let Some(own) = self.channels.iter_mut().find(|c| c.name == told.name && c.kind == told.kind) {
-                (own.rms_moving, own.sticking) = (told.rms_moving, told.sticking);
+            match self.channels.iter_mut().find(|c| c.name == told.name && c.kind == told.kind) {
+                Some(own) => (own.rms_moving, own.sticking) = (told.rms_moving, told.sticking),
+                None if told.kind == TRANSMISSION => self.channels.push(told),
+                None => {}
             }
         }
         self.kinds = by_kind(&self.channels);
@@ -136,9 +142,10 @@ impl Comparison {
         let mut best: Option<(f64, f64, Vec<Channel>)> = None;
         let mut cutoffs = Vec::new();
         for (cutoff_hz, mut channels) in by_cutoff {
-            channels.retain(|c| own.contains(&c.name.as_str()));
+            channels.retain(|c| c.kind == TRANSMISSION || own.contains(&c.name.as_str()));
             let rms = by_kind(&channels).get("effort").map_or(0.0, |kind| kind.rms);
-            let logs: Vec<f64> = channels.iter().filter(|c| c.rms > 0.0).map(|c| c.rms.ln()).collect();
+            let torques = channels.iter().filter(|c| c.rms > 0.0 && c.kind != TRANSMISSION);
+            let logs: Vec<f64> = torques.map(|c| c.rms.ln()).collect();
             let geometric_mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
             cutoffs.push(Cutoff { cutoff_hz, rms, geometric_mean });
             if best.as_ref().is_none_or(|(_, least, _)| rms < *least) {

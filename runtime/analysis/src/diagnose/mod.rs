@@ -23,6 +23,8 @@ pub mod support;
 
 pub use breakdown::{AT_NOISE, Breakdown, BreakdownPart, WINDOWS, Window, breakdowns};
 pub use engine::{Errors, Options, diagnose, errors, estimate, summary};
-pub use result::{Diagnosis, ErrorFall, FoundEffect, Rejected, Seen, Step, Unexplained, intervals};
+pub use result::{
+    Diagnosis, ErrorFall, FoundEffect, Rejected, Seen, Step, StepErrors, Unexplained, intervals,
+};
 pub use selected::Selected;
 pub use signature::Feature;

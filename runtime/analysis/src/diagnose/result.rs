@@ -40,6 +40,9 @@ pub struct Diagnosis {
     pub rows: BTreeMap<String, ErrorFall>,
     /// The error after each effect, in the order in which they entered.
     pub steps: Vec<Step>,
+    /// The errors of all channels as these effects entered, one for each of `steps`; none beside inertial corrections.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub step_errors: Vec<StepErrors>,
     /// The data that parameters were estimated from.
     pub training: DataSource,
     /// The data that judged; `None`: blocks of the training data did.
@@ -57,7 +60,49 @@ pub struct Diagnosis {
     pub summary: String,
 }
 
+/// Errors (root mean squares) before and after an effect entered, by kind of channel.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct StepErrors {
+    /// On held-out data.
+    pub held_out: BTreeMap<String, [f64; 2]>,
+    /// On the training data.
+    pub training: BTreeMap<String, [f64; 2]>,
+}
+
+impl StepErrors {
+    /// The kind of channel that tells most of the step: `main`, unless its error stays and another falls.
+    pub fn telling<'s>(&'s self, main: &'s str) -> &'s str {
+        telling(self.held_out.iter().map(|(name, [before, after])| (name.as_str(), *before, *after)), main)
+    }
+}
+
+/// An error that falls by less than this part stays.
+const STAYS: f64 = 0.005;
+
+fn telling<'s>(falls: impl Iterator<Item = (&'s str, f64, f64)>, main: &'s str) -> &'s str {
+    let mut most = (main, STAYS);
+    for (name, before, after) in falls {
+        let part = if before > 0.0 { (before - after) / before } else { 0.0 };
+        if name == main && part > STAYS {
+            return main;
+        }
+        if part > most.1 {
+            most = (name, part);
+        }
+    }
+    most.0
+}
+
 impl Diagnosis {
+    /// The kind of channel in which the error fell: the one that `rms_before` is about, unless it stays there and falls
+    /// elsewhere.
+    pub fn telling_channel(&self) -> Option<&str> {
+        let (main, _) = self.rms.iter().find(|(_, fall)| fall.before == self.rms_before)?;
+        let falls = self.rms.iter().map(|(name, fall)| (name.as_str(), fall.before, fall.after));
+        Some(telling(falls, main))
+    }
+
     /// All that was estimated, in the order in which it acts: effects of the description, those that were found as they
     /// entered, and inertial corrections.
     pub fn estimated(&self) -> impl Iterator<Item = &Effect> {

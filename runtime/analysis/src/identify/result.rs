@@ -46,6 +46,8 @@ pub struct Identification {
 pub struct LogSummary {
     /// Its path.
     pub file: String,
+    /// FNV-1a of its bytes, 16 hex digits; whoever opened it fills it in.
+    pub hash: String,
     /// Usable samples.
     pub samples: usize,
     /// s
@@ -184,6 +186,10 @@ pub struct ExtraSummary {
 pub struct Validation {
     /// Its path.
     pub file: String,
+    /// FNV-1a of its bytes, as of the logs that taught.
+    pub hash: String,
+    /// Usable samples.
+    pub samples: usize,
     /// Whether it shows a motion of the logs that taught.
     pub shares_motion: bool,
     /// By channel.

@@ -71,6 +71,7 @@ impl SummaryInput<'_> {
     pub fn logs(&self, files: &[PathBuf], surveys: &[Survey]) -> Vec<LogSummary> {
         let summary = |(file, survey): (&PathBuf, &Survey)| LogSummary {
             file: file.display().to_string(),
+            hash: String::new(),
             samples: survey.samples,
             step: survey.step,
             cutoff_hz: survey.cutoff_hz,
@@ -186,6 +187,8 @@ impl SummaryInput<'_> {
         let sum = |m: usize| held[m].iter().fold(HeldOutError::default(), |sum, e| sum.plus(e));
         Ok(Validation {
             file: judge.file.display().to_string(),
+            hash: String::new(),
+            samples: look.samples,
             shares_motion,
             channels: self.design.channels.iter().enumerate().map(channel).collect(),
             total: Models::of([0, 1, 2, 3].map(sum), HeldOutError::relative),

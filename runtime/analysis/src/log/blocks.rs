@@ -1,4 +1,5 @@
 //! A log in overlapping pieces, each of one stretch of time without gaps.
+use super::in_time::Repairs;
 use super::names::shorten;
 use super::reader::{Reader, Row};
 use super::table::no_rows;
@@ -311,6 +312,7 @@ impl Blocks {
             return;
         }
         let reader = &self.sampling.reader;
+        self.report.warnings.extend(repaired(reader));
         let absent = reader.incomplete();
         for column in absent.iter().take(MOST_GAPS) {
             let message = format!(
@@ -344,4 +346,26 @@ impl Blocks {
                 .push(Diagnostic::warning(message).in_file(self.sampling.reader.file()).help(help));
         }
     }
+}
+
+/// What had to be put right in the time stamps.
+fn repaired(reader: &Reader) -> Vec<Diagnostic> {
+    let Repairs { late, doubled } = reader.repairs();
+    let rows = reader.rows() + doubled.0;
+    let said = |(count, line): (usize, usize), what: &str, help: &str| {
+        let message = format!("{count} of {rows} rows {what}");
+        (count > 0)
+            .then(|| Diagnostic::warning(message).in_file(reader.file()).at(line, 0).help(help.to_owned()))
+    };
+    let sorted = said(
+        late,
+        "stand behind rows of a later time, first in this line: they were sorted in",
+        "the recorder or its export does not keep the order; nothing else is to be done",
+    );
+    let left_out = said(
+        doubled,
+        "repeat the time of another row, first in this line: they were left out",
+        "if they are samples of their own, log time with more digits",
+    );
+    [sorted, left_out].into_iter().flatten().collect()
 }

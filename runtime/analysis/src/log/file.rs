@@ -5,6 +5,7 @@ use super::kept::Shelf;
 use super::lines::Lines;
 use super::mapping::Mapping;
 use super::reader::Reader;
+use super::sparse::Found;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::input;
 use std::io;
@@ -20,6 +21,7 @@ pub struct Log {
     header: Arc<Header>,
     hash: Hash,
     shelf: Shelf,
+    sparse: Found,
 }
 
 impl Log {
@@ -39,15 +41,23 @@ impl Log {
         let path = path.as_ref().to_path_buf();
         let header = Arc::new(header::read(&path, &mut Lines::open(&path)?, &mapping)?);
         let mapping = header.mapping.clone();
-        Ok(Self { path, mapping, header, hash: Hash::default(), shelf: Shelf::default() })
+        Ok(Self {
+            path,
+            mapping,
+            header,
+            hash: Hash::default(),
+            shelf: Shelf::default(),
+            sparse: Found::default(),
+        })
     }
 
-    /// The same file under another mapping; the hash of its bytes stays known.
+    /// The same file under another mapping; the hash of its bytes stays known, and which of its columns are empty.
     ///
     /// # Errors
     /// As [`Log::with_mapping`].
     pub fn mapped(&self, mapping: Mapping) -> Result<Self, Diagnostics> {
-        Ok(Self { hash: Arc::clone(&self.hash), ..Self::with_mapping(&self.path, mapping)? })
+        let (hash, sparse) = (Arc::clone(&self.hash), Arc::clone(&self.sparse));
+        Ok(Self { hash, sparse, ..Self::with_mapping(&self.path, mapping)? })
     }
 
     /// The file.
@@ -96,6 +106,10 @@ impl Log {
 
     pub(super) fn header(&self) -> &Arc<Header> {
         &self.header
+    }
+
+    pub(super) fn found_sparse(&self) -> &Found {
+        &self.sparse
     }
 
     pub(super) fn shelf(&self) -> &Shelf {

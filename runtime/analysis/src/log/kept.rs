@@ -1,4 +1,5 @@
 //! Rows of a log that stay in memory, so that the file is not read again for them.
+use super::in_time::Repairs;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Most numbers that are kept of a log: 32 MiB. Longer logs are read from the file every time.
@@ -13,6 +14,8 @@ pub(super) struct Kept {
     lines: Vec<usize>,
     /// Row after row; NaN where a field was empty.
     values: Vec<f64>,
+    /// What was put right in their times.
+    pub repairs: Repairs,
 }
 
 impl Kept {

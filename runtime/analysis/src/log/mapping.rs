@@ -55,7 +55,7 @@ pub struct Mapping {
     pub frames: BTreeMap<String, ForceFrame>,
     /// What stands for a column of every joint or foot; [`Mapping::of_columns`] finds them.
     pub patterns: Vec<Pattern>,
-    /// Columns of the file that are not to be seen under their own names.
+    /// Columns that are not to be seen: under their own names, or under ours.
     pub ignored: BTreeSet<String>,
 }
 

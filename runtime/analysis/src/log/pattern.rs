@@ -73,6 +73,7 @@ impl Mapping {
                 whole.columns.entry(pattern.ours(owner)).or_insert(source);
             }
         }
+        whole.forget_ignored();
         let known: Vec<&str> = names.iter().copied().filter(|name| is_known_form(name)).collect();
         let ours: Vec<String> = whole.columns.keys().cloned().collect();
         for pattern in &self.patterns {
@@ -89,6 +90,20 @@ impl Mapping {
             }
         }
         if errors.is_empty() { Ok(whole) } else { Err(errors) }
+    }
+
+    /// What is not to be seen is not read either, under whatever name it stands in the file.
+    fn forget_ignored(&mut self) {
+        let Self { columns, ignored, .. } = self;
+        let sources: Vec<String> = columns
+            .iter()
+            .filter(|(name, _)| ignored.contains(*name))
+            .filter_map(|(_, source)| source.column.clone())
+            .collect();
+        columns.retain(|name, _| !ignored.contains(name));
+        // A motor's angle may still be that of its joint.
+        let used = |name: &String| columns.values().any(|source| source.column.as_ref() == Some(name));
+        ignored.extend(sources.into_iter().filter(|name| !used(name)).collect::<Vec<_>>());
     }
 
     fn without_match(&self, pattern: &Pattern, names: &[&str]) -> Diagnostic {

@@ -2,6 +2,7 @@
 use super::fields::{character, split};
 use super::header::{index_of, wrong_separator};
 use super::lines::Lines;
+use super::value::is_absent;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -136,8 +137,7 @@ impl<'a> RawRow<'a> {
         };
         match text.parse::<f64>() {
             Ok(number) if number.is_finite() => Field::Number(number),
-            Ok(number) if number.is_nan() => Field::Absent,
-            _ if text.is_empty() => Field::Absent,
+            _ if is_absent(text) => Field::Absent,
             _ => Field::Text(text),
         }
     }

@@ -2,13 +2,15 @@
 use super::fields::{character, split};
 use super::file::Log;
 use super::header::{self, Column, Header, Kind};
+use super::in_time::{InTime, Repairs};
 use super::kept::Kept;
 use super::lines::Lines;
 use super::mapping::{ForceFrame, Mapping};
-use super::names::{may_be_absent, shorten};
+use super::names::may_be_absent;
+use super::sparse::Sparse;
 use super::spikes::Spikes;
+use super::value::{is_absent, parse};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_effects::magnitude;
 use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -16,8 +18,6 @@ use std::sync::Arc;
 
 /// After so many errors in rows, reading stops: the rest would be more of the same.
 pub const MOST_ERRORS: usize = 10;
-/// A time, whatever its unit, before the unit is known.
-const LARGEST_TIME: f64 = 1e30;
 /// After the first error the reader looks for others in so many lines more.
 const LINES_AFTER_ERROR: usize = 10_000;
 
@@ -25,18 +25,23 @@ const LINES_AFTER_ERROR: usize = 10_000;
 pub struct Reader {
     file: PathBuf,
     origin: Origin,
+    /// The log that is read, if it is one.
+    log: Option<Log>,
     header: Arc<Header>,
     /// Indices into `header.columns`; the leading column first.
     selected: Vec<usize>,
     fields: Vec<Range<usize>>,
-    last_time: f64,
+    /// Rows that were read and not given away yet.
+    in_time: InTime,
+    /// Whether the last line was read.
+    ended: bool,
     rows: usize,
     /// Samples of the selected positions that may be glitches.
     spikes: Spikes,
     /// Columns (indices into `header.columns`) in which numbers were missing.
     incomplete: Vec<(usize, Absent)>,
     /// What the log may keep, as far as it was read.
-    keeping: Option<(Log, Kept)>,
+    keeping: Option<Kept>,
 }
 
 /// Where rows come from.
@@ -44,9 +49,9 @@ enum Origin {
     /// The lines behind the header.
     Text(Lines),
     /// A log that is not open yet: which columns are wanted may still change.
-    Closed(Log),
+    Closed,
     /// What an earlier reader of the log left.
-    Kept(Log, Arc<Kept>),
+    Kept(Arc<Kept>),
 }
 
 /// Samples of a log's column that are empty or NaN. Their rows are passed over: a gap.
@@ -96,17 +101,20 @@ impl Reader {
 
     /// The rows of a log, from its first.
     pub(super) fn of_log(log: &Log) -> Self {
-        Self::new(log.path(), Origin::Closed(log.clone()), Arc::clone(log.header()))
+        let reader = Self::new(log.path(), Origin::Closed, Arc::clone(log.header()));
+        Self { log: Some(log.clone()), ..reader }
     }
 
     fn new(path: &Path, origin: Origin, header: Arc<Header>) -> Self {
         let mut reader = Self {
             file: path.to_path_buf(),
             origin,
+            log: None,
             header,
             selected: Vec::new(),
             fields: Vec::new(),
-            last_time: f64::NAN,
+            in_time: InTime::default(),
+            ended: false,
             rows: 0,
             spikes: Spikes::default(),
             incomplete: Vec::new(),
@@ -137,6 +145,23 @@ impl Reader {
         self.header.columns.iter().any(|c| c.name == name)
     }
 
+    /// Whether a column of the file is read under another name, so that its own says nothing.
+    pub fn is_renamed(&self, column: &Column) -> bool {
+        let mapped = &self.header.mapping.columns;
+        let other = |c: &Column| c.field == column.field && mapped.contains_key(&c.name);
+        !mapped.contains_key(&column.name) && self.header.columns.iter().any(other)
+    }
+    /// The line of a mapping file that names a column: file, line and column.
+    pub fn named_by(&self, name: &str) -> Option<(&Path, (usize, usize))> {
+        let mapping = &self.header.mapping;
+        let source = mapping.columns.get(name).filter(|source| source.position.0 > 0)?;
+        Some((mapping.file.as_deref()?, source.position))
+    }
+    /// How empty a column of a log is, if it is too empty to be of use; see [`Log::sparse`].
+    pub fn sparse(&self, name: &str) -> Option<&Sparse> {
+        self.log.as_ref()?.sparse(name)
+    }
+
     /// The axes of a foot's vector, such as `left_foot/force`.
     pub fn frame(&self, vector: &str) -> ForceFrame {
         self.header.mapping.frames.get(vector).copied().unwrap_or_default()
@@ -145,7 +170,7 @@ impl Reader {
     /// Chooses what rows consist of: the leading column (time or number), then these, in this order.
     ///
     /// Returns the names that the file does not have; rows have no place for them. Columns that nobody chose
-    /// are not even parsed.
+    /// are not even parsed. Of what is no [`Log`] columns are chosen before the first row is read.
     pub fn select<S: AsRef<str>>(&mut self, names: &[S]) -> Vec<String> {
         let find = |name: &str| self.header.columns.iter().position(|c| c.name == name);
         let mut missing = Vec::new();
@@ -162,15 +187,17 @@ impl Reader {
         self.spikes = Spikes::of(&names);
         // Whatever was kept, or would have been, is of other columns.
         self.keeping = None;
-        if let Origin::Kept(log, _) = &self.origin {
-            self.origin = Origin::Closed(log.clone());
+        (self.in_time, self.ended) = (InTime::default(), false);
+        if self.log.is_some() {
+            self.origin = Origin::Closed;
         }
         missing
     }
 
     /// Reads the next row into `row` (length 1 + number of selected columns); `None` at the end of the file.
     ///
-    /// Rows of a log in which a selected column is empty or NaN are passed over and counted, see
+    /// Rows of a log come in the order of their times: rows that are some lines late are sorted in, rows that repeat a time are
+    /// left out, see [`Reader::repairs`]. Rows in which a selected column is empty or NaN are passed over and counted, see
     /// [`Reader::incomplete`]; only a centre of pressure may be absent and then is NaN.
     ///
     /// # Errors
@@ -178,44 +205,72 @@ impl Reader {
     /// than the header, time that stands still or runs back. Up to [`MOST_ERRORS`] are collected.
     pub fn next_row(&mut self, row: &mut Vec<f64>) -> Result<Option<Row>, Diagnostics> {
         self.begin()?;
-        if let Origin::Kept(..) = &self.origin {
-            return Ok(self.again(row));
+        while let Some(line) = self.next_in_time(row)? {
+            self.rows += 1;
+            if self.is_complete(line, row) {
+                return Ok(Some(Row { line }));
+            }
         }
+        Ok(None)
+    }
+
+    /// What was put right in the time stamps of what was read so far.
+    pub fn repairs(&self) -> Repairs {
+        if let Origin::Kept(kept) = &self.origin { kept.repairs } else { self.in_time.repairs() }
+    }
+
+    /// The next row, complete or not: its line.
+    fn next_in_time(&mut self, row: &mut Vec<f64>) -> Result<Option<usize>, Diagnostics> {
+        if let Origin::Kept(kept) = &self.origin {
+            let Some((line, values)) = kept.row(self.rows) else { return Ok(None) };
+            row.clear();
+            row.extend_from_slice(values);
+            return Ok(Some(line));
+        }
+        loop {
+            // Only times can be out of order.
+            if let Some(line) = self.in_time.next(self.ended || self.header.kind != Kind::Time, row) {
+                self.keeping.take_if(|kept| !kept.take(line, row));
+                return Ok(Some(line));
+            }
+            if self.ended {
+                self.keep();
+                return Ok(None);
+            }
+            self.read_on(row)?;
+        }
+    }
+
+    /// Reads one line, or after an error so many more as may have others.
+    fn read_on(&mut self, row: &mut Vec<f64>) -> Result<(), Diagnostics> {
         let mut errors = Vec::new();
         let mut first_bad = 0;
         loop {
             let found = errors.len();
-            let line = match self.read(row, &mut errors) {
-                Ok(line) => line,
+            match self.read(row, &mut errors) {
+                Ok(more) => self.ended = !more,
                 Err(error) => {
                     self.keeping = None;
                     errors.push(error);
                     return Err(Diagnostics(errors));
                 }
-            };
-            if found == 0 && errors.is_empty() {
-                match line {
-                    Some((_, false)) => continue,
-                    Some((line, true)) => return Ok(Some(Row { line })),
-                    None => {
-                        self.keep();
-                        return Ok(None);
-                    }
-                }
+            }
+            if errors.is_empty() {
+                return Ok(());
             }
             if found == 0 {
                 self.keeping = None;
                 first_bad = self.number();
             }
             let enough = errors.len() >= MOST_ERRORS || self.number() > first_bad + LINES_AFTER_ERROR;
-            if line.is_none() || enough {
+            if self.ended || enough {
                 errors.truncate(MOST_ERRORS);
                 return Err(Diagnostics(errors));
             }
         }
     }
 
-    /// How many rows were read so far.
+    /// How many rows were given so far, complete or not.
     pub fn rows(&self) -> usize {
         self.rows
     }
@@ -229,48 +284,42 @@ impl Reader {
 
     /// Opens a log, or takes what was kept of these columns; so many rows as were read already are passed over.
     fn begin(&mut self) -> Result<(), Diagnostics> {
-        let Origin::Closed(log) = &self.origin else { return Ok(()) };
-        let log = log.clone();
-        if self.rows == 0 {
+        let (Origin::Closed, Some(log)) = (&self.origin, self.log.clone()) else { return Ok(()) };
+        let passed = self.rows;
+        if passed == 0 {
             if let Some(kept) = log.shelf().get(&self.selected) {
-                self.origin = Origin::Kept(log, kept);
+                self.origin = Origin::Kept(kept);
                 return Ok(());
             }
-            self.keeping = Some((log.clone(), Kept::of(&self.selected)));
+            self.keeping = Some(Kept::of(&self.selected));
         }
-        let mut lines = log.lines()?;
-        for _ in 0..self.rows {
-            lines.next()?;
+        self.origin = Origin::Text(log.lines()?);
+        let mut row = Vec::new();
+        for _ in 0..passed {
+            self.next_in_time(&mut row)?;
         }
-        self.origin = Origin::Text(lines);
         Ok(())
     }
 
-    /// The next complete row of those that were kept.
-    fn again(&mut self, row: &mut Vec<f64>) -> Option<Row> {
-        row.clear();
-        let Origin::Kept(_, kept) = &self.origin else { return None };
-        while let Some((line, values)) = kept.row(self.rows) {
-            self.rows += 1;
-            let mut complete = true;
-            for (&index, value) in self.selected.iter().zip(values) {
+    /// Whether a row has all its numbers; those of a log that are absent are counted.
+    fn is_complete(&mut self, line: usize, row: &[f64]) -> bool {
+        let mut complete = true;
+        if self.header.kind == Kind::Time {
+            for (&index, _) in self.selected.iter().zip(row).filter(|(_, value)| value.is_nan()) {
                 let column = &self.header.columns[index];
-                if self.header.kind == Kind::Time && value.is_nan() && !may_be_absent(&column.name) {
+                if !may_be_absent(&column.name) {
                     note_absent(&mut self.incomplete, index, column, line);
                     complete = false;
                 }
             }
-            if complete {
-                row.extend_from_slice(values);
-                return Some(Row { line });
-            }
         }
-        None
+        complete
     }
 
     /// At the end of a log without errors: later readers of these columns need not read it again.
     fn keep(&mut self) {
-        if let Some((log, kept)) = self.keeping.take() {
+        if let (Some(log), Some(mut kept)) = (&self.log, self.keeping.take()) {
+            kept.repairs = self.in_time.repairs();
             log.shelf().put(kept);
         }
     }
@@ -280,33 +329,25 @@ impl Reader {
         if let Origin::Text(lines) = &self.origin { lines.number() } else { 0 }
     }
 
-    /// One line: its number and whether it is complete, or `None` at the end. Errors of single fields go to `errors`.
-    fn read(
-        &mut self,
-        row: &mut Vec<f64>,
-        errors: &mut Vec<Diagnostic>,
-    ) -> Result<Option<(usize, bool)>, Diagnostic> {
+    /// One line, false at the end. Errors of single fields go to `errors`.
+    fn read(&mut self, row: &mut Vec<f64>, errors: &mut Vec<Diagnostic>) -> Result<bool, Diagnostic> {
         row.clear();
-        let Self { origin, header, selected, fields, file, incomplete, spikes, keeping, .. } = self;
-        let Origin::Text(lines) = origin else { return Ok(None) };
-        let Some((number, line)) = lines.next()? else { return Ok(None) };
-        self.rows += 1;
+        let Self { origin, header, selected, fields, file, spikes, in_time, .. } = self;
+        let Origin::Text(lines) = origin else { return Ok(false) };
+        let Some((number, line)) = lines.next()? else { return Ok(false) };
         let mut report = |error: Diagnostic, offset: usize| {
             errors.push(error.in_file(file).at(number, character(line, offset)));
         };
         if let Err((error, offset)) = divide(line, header.fields, fields) {
             report(error, offset);
-            return Ok(Some((number, true)));
+            return Ok(true);
         }
-        let mut complete = true;
         for (place, &index) in selected.iter().enumerate() {
             let column = &header.columns[index];
             let range = &fields[column.field];
             // A log may have holes, but a sample without a time is nowhere.
-            if header.kind == Kind::Time && place > 0 && is_absent(&line[range.clone()], column) {
-                note_absent(incomplete, index, column, number);
+            if header.kind == Kind::Time && place > 0 && is_absent(&line[range.clone()]) {
                 row.push(f64::NAN);
-                complete = false;
                 continue;
             }
             match parse(&line[range.clone()], column) {
@@ -314,16 +355,24 @@ impl Reader {
                 Err(error) => report(error, range.start),
             }
         }
-        if header.kind == Kind::Time && row.len() == selected.len() {
-            if let Some(error) = out_of_order(self.last_time, row[0]) {
-                report(error, fields[header.columns[selected[0]].field].start);
-            }
-            self.last_time = row[0];
+        if row.len() < selected.len() {
+            return Ok(true);
+        }
+        if header.kind != Kind::Time {
+            in_time.pass(number, row);
+            return Ok(true);
+        }
+        // Where rows are out of order nothing can be said of the way from one to the next.
+        if in_time.is_next(row[0]) {
             let place = |k: usize| character(line, fields[header.columns[selected[k]].field].start);
             errors.extend(spikes.next(number, row, &place).into_iter().map(|error| error.in_file(file)));
         }
-        keeping.take_if(|(_, kept)| !kept.take(number, row));
-        Ok(Some((number, complete)))
+        if let Err((error, wrong)) = in_time.take(number, row) {
+            let start = fields[header.columns[selected[0]].field].start;
+            let column = if wrong == number { character(line, start) } else { 0 };
+            errors.push(error.in_file(file).at(wrong, column));
+        }
+        Ok(true)
     }
 }
 
@@ -336,54 +385,11 @@ fn divide(line: &str, expected: usize, fields: &mut Vec<Range<usize>>) -> Result
     if fields.len() == expected { Ok(()) } else { Err((ragged(fields.len(), expected), 0)) }
 }
 
-/// Whether a column that must be there is empty or NaN.
-fn is_absent(text: &str, column: &Column) -> bool {
-    let nan = || text.trim_start_matches(['+', '-']).eq_ignore_ascii_case("nan");
-    (text.is_empty() || nan()) && !may_be_absent(&column.name)
-}
-
 fn note_absent(list: &mut Vec<(usize, Absent)>, index: usize, column: &Column, line: usize) {
     match list.iter_mut().find(|(known, _)| *known == index) {
         Some((_, absent)) => absent.rows += 1,
         None => list.push((index, Absent { column: column.name.clone(), rows: 1, line })),
     }
-}
-
-/// Time must increase; `last` is NaN before the first row, which passes both comparisons.
-fn out_of_order(last: f64, time: f64) -> Option<Diagnostic> {
-    if time == last {
-        let help = "every sample needs its own time: remove the repeated row, or log time with more digits";
-        return Some(Diagnostic::error(format!("time stands still at {time} s")).help(help));
-    }
-    let help = "sort the rows by time, or split the file where a new recording starts";
-    (time < last).then(|| Diagnostic::error(format!("time runs back from {last} s to {time} s")).help(help))
-}
-
-/// Parses one field and applies the mapping.
-fn parse(text: &str, column: &Column) -> Result<f64, Diagnostic> {
-    let name = shorten(&column.name);
-    if text.is_empty() {
-        return if may_be_absent(&column.name) {
-            Ok(f64::NAN)
-        } else {
-            let help = "every row needs a number here: repair the recording, or remove the row";
-            Err(Diagnostic::error(format!("`{name}`: the field is empty, expected a number")).help(help))
-        };
-    }
-    let Ok(raw) = text.parse::<f64>() else {
-        return Err(Diagnostic::error(format!("`{name}`: expected a number, found `{}`", shorten(text)))
-            .help("numbers are written like 12, -0.5 or 1.2e-3, without a unit"));
-    };
-    let value = column.factor * raw + column.offset;
-    // Times in nanoseconds are told as such once their steps are known.
-    let largest = if column.name == "time" { LARGEST_TIME } else { magnitude::LARGEST };
-    if value.abs() <= largest || raw.is_nan() && may_be_absent(&column.name) {
-        return Ok(value);
-    }
-    let what = if raw.is_nan() { "NaN (not a number)" } else { "infinite or too large" };
-    let more = if value.is_finite() { format!(" (at most {largest:e})") } else { String::new() };
-    Err(Diagnostic::error(format!("`{name}`: the value is {what}{more}: `{}`", shorten(text)))
-        .help("remove the row or repair the recording"))
 }
 
 fn ragged(found: usize, expected: usize) -> Diagnostic {

@@ -1,5 +1,5 @@
 //! Which columns of the log are needed, which are there, and what follows from those that are not.
-use crate::log::{Kind, Reader, names};
+use crate::log::{Column, Kind, Reader, names};
 use crate::measure::{Options, VelocitySource};
 use crate::robot::{BaseKind, JointLayout};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -39,6 +39,8 @@ pub(crate) struct Plan {
     pub missing: Vec<Missing>,
     pub assumptions: Vec<String>,
     pub warnings: Vec<Diagnostic>,
+    /// Columns that are there and as good as empty, and how empty.
+    sparse: Vec<(String, String)>,
 }
 
 const FLOATING: [&str; 7] = [
@@ -92,24 +94,58 @@ impl Plan {
     }
 
     fn add(&mut self, reader: &Reader, name: String) -> Option<usize> {
-        if !reader.has(&name) {
+        if !reader.has(&name) || self.is_sparse(reader, &name) {
             return None;
         }
         self.selected.push(name);
         Some(self.selected.len() - 1)
     }
 
+    /// Whether a column is as good as empty, so that the others keep their samples without it.
+    pub fn is_sparse(&mut self, reader: &Reader, name: &str) -> bool {
+        let Some(sparse) = reader.sparse(name) else { return false };
+        let how = match sparse.rows {
+            rows if rows == sparse.of => format!("`{name}` is empty in all {rows} rows"),
+            rows => format!("`{name}` is empty in {rows} of {} rows", sparse.of),
+        };
+        let (what, first) = match name.strip_suffix("/effort") {
+            Some(joint) => {
+                (format!("the effort of `{joint}` is left out"), "all other joints keep their samples")
+            }
+            None => ("the column counts as not logged".to_owned(), "rows without it would not count either"),
+        };
+        let line = if sparse.rows == sparse.of { "" } else { ", first in this line" };
+        let help = format!("{first}; take the column out, or fill it, to be rid of this warning");
+        let warning = Diagnostic::warning(format!("{how}{line}: {what}"));
+        self.warnings.push(warning.in_file(reader.file()).at(sparse.line, 0).help(help));
+        self.sparse.push((name.to_owned(), how));
+        true
+    }
+
+    /// Why a column is not used: it is empty, or not there.
+    fn lack(&self, name: &str) -> String {
+        let sparse = self.sparse.iter().find(|(column, _)| column == name);
+        sparse.map_or_else(|| format!("the log has no column `{name}`"), |(_, how)| how.clone())
+    }
+
     /// Columns of joints that the robot does not have; an error if it has none of them.
     fn note_unknown_joints(&mut self, layout: &JointLayout, reader: &Reader) -> Result<(), Diagnostics> {
         let known = || layout.joints.iter().map(|j| j.name.as_str());
-        let mut unknown: Vec<&str> = Vec::new();
+        let mut unknown: Vec<(&str, &str)> = Vec::new();
         let mut found = 0;
-        for column in reader.columns() {
+        let renamed = |column: &&Column| reader.is_renamed(column);
+        // What a mapping does not read of such a joint is of the same joint.
+        let others: Vec<&str> =
+            reader.columns().filter(renamed).filter_map(|column| names::joint_of(&column.name)).collect();
+        for column in reader.columns().filter(|column| !renamed(column)) {
             let Some(joint) = names::joint_of(&column.name) else { continue };
+            if others.contains(&joint) && !known().any(|name| name == joint) {
+                continue;
+            }
             if known().any(|name| name == joint) {
                 found += 1;
-            } else if !unknown.contains(&joint) {
-                unknown.push(joint);
+            } else if !unknown.iter().any(|(_, other)| *other == joint) {
+                unknown.push((&column.name, joint));
             }
         }
         if found == 0 {
@@ -126,12 +162,13 @@ impl Plan {
                 Diagnostic::error(message).in_file(reader.file()).at(1, 0).help(help),
             ]));
         }
-        for joint in unknown {
+        for (column, joint) in unknown {
             let message =
                 format!("columns of `{}` are ignored: the robot has no such joint", names::shorten(joint));
             let help =
                 suggest(joint, known(), || format!("joints of the robot: {}", names::list(known(), 40)));
-            self.warnings.push(Diagnostic::warning(message).in_file(reader.file()).at(1, 0).help(help));
+            let (file, (line, character)) = reader.named_by(column).unwrap_or((reader.file(), (1, 0)));
+            self.warnings.push(Diagnostic::warning(message).in_file(file).at(line, character).help(help));
         }
         Ok(())
     }
@@ -173,10 +210,8 @@ impl Plan {
             }
         }
         for name in &no_effort {
-            self.missing.push(Missing {
-                name: name.clone(),
-                reason: format!("the log has no column `{name}/effort`"),
-            });
+            let reason = self.lack(&format!("{name}/effort"));
+            self.missing.push(Missing { name: name.clone(), reason });
         }
         if options.velocity == VelocitySource::Logged && !no_velocity.is_empty() {
             let joints = names::list(no_velocity.iter().map(String::as_str), 40);
@@ -192,7 +227,12 @@ impl Plan {
         // Its torque was measured, so it was there; the model would be held against a motion that is not its own.
         for name in no_position.iter().filter(|name| !no_effort.contains(name)) {
             let message = format!(
-                "the log has `{name}/effort` but no column `{name}/position`: the joint is taken to stand still at zero"
+                "the log has `{name}/effort` but no {}`{name}/position`: the joint is taken to stand still at zero",
+                if self.sparse.iter().any(|(column, _)| *column == format!("{name}/position")) {
+                    "usable "
+                } else {
+                    "column "
+                }
             );
             let help = format!(
                 "log `{name}/position` (rad), or give its column's name with --mapping; else take `{name}/effort` out"

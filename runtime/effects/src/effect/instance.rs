@@ -84,8 +84,9 @@ pub struct Effect {
     /// Units and bounds of the parameters of an effect of kind `formula`, by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub own: BTreeMap<String, OwnParameter>,
-    /// Whether its joint slides: m and N instead of rad and N m. The robot says so, not the file.
-    #[serde(skip)]
+    /// Whether its joint slides: m and N instead of rad and N m. The robot says so; answers keep it for those who read them
+    /// without the robot.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub sliding: bool,
 }
 

@@ -125,7 +125,8 @@ impl Columns {
             if position.is_none() {
                 still.push(joint.name.as_str());
             }
-            let effort = self.add(reader, &format!("{}/effort", joint.name));
+            let effort = format!("{}/effort", joint.name);
+            let effort = if self.plan.is_sparse(reader, &effort) { None } else { self.add(reader, &effort) };
             self.plan.joints.push(JointColumns { position, effort, ..JointColumns::default() });
         }
         if still.len() == robot.layout.joints.len() {

@@ -98,6 +98,7 @@ impl ContactRecording {
             ..Self::default()
         };
         recording.assumptions = std::mem::take(&mut columns.plan.assumptions);
+        recording.warnings = std::mem::take(&mut columns.plan.warnings);
         recording.standing = columns.standing;
         recording.prepare_feet(robot, &columns);
         recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();

@@ -11,6 +11,18 @@ const SPEED: [f64; 2] = [0.05, 0.005];
 /// A direction in which a joint moves for less than this part of the time is not seen.
 const ONE_WAY: f64 = 0.02;
 
+/// Whether all joints stay where they are.
+pub(super) fn nothing_moves(evidence: &Evidence<'_>) -> bool {
+    let mut joints = evidence.joints.iter().enumerate();
+    joints.all(|(joint, (_, prismatic))| range(evidence, joint) < RANGE[usize::from(*prismatic)])
+}
+
+/// How far a joint swings, but for the outermost samples.
+fn range(evidence: &Evidence<'_>, joint: usize) -> f64 {
+    let mut q: Vec<f64> = evidence.position(joint).collect();
+    quantile(&mut q, 0.99) - quantile(&mut q, 0.01)
+}
+
 /// Warnings about joints whose effects cannot be told apart.
 pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
@@ -56,12 +68,10 @@ enum Excitation {
 }
 
 fn motion(evidence: &Evidence<'_>, joint: usize, kind: usize) -> Excitation {
-    let mut q: Vec<f64> = evidence.position(joint).collect();
-    let range = quantile(&mut q, 0.99) - quantile(&mut q, 0.01);
     let v: Vec<f64> = evidence.velocity(joint).collect();
     let mut speeds: Vec<f64> = v.iter().map(|v| v.abs()).collect();
     let fast = quantile(&mut speeds, 0.99);
-    if range < RANGE[kind] || fast < SPEED[kind] {
+    if range(evidence, joint) < RANGE[kind] || fast < SPEED[kind] {
         return Excitation::Still;
     }
     let moving = 0.1 * fast;

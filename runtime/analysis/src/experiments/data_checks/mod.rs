@@ -57,6 +57,13 @@ pub struct Findings {
 
 /// Everything about one log with joint torques.
 pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
+    // Constants are explained by anything.
+    if excitation::nothing_moves(evidence) {
+        return vec![
+            Diagnostic::error("no joint moves: constant positions tell nothing of what the model lacks")
+                .help("record a motion in which all joints move"),
+        ];
+    }
     let mut found = channels::check(evidence);
     found.extend(excitation::check(evidence));
     found.extend(signals::check(evidence));

@@ -1,6 +1,7 @@
 //! Channels that stop telling: clipped torques, encoders that are stuck.
 use super::{Evidence, list};
 use bipedc_effects::diagnostic::Diagnostic;
+use std::ops::Range;
 
 /// Part of the samples that must lie at the limit.
 const PILE: f64 = 0.01;
@@ -27,19 +28,38 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
             found.push(Diagnostic::warning(message).help(help));
         }
     }
-    let stuck: Vec<(usize, f64, f64)> = (0..evidence.joints.len())
-        .filter_map(|joint| stretch(evidence, joint).map(|(from, to)| (joint, from, to)))
-        .collect();
-    for (joint, from, to) in stuck {
-        let name = evidence.joints[joint].0;
-        let message = format!(
-            "the position of {} does not change at all from {from:.2} s to {to:.2} s while others move",
-            list([name])
-        );
-        let help = "is its encoder stuck, or were its messages lost? leave the stretch out with --from, --to";
-        found.push(Diagnostic::warning(message).help(help));
-    }
+    found.extend(stuck(evidence));
     found
+}
+
+/// One warning for all encoders that are stuck.
+fn stuck(evidence: &Evidence<'_>) -> Option<Diagnostic> {
+    let usual: Vec<f64> =
+        (0..evidence.joints.len()).map(|joint| size(&evidence.velocity(joint).collect::<Vec<_>>())).collect();
+    let of_joint =
+        |joint| stretch(evidence, &usual, joint).map(|(from, to)| (evidence.joints[joint].0, from, to));
+    let found: Vec<(&str, f64, f64)> = (0..usual.len()).filter_map(of_joint).collect();
+    let when = |(_, from, to): &(&str, f64, f64)| format!("from {from:.2} s to {to:.2} s");
+    let message = match found.as_slice() {
+        [] => return None,
+        [one] => format!(
+            "the position of {} does not change at all {} while others move",
+            list([one.0]),
+            when(one)
+        ),
+        many => {
+            let each =
+                many.iter().map(|one| format!("`{}` {}", one.0, when(one))).collect::<Vec<_>>().join(", ");
+            format!("the positions of {} joints do not change at all while others move: {each}", many.len())
+        }
+    };
+    let help = "is an encoder stuck, or were its messages lost? leave the stretch out with --from, --to";
+    Some(Diagnostic::warning(message).help(help))
+}
+
+/// Root mean square.
+fn size(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// The value at which a signal ends on one side, if it piles up there.
@@ -59,17 +79,16 @@ fn limit(values: &[f64], sign: f64) -> Option<f64> {
     (next.is_finite() && count > STEEPER * near(next)).then_some(sign * top)
 }
 
-/// The longest stretch in which a joint's position is exactly constant while other joints move as usual.
-fn stretch(evidence: &Evidence<'_>, joint: usize) -> Option<(f64, f64)> {
+/// The longest stretch in which a joint's position is exactly constant while most of the others move as they usually do: where
+/// joints move one at a time, all but one rest by design. `usual` are their speeds.
+fn stretch(evidence: &Evidence<'_>, usual: &[f64], joint: usize) -> Option<(f64, f64)> {
     let v: Vec<f64> = evidence.velocity(joint).collect();
-    let mean =
-        |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt();
-    let usual = mean(&v);
-    if usual < 1e-3 {
+    let usual_here = usual[joint];
+    if usual_here < 1e-3 {
         return None;
     }
     // The filter spreads the rest over some samples, so that not every one is exactly still.
-    let still = |v: &f64| v.abs() < 1e-5 * usual;
+    let still = |v: &f64| v.abs() < 1e-5 * usual_here;
     let (mut best, mut first) = (0..0, None);
     for i in 0..=v.len() {
         match (v.get(i).is_some_and(still), first) {
@@ -87,12 +106,22 @@ fn stretch(evidence: &Evidence<'_>, joint: usize) -> Option<(f64, f64)> {
     if (best.len() as f64) * r.step < STUCK {
         return None;
     }
-    let others_move = (0..evidence.joints.len()).filter(|&other| other != joint).any(|other| {
-        let v: Vec<f64> = evidence.velocity(other).collect();
-        let all = mean(&v);
-        all > 1e-2 && mean(&v[best.clone()]) > 0.5 * all
-    });
-    others_move.then(|| (r.time[best.start], r.time[best.end - 1]))
+    most_move(evidence, usual, joint, best.clone()).then(|| (r.time[best.start], r.time[best.end - 1]))
+}
+
+/// Whether most of the other joints move at once, most of the time.
+fn most_move(evidence: &Evidence<'_>, usual: &[f64], joint: usize, stretch: Range<usize>) -> bool {
+    let others = (0..usual.len()).filter(|&other| other != joint && usual[other] > 1e-2);
+    let others: Vec<usize> = others.collect();
+    let mut moving = vec![0; stretch.len()];
+    for &other in &others {
+        let speeds = evidence.velocity(other).skip(stretch.start);
+        for (count, v) in moving.iter_mut().zip(speeds) {
+            *count += usize::from(v.abs() > 0.2 * usual[other]);
+        }
+    }
+    let samples = moving.iter().filter(|count| 2 * **count > others.len()).count();
+    2 * samples > stretch.len()
 }
 
 #[cfg(test)]

@@ -1,0 +1,68 @@
+//! What an answer states beside the search: the errors step by step in all channels, units, and the channel that tells most.
+use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, StepErrors, errors, summary};
+use bipedc_analysis::experiments::Experiment;
+use bipedc_effects::effect::Effect;
+use std::collections::BTreeMap;
+
+/// Notes how the errors fell with every step, in each kind of channel, and puts units right.
+pub(super) fn state(answer: &mut Diagnosis, train: &dyn Experiment, judge: Option<&dyn Experiment>) {
+    units(answer, train);
+    answer.step_errors.clear();
+    // Corrections of bodies belong to all effects together: then no effect has an error of its own.
+    if answer.inertial_corrections.is_empty() {
+        let effects: Vec<Effect> = answer.estimated().cloned().collect();
+        let standing = answer.standing.len();
+        let all: Vec<_> = (0..=answer.steps.len())
+            .map(|count| errors(train, judge, &effects[..standing + count]))
+            .collect();
+        let fall = |(name, [was, is]): (&String, [&ErrorFall; 2])| (name.clone(), [was.after, is.after]);
+        let falls = |was: &BTreeMap<String, ErrorFall>, is: &BTreeMap<String, ErrorFall>| {
+            let both = was.iter().filter_map(|(name, was)| Some((name, [was, is.get(name)?])));
+            both.map(fall).collect()
+        };
+        answer.step_errors = all
+            .windows(2)
+            .map(|pair| StepErrors {
+                held_out: falls(&pair[0].rms, &pair[1].rms),
+                training: falls(&pair[0].rms_training, &pair[1].rms_training),
+            })
+            .collect();
+    }
+    answer.summary = said(answer);
+}
+
+/// Rows of one kind may have different units: sliding joints beside turning ones.
+fn units(answer: &mut Diagnosis, experiment: &dyn Experiment) {
+    for falls in [&mut answer.rms, &mut answer.rms_training] {
+        for (kind, fall) in falls {
+            let mut own =
+                experiment.rows().iter().filter(|row| row.channel.name() == kind).map(|row| row.unit);
+            let Some(first) = own.next() else { continue };
+            // Velocities behind an impact are of both kinds always, which their unit says.
+            if own.clone().all(|unit| unit == first) {
+                first.clone_into(&mut fall.unit);
+            } else if !fall.unit.contains(", ") {
+                "mixed".clone_into(&mut fall.unit);
+            }
+        }
+    }
+}
+
+/// The sentences, about the channel in which the error fell.
+fn said(answer: &Diagnosis) -> String {
+    const HEAD: &str = "Held-out error ";
+    let told = answer.telling_channel();
+    let fall = told.and_then(|kind| Some((kind, answer.rms.get(kind)?)));
+    let mut text = match fall {
+        Some((kind, fall)) if fall.before != answer.rms_before => {
+            let of_kind = Diagnosis { rms_before: fall.before, rms_after: fall.after, ..answer.clone() };
+            let name = kind.replace('_', " ");
+            summary(&of_kind).replacen(HEAD, &format!("Held-out error of the {name} "), 1)
+        }
+        _ => summary(answer),
+    };
+    if answer.rms.values().any(|fall| fall.unit == "mixed") {
+        text = text.replace(" mixed", " (mixed units)");
+    }
+    text
+}
