@@ -2,7 +2,7 @@
 mod commands;
 mod terminal;
 
-use clap::Parser;
+use clap::{Command, CommandFactory, FromArgMatches, Parser};
 use std::process::ExitCode;
 use terminal::{failure, interruption, output};
 
@@ -27,7 +27,7 @@ A ROBOT is a folder with `robot.urdf` and `biped.toml`, or one of these files. U
 Results never overwrite what they were made from; files appear whole or not at all.
 Exit codes: 0 done, 1 an error in the input (said on the error stream), 2 wrong usage.";
 
-/// The model compiler for walking robots: a URDF in, specialised allocation-free Rust out
+/// Finds out what the model of a walking robot lacks, where and how large, from its logs; and compiles the model to allocation-free Rust
 #[derive(Parser)]
 #[command(name = "bipedc", version, after_help = EXAMPLES, arg_required_else_help = true)]
 pub(crate) struct Cli {
@@ -35,8 +35,19 @@ pub(crate) struct Cli {
     command: commands::Command,
 }
 
+/// The command line; help is as wide as the terminal, and 80 columns where none is known: in a pager, most of all.
+fn command() -> Command {
+    const UNKNOWN: usize = 80;
+    let told = std::env::var("COLUMNS").is_ok_and(|columns| columns.parse::<usize>().is_ok());
+    let known = told || terminal_size::terminal_size().is_some();
+    if known { Cli::command() } else { Cli::command().term_width(UNKNOWN) }
+}
+
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::from_arg_matches(&command().get_matches()) {
+        Ok(cli) => cli,
+        Err(error) => error.exit(),
+    };
     bipedc_effects::input::keep_pipes();
     match interruption::watch().map_err(failure::Failure::from).and_then(|()| cli.command.run()) {
         Ok(code) => code,

@@ -30,12 +30,46 @@ fn broken_twice(help: &str, width: usize) -> Vec<String> {
     broken.map(|pair| pair.join(" ⏎ ")).collect()
 }
 
-#[test]
-fn paragraphs_are_wrapped_once() {
+/// All of them, those of `gait` and the program itself too.
+fn all_commands() -> Vec<Vec<String>> {
     let names = commands();
     assert!(names.len() >= 14 && names.contains(&"log".to_owned()), "{names:?}");
-    let all = names.iter().map(|name| vec![name.as_str()]).chain([Vec::new()]);
-    for arguments in all {
+    let gait = ["capture", "cycle", "map", "new", "optimise", "plan", "robust", "step", "steps"];
+    let gait = gait.map(|name| vec!["gait".to_owned(), name.to_owned()]);
+    names.into_iter().map(|name| vec![name]).chain(gait).chain([Vec::new()]).collect()
+}
+
+/// Where nothing says how wide the terminal is, such as in a pager.
+#[test]
+fn help_has_80_columns_where_no_terminal_is() {
+    for arguments in all_commands() {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).chain(["--help"]).collect();
+        let help = run(command(&arguments).env_remove("COLUMNS")).ok().out;
+        let mut wide = help.lines().filter(|line| line.chars().count() > 80 && line.trim().contains(' '));
+        assert_eq!(wide.next(), None, "{arguments:?}");
+    }
+}
+
+/// Programs may ask every command for JSON; a script for a shell is none.
+#[test]
+fn every_command_has_json() {
+    for arguments in all_commands() {
+        let names: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        if matches!(names[..], [] | ["gait"] | ["completions"]) {
+            continue;
+        }
+        let help = help(&names, 100);
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        let keys = ["JSON: {", "JSON: the step", "JSON, of one kind", "every key", "the JSON"];
+        let told = keys.iter().any(|words| help.contains(words));
+        assert!(help.contains("--json") && told, "{names:?}: {help}");
+    }
+}
+
+#[test]
+fn paragraphs_are_wrapped_once() {
+    for arguments in all_commands() {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         for width in [80, 100] {
             let help = help(&arguments, width);
             assert!(help.contains("Examples:"), "{arguments:?}");

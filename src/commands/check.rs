@@ -18,7 +18,9 @@ Examples:
   bipedc check robots/tulip --json
 
 Prints the tree with masses (kg), the total mass, the centre of mass (m) and what is physically \
-inconsistent, all with the effects on links. All errors are printed at once; the exit code is then 1.";
+inconsistent, all with the effects on links. All errors are printed at once; the exit code is then 1.
+JSON: {\"errors\", \"warnings\": [{\"message\", \"file\", \"line\", \"column\", \"help\"}], and of a robot that reads \"robot\", \"base\", \"moving_joints\", \
+\"links\": [{\"name\", \"depth\", \"joint\", \"motion\", \"mass\" (kg)}], \"total_mass\" (kg), \"center_of_mass\" (m), \"center_of_mass_height\" (m), \"height_above\", \"inconsistencies\"}.";
 
 /// Report every problem of a robot at once, its tree and its masses
 #[derive(Args)]

@@ -12,7 +12,8 @@ Examples:
   bipedc completions zsh > ~/.zfunc/_bipedc          with ~/.zfunc in fpath
   bipedc completions fish > ~/.config/fish/completions/bipedc.fish
 
-A new shell then completes commands, options, kinds and files at the tabulator key.";
+A new shell then completes commands, options, kinds and files at the tabulator key. What is printed is a script: of all \
+commands this one alone has no --json.";
 
 /// Print a script with which a shell completes commands and options
 #[derive(Args)]

@@ -16,7 +16,9 @@ Examples:
   bipedc effects coulomb_friction    its law, what it looks like
   bipedc effects --json
 
-An effect is written as an [[effect]] table in biped.toml: by hand or by `bipedc amend`.";
+An effect is written as an [[effect]] table in biped.toml: by hand or by `bipedc amend`.
+JSON, of one kind or a list of all: {\"kind\", \"title\", \"place\", \"meaning\", \"law\", \"symptom\", \"experiment\", \"example\", \
+\"parameters\": [{\"name\", \"unit\", \"meaning\", \"bounds\", \"default\", \"plausible\"}], \"confounders\": [{\"kind\", \"experiment\"}]}.";
 
 /// List the physical effects that can be added to a model
 #[derive(Args)]

@@ -33,7 +33,8 @@ A state (the file holds one, or an array of them; whatever is missing is zero):
 Base rates, force and torque are in the base's axes; its accelerations are the time derivatives of those twist \
 components. `forces` are at the contact points, world axes, N. A key `expected` is ignored.
 --json: {\"function\", \"rows\", \"columns\", \"row_units\", \"values\": one array, or array of rows, per state}.
-`bipedc inspect ROBOT` lists the functions.";
+`bipedc inspect ROBOT` lists the functions.
+JSON: {\"function\", \"rows\", \"columns\", \"row_units\", \"values\": [one for each state, row by row]}.";
 
 /// Evaluate a derived function at states from a JSON file
 #[derive(Args)]

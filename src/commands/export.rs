@@ -6,6 +6,7 @@ use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
 use bipedc_effects::files::write;
 use clap::Args;
+use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -18,7 +19,8 @@ Links get the masses, centres of mass and inertias that they have with the effec
 inertia_error, inertial_correction), joints the damping (N m s/rad) and friction (N m) of viscous_friction and coulomb_friction as \
 <dynamics>. Everything else of the URDF stays byte for byte, comments too. MJCF (MuJoCo) also has rotor_inertia as armature and \
 parallel_spring, contact points as spheres of 1 mm on a floor, a motor for every actuated joint; shapes and meshes it has not. What a \
-format has no words for is listed.";
+format has no words for is listed.
+JSON: {\"urdf\", \"mjcf\": null, or {\"file\", \"left_out\" (effects)}, of a URDF also \"links\" and \"joints\" with other numbers}.";
 
 /// Write the robot with what was amended as a URDF or as MJCF
 #[derive(Args)]
@@ -33,6 +35,26 @@ pub struct Export {
     /// MuJoCo model to write
     #[arg(long, value_name = "OUT.xml")]
     mjcf: Option<PathBuf>,
+    /// Print what was written as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was written.
+#[derive(Serialize, Default)]
+struct Json {
+    urdf: Option<Written>,
+    mjcf: Option<Written>,
+}
+
+#[derive(Serialize)]
+struct Written {
+    file: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    links: Option<Vec<String>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joints: Option<Vec<String>>,
+    left_out: Vec<String>,
 }
 
 impl Export {
@@ -49,31 +71,39 @@ impl Export {
         // Both are made before one is written.
         let urdf = self.urdf.as_ref().map(|_| export::urdf(bench.robot())).transpose()?;
         let mjcf = self.mjcf.as_ref().map(|_| export::mjcf(bench.robot())).transpose()?;
-        if let (Some(file), Some(exported)) = (&self.urdf, &urdf) {
+        let (mut json, mut words) = (Json::default(), String::new());
+        if let (Some(file), Some(exported)) = (&self.urdf, urdf) {
             write(file, &exported.urdf)?;
-            left_out("a URDF", &exported.left_out);
-            output::print(&format!(
-                "wrote {}: other numbers for {}; {}\n",
-                file.display(),
-                count(&exported.links, "link"),
-                count(&exported.joints, "joint")
-            ))?;
+            let (links, joints) = (count(&exported.links, "link"), count(&exported.joints, "joint"));
+            words += &format!("wrote {}: other numbers for {links}; {joints}\n", file.display());
+            let (links, joints) = (Some(exported.links), Some(exported.joints));
+            let left_out = left_out("a URDF", &exported.left_out);
+            json.urdf = Some(Written { file: file.display().to_string(), links, joints, left_out });
         }
-        if let (Some(file), Some(exported)) = (&self.mjcf, &mjcf) {
+        if let (Some(file), Some(exported)) = (&self.mjcf, mjcf) {
             write(file, &exported.mjcf)?;
-            left_out("MJCF", &exported.left_out);
-            output::print(&format!("wrote {}\n", file.display()))?;
+            words += &format!("wrote {}\n", file.display());
+            let left_out = left_out("MJCF", &exported.left_out);
+            json.mjcf =
+                Some(Written { file: file.display().to_string(), links: None, joints: None, left_out });
+        }
+        if self.json {
+            output::print_json(&json)?
+        } else {
+            output::print(&words)?
         }
         Ok(ExitCode::SUCCESS)
     }
 }
 
-fn left_out(format: &str, effects: &[Effect]) {
-    if !effects.is_empty() {
-        let list: Vec<String> = effects.iter().map(Effect::to_string).collect();
+/// Warns of effects that a format has no words for, and names them.
+fn left_out(format: &str, effects: &[Effect]) -> Vec<String> {
+    let list: Vec<String> = effects.iter().map(Effect::to_string).collect();
+    if !list.is_empty() {
         let warning = Diagnostic::warning(format!("{format} has no words for: {}", list.join(", ")));
         output::diagnostics(&[warning.help("they stay in biped.toml")]);
     }
+    list
 }
 
 fn count(names: &[String], what: &str) -> String {

@@ -13,6 +13,8 @@ use bipedc_compiler::emit::{GaitCode, Package, Runtime};
 use bipedc_compiler::robot::RobotGait;
 use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
+use serde::Serialize;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -29,7 +31,8 @@ Examples:
 With --out the crate has the small runtime that it needs in its folder; with --runtime two crates of one program share one.
 The crate is `no_std` and never allocates. What it holds is chosen by `[generate]` in biped.toml; by default \
 everything. The crate is written whole or not at all; files that bipedc did not generate stay. --check writes nothing: it names \
-missing, changed (stale or edited) and extra files, exit code 1.";
+missing, changed (stale or edited) and extra files, exit code 1.
+JSON: {\"folder\", \"functions\": [{\"name\", \"rows\", \"columns\", \"operations\"}], \"files\", \"bytes\", \"seconds\"}; with --check {\"folder\", \"up_to_date\", \"files\", \"missing\", \"changed\", \"extra\": [file]}.";
 
 /// Write a robot's equations of motion as a Rust crate
 #[derive(Args)]
@@ -58,6 +61,38 @@ pub struct Generate {
     /// Then compare the model's torques with this log, as `bipedc compare` does
     #[arg(long, value_name = "LOG.csv", conflicts_with = "check")]
     compare: Option<PathBuf>,
+    /// Print what was written, or what differs, as JSON
+    #[arg(long, conflicts_with = "compare")]
+    json: bool,
+}
+
+/// What was written.
+#[derive(Serialize)]
+struct Json {
+    folder: String,
+    functions: Vec<Costs>,
+    files: usize,
+    bytes: usize,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct Costs {
+    name: String,
+    rows: usize,
+    columns: usize,
+    operations: usize,
+}
+
+/// What a crate is compared with.
+#[derive(Serialize)]
+struct Differs<'a> {
+    folder: String,
+    up_to_date: bool,
+    files: usize,
+    missing: &'a [String],
+    changed: &'a [String],
+    extra: &'a [String],
 }
 
 impl Generate {
@@ -74,7 +109,7 @@ impl Generate {
         let runtime = runtime_dependency(self.runtime.as_deref(), &out)?;
         output::diagnostics(&robot.without_inertia()?);
         if self.controller {
-            return self.controller(&bench, runtime, &out);
+            return self.controller(&bench, runtime, &out, started);
         }
         let compiled = spin("deriving", || robot.compile())?;
         let gait = self.gait.as_deref().map(|name| spin("deriving", || robot.gait(name))).transpose()?;
@@ -85,16 +120,8 @@ impl Generate {
             return self.difference(&package, &out);
         }
         self.write((&bench, gait.as_ref()), &package, &out)?;
-        let bytes: usize = package.files.values().map(String::len).sum();
         let all = std::iter::once(&compiled).chain(gait.as_ref().map(RobotGait::model));
-        let count: usize = all.clone().map(|model| model.functions.len()).sum();
-        output::print(&format!(
-            "{}\n{}: {count} functions, {} files, {bytes} bytes, {:.2} s\n",
-            all.map(functions).collect::<Vec<_>>().join("\n"),
-            out.display(),
-            package.files.len(),
-            started.elapsed().as_secs_f64(),
-        ))?;
+        self.said(&package, &out, all.collect::<Vec<_>>().as_slice(), started)?;
         match self.compare {
             Some(log) => {
                 output::print(&format!(
@@ -108,7 +135,7 @@ impl Generate {
     }
 
     /// The crate of a controller.
-    fn controller(&self, bench: &Workbench, runtime: Runtime, out: &Path) -> Outcome {
+    fn controller(&self, bench: &Workbench, runtime: Runtime, out: &Path, started: Instant) -> Outcome {
         let robot = bench.robot();
         let (stated, numbers) = robots_own(robot)?;
         let source = source_name(&self.robot.path);
@@ -120,9 +147,32 @@ impl Generate {
             bench.ledger().reads("the numbers of the walk", &numbers);
         }
         self.write((bench, None), &package, out)?;
-        let bytes: usize = package.files.values().map(String::len).sum();
-        output::print(&format!("{}: {} files, {bytes} bytes\n", out.display(), package.files.len()))?;
+        self.said(&package, out, &[], started)?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// What was written, for people or programs.
+    fn said(
+        &self,
+        package: &Package,
+        out: &Path,
+        all: &[&CompiledModel],
+        started: Instant,
+    ) -> io::Result<()> {
+        let bytes: usize = package.files.values().map(String::len).sum();
+        let (files, seconds, folder) =
+            (package.files.len(), started.elapsed().as_secs_f64(), out.display().to_string());
+        if self.json {
+            let functions = all.iter().flat_map(|model| &model.functions).map(Costs::of).collect();
+            return output::print_json(&Json { folder, functions, files, bytes, seconds });
+        }
+        if all.is_empty() {
+            return output::print(&format!("{folder}: {files} files, {bytes} bytes\n"));
+        }
+        let count: usize = all.iter().map(|model| model.functions.len()).sum();
+        let tables: Vec<String> = all.iter().map(|model| functions(model)).collect();
+        let last = format!("{folder}: {count} functions, {files} files, {bytes} bytes, {seconds:.2} s");
+        output::print(&format!("{}\n{last}\n", tables.join("\n")))
     }
 
     fn write(
@@ -145,6 +195,19 @@ impl Generate {
 
     fn difference(&self, package: &Package, out: &Path) -> Outcome {
         let difference = package.compare(out)?;
+        if self.json {
+            output::print_json(&Differs {
+                folder: out.display().to_string(),
+                up_to_date: difference.is_empty(),
+                files: package.files.len(),
+                missing: &difference.missing,
+                changed: &difference.changed,
+                extra: &difference.extra,
+            })?;
+        }
+        if difference.is_empty() && self.json {
+            return Ok(ExitCode::SUCCESS);
+        }
         if difference.is_empty() {
             output::print(&format!("{} is up to date ({} files)\n", out.display(), package.files.len()))?;
             return Ok(ExitCode::SUCCESS);
@@ -180,6 +243,17 @@ impl Generate {
             self.robot.path.display(),
             out.display()
         )
+    }
+}
+
+impl Costs {
+    fn of(function: &Function) -> Self {
+        Self {
+            name: function.name.clone(),
+            rows: function.rows.len(),
+            columns: function.columns.len(),
+            operations: function.operations.total(),
+        }
     }
 }
 

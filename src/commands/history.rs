@@ -96,7 +96,8 @@ impl History {
         let robot = description.parent().and_then(Path::file_name).unwrap_or_default();
         let robot = robot.to_string_lossy().into_owned();
         let title = format!("{}: what was added, and how the error fell", description.display());
-        write(&Report { title, robot, history: report::steps(history), ..Report::default() }, file)?;
+        let (history, changes) = (report::steps(history), report::changes(history));
+        write(&Report { title, robot, history, changes, ..Report::default() }, file)?;
         output::remark(&format!("wrote {}", file.display()));
         Ok(())
     }

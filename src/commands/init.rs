@@ -1,18 +1,21 @@
 //! `bipedc init`: a first description beside a URDF.
 use crate::terminal::failure::Outcome;
+use crate::terminal::next::Typed;
 use crate::terminal::output;
 use bipedc_compiler::description::{DESCRIPTION_FILE, init};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::{Ledger, write};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const EXAMPLES: &str = "\
 Examples:
   bipedc init my_robot/robot.urdf        writes my_robot/biped.toml
+  bipedc init my_robot/robot.urdf --force --json
 
-Base, feet, sides and symmetric pairs are guessed from names and kinematics: check every line.";
+Base, feet, sides and symmetric pairs are guessed from names and kinematics: check every line.
+JSON: {\"wrote\", \"next\" (a command)}.";
 
 /// Write a first, commented `biped.toml` beside a URDF
 #[derive(Args)]
@@ -24,6 +27,9 @@ pub struct Init {
     /// Replace a `biped.toml` that is there
     #[arg(long)]
     force: bool,
+    /// Print what was written as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 impl Init {
@@ -49,10 +55,8 @@ impl Init {
         write(&path, &text)?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| ".".to_owned(), |folder| folder.display().to_string());
-        output::print(&format!(
-            "wrote {}\nnext: check its guesses, then bipedc check {folder}\n",
-            path.display()
-        ))?;
+        let next = Typed::command("check").path(Path::new(&folder)).because("check its guesses, then");
+        output::written(&path, &next, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
 }

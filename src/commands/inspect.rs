@@ -23,7 +23,10 @@ Examples:
 
 Operations: additions, multiplications, divisions and square roots count 1, fused multiply-adds 2; sines and \
 cosines are listed apart. In formulas `knee` is a joint's position (rad), `knee'` its velocity, `knee''` its \
-acceleration.";
+acceleration.
+JSON: {\"robot\", \"functions\": [{\"name\", \"function\", \"subject\", \"arguments\", \"shape\", \"rows\", \"columns\", \"row_units\", \"operations\"}]}; of one function \
+its entry with \"shared\": [{\"name\", \"formula\"}] and \"formulas\": [{\"row\", \"column\", \"formula\"}]; of base parameters {\"rank\", \"columns\", \
+\"parameters\": [{\"leading\", \"combination\", \"text\", \"unit\", \"value\"}], \"unidentifiable\", \"assumed_right_angles\", \"primes\"}.";
 
 /// Formulas are shown up to so many operations; longer ones nobody reads.
 const READABLE: usize = 60;

@@ -33,6 +33,7 @@ A scenario, all keys of which docs/simulation.md explains:
   sines = [[0.2, 0.5, 0.0]]  # amplitude (rad), frequency (Hz), phase (rad)
   [ground]
   friction = 0.7
+  shapes = true              # links that are no feet touch the ground too
   [[effect]]                 # hidden: in the robot, not in its description
   kind = \"coulomb_friction\"
   joint = \"left_knee_pitch\"
@@ -51,7 +52,7 @@ Otherwise rigid ground, dry friction and impacts are solved together in every st
 has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log \
 up to there is kept.
 JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \"not_converged\" (steps), \"contacts\", \
-\"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"wall_time\" (s), \"real_time_factor\", \"log\"}; \
+\"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"fall\": null or {\"time\" (s), \"cause\": \"touch\", \"lean\" or \"height\", \"link\"}, \"wall_time\" (s), \"real_time_factor\", \"log\"}; \
 event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\", \
 \"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}], \
 \"projected\": {\"position\", \"velocity\"} (onto the contacts of the first phase), \

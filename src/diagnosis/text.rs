@@ -1,6 +1,7 @@
 //! A diagnosis for people: words, then tables.
 use crate::table::table;
 use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, FoundEffect};
+use bipedc_analysis::number::four_decimals;
 use std::fmt::Write as _;
 
 /// The answer for people: words, then tables.
@@ -56,7 +57,7 @@ fn whole_log(d: &Diagnosis) -> String {
 /// Errors by row; where joints stick, also without the samples at which they do.
 fn errors(d: &Diagnosis) -> String {
     let sticks = d.rows.values().any(|fall| fall.after_moving.is_some());
-    let number = |x: f64| format!("{x:.4}");
+    let number = four_decimals;
     let row = |name: &str, fall: &ErrorFall| {
         let moving = number(fall.after_moving.unwrap_or(fall.after));
         let mut cells = vec![name.to_owned(), number(fall.before), number(fall.after)];
@@ -73,8 +74,13 @@ fn errors(d: &Diagnosis) -> String {
     table(&columns, rows.chain(all).collect(), 1)
 }
 
+/// Five decimals as long as they show something.
+fn value(x: f64) -> String {
+    if x == 0.0 || x.abs() >= 1e-4 { format!("{x:.5}") } else { format!("{x:.2e}") }
+}
+
 fn bound(x: f64) -> String {
-    if x.is_finite() { format!("{x:.5}") } else { "unknown".to_owned() }
+    if x.is_finite() { value(x) } else { "unknown".to_owned() }
 }
 
 /// Of a link: the changes that the data tell.
@@ -105,7 +111,7 @@ fn effect_rows(found: &FoundEffect) -> Vec<Vec<String>> {
                 first(effect.kind.name.to_owned()),
                 first(effect.location.to_string()),
                 name.clone(),
-                format!("{:.5}", effect.value(name)),
+                value(effect.value(name)),
                 bound(*low),
                 bound(*high),
                 effect.unit(name).to_owned(),
@@ -113,4 +119,25 @@ fn effect_rows(found: &FoundEffect) -> Vec<Vec<String>> {
             ]
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_numbers_show_something() {
+        assert_eq!([0.0, 0.40021, -1.2e-7].map(value), ["0.00000", "0.40021", "-1.20e-7"]);
+        let fall = |before: f64| ErrorFall {
+            unit: "m".to_owned(),
+            before,
+            after: before,
+            noise: 2e-4,
+            before_moving: None,
+            after_moving: None,
+        };
+        let rows = [("foot/heel/height".to_owned(), fall(3.1e-6))].into();
+        let text = errors(&Diagnosis { rows, ..Diagnosis::default() });
+        assert!(text.contains("3.10e-6") && text.contains("2.00e-4") && !text.contains("0.0000"), "{text}");
+    }
 }

@@ -4,7 +4,9 @@ pub(crate) mod meshes;
 mod parts;
 mod poses;
 mod record;
+mod touching;
 
 pub use parts::{parts, side_of_bodies};
 pub use poses::poses;
 pub use record::Recorder;
+pub use touching::touching_points;

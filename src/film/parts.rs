@@ -22,7 +22,7 @@ pub fn parts(robot: &Robot, tree: &Tree, sides: &[Option<Side>]) -> Vec<FilmPart
     let size = size(tree);
     let mut parts: Vec<FilmPart> = Vec::new();
     let folder = robot.sources.urdf_path.parent().unwrap_or(Path::new(""));
-    for (link, form, placement) in solids(&robot.sources.urdf_text, folder) {
+    for (link, form, placement) in solids(&robot.sources.urdf_text, folder, ["visual", "collision"]) {
         let Some(frame) = tree.links.iter().find(|frame| frame.name == link) else { continue };
         let form = placed(form, &frame.placement.then(&placement));
         let [low, high] = bounds(form.corners().iter());
@@ -49,7 +49,7 @@ pub fn parts(robot: &Robot, tree: &Tree, sides: &[Option<Side>]) -> Vec<FilmPart
 }
 
 /// Least and largest coordinates.
-fn bounds<'a>(corners: impl Iterator<Item = &'a [f64; 3]>) -> [[f64; 3]; 2] {
+pub(super) fn bounds<'a>(corners: impl Iterator<Item = &'a [f64; 3]>) -> [[f64; 3]; 2] {
     corners.fold([[f64::MAX; 3], [f64::MIN; 3]], |[low, high], corner| {
         [[0, 1, 2].map(|k| low[k].min(corner[k])), [0, 1, 2].map(|k| high[k].max(corner[k]))]
     })
@@ -73,15 +73,15 @@ pub fn side_of_bodies(tree: &Tree, feet: &[Foot]) -> Vec<Option<Side>> {
     carried.into_iter().map(side).collect()
 }
 
-/// Link, shape and its place in the link's frame.
-fn solids(urdf: &str, folder: &Path) -> Vec<(String, Form, Placement)> {
+/// Link, shape and its place in the link's frame; of the first of these elements that a link has.
+pub(super) fn solids(urdf: &str, folder: &Path, tags: [&str; 2]) -> Vec<(String, Form, Placement)> {
     // What cannot be read here was read by the front end's more tolerant reader; such robots are drawn as lines.
     let Ok(document) = roxmltree::Document::parse(urdf) else { return Vec::new() };
     let named = |node: &Node<'_, '_>, tag: &str| node.tag_name().name() == tag;
     let mut found = Vec::new();
     for link in document.root_element().children().filter(|node| named(node, "link")) {
         let Some(name) = link.attribute("name") else { continue };
-        for tag in ["visual", "collision"] {
+        for tag in tags {
             let before = found.len();
             for shape in link.children().filter(|node| named(node, tag)) {
                 let part = |tag: &str| shape.children().find(|node| named(node, tag));
@@ -258,6 +258,7 @@ mod tests {
             <collision><geometry><sphere radius="1"/></geometry></collision></link>
             <link name="b"><visual><geometry><mesh filename="b.stl"/></geometry></visual>
             <collision><geometry><sphere radius="0.5"/></geometry></collision></link></robot>"#;
+        let solids = |urdf, folder| solids(urdf, folder, ["visual", "collision"]);
         let found = solids(urdf, Path::new("/no/such/folder"));
         let names: Vec<&str> = found.iter().map(|(link, ..)| link.as_str()).collect();
         assert_eq!(names, ["a", "b"]);

@@ -2,14 +2,17 @@
 pub mod drawing;
 mod words;
 
-use crate::amendment::history::{History, Stair};
+use crate::amendment::comments;
+use crate::amendment::history::{Action, Change, History, Stair, Step};
 use crate::measurements::{Content, Loaded, Measured};
 use bipedc_analysis::diagnose::{Diagnosis, ErrorFall};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::identify::Identification;
 use bipedc_analysis::identify::elastic::DriveSummary;
 use bipedc_analysis::number::worst_first;
-use bipedc_analysis::report::{Abscissa, Drawing, Estimated, Fact, HistoryStep, Report, Row, rows_of};
+use bipedc_analysis::report::{
+    Abscissa, ChangeLine, Drawing, Estimated, Fact, HistoryStep, Report, Row, rows_of,
+};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostic;
 use drawing::drawing;
@@ -176,6 +179,43 @@ pub fn steps(history: &History) -> Vec<HistoryStep> {
         HistoryStep { label: stair.label, date: stair.date, training, held_out }
     };
     history.stairs().into_iter().map(step).collect()
+}
+
+/// Everything that was done to a description, with all numbers.
+pub fn changes(history: &History) -> Vec<ChangeLine> {
+    let of = |step: &Step| -> Vec<ChangeLine> {
+        let line = |change: &Change| {
+            let action = match change.action {
+                Action::Added => "added",
+                Action::Replaced => "replaced",
+                Action::Removed => "removed",
+            };
+            let taken_back = if step.stands() { "" } else { ", taken back" };
+            ChangeLine {
+                step: step.step,
+                date: comments::day(&step.date).to_owned(),
+                action: format!("{action}{taken_back}"),
+                effect: comments::title(&change.effect),
+                parameters: values(change),
+            }
+        };
+        step.changes.iter().map(line).collect()
+    };
+    history.steps.iter().flat_map(of).collect()
+}
+
+/// Such as `torque 0.4002 N m (95 %: 0.3982 to 0.4022)`.
+fn values(change: &Change) -> Vec<String> {
+    let effect = &change.effect;
+    let formula = effect.torque.iter().map(|torque| format!("torque = {torque}"));
+    let value = |(name, value): (&String, &f64)| {
+        let words = format!("{name} {}", comments::quantity(*value, effect.unit(name)));
+        match change.ci95.get(name) {
+            Some([low, high]) => format!("{words} ({})", comments::sure(*low, *high)),
+            None => words,
+        }
+    };
+    formula.chain(effect.parameters.iter().map(value)).collect()
 }
 
 /// The same for a robot's folder or `biped.toml`; none where nothing was ever amended or the history is damaged:

@@ -14,11 +14,16 @@ struct Group<'r> {
     numbers: Vec<Vec<String>>,
 }
 
+/// Sentences of a row that stand in the summary: the strongest. All of them stand beside the row's plots.
+const MOST_SENTENCES: usize = 2;
+
 /// What is left in each row: a paragraph for those of which the same is to be said, quiet rows at the end.
 pub(super) fn grouped(rows: &[Row]) -> String {
     let mut groups: Vec<Group<'_>> = Vec::new();
     for row in rows.iter().filter(|row| !row.note.is_empty()) {
-        let (template, numbers) = taken_apart(&row.note.replace(&format!("{}: ", row.name), ""));
+        let note = row.note.replace(&format!("{}: ", row.name), "");
+        let note = note.split(". ").take(MOST_SENTENCES).collect::<Vec<_>>().join(". ");
+        let (template, numbers) = taken_apart(&note);
         let same = |group: &&mut Group<'_>| {
             group.template == template && (numbers.len() <= MOST_SPANS || group.numbers[0] == numbers)
         };

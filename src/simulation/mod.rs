@@ -8,6 +8,7 @@ mod log;
 mod robust;
 mod run;
 mod stepping;
+mod touching;
 mod trial;
 mod walking;
 
@@ -23,7 +24,9 @@ use bipedc_analysis::simulate::control::POINT_FUNCTIONS;
 use bipedc_analysis::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
 use bipedc_analysis::simulate::{FUNCTIONS, Plant, World};
 use bipedc_compiler::compile::{CompiledModel, Function, FunctionRequest, ProgramModel};
-use bipedc_compiler::description::model::{Contact, ContactPart, Phase, RobotDescription};
+use bipedc_compiler::description::model::{
+    Contact, ContactPart, Foot as DescribedFoot, Phase, RobotDescription,
+};
 use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -43,6 +46,7 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         |name: &str| of_urdf(name).and_then(|joint| joint.position_limits).map(|(low, high)| [low, high]);
     Ok(Plant {
         feet: feet(description),
+        shapes: Vec::new(),
         links: description.links.iter().map(|link| link.name.clone()).collect(),
         position_limits: tree.joints.iter().map(|joint| limits(&joint.name)).collect(),
         effort_limits: tree
@@ -124,7 +128,17 @@ fn as_built(robot: &Robot, hidden: &[Effect], smooth: bool) -> Result<Robot, Dia
 fn stepping_requests(robot: &Robot, more: &[&str]) -> Result<Vec<FunctionRequest>, Diagnostic> {
     let touches = !robot.description.feet.is_empty() && robot.tree()?.base != BaseKind::Fixed;
     let functions = if touches { &FUNCTIONS[..] } else { &FUNCTIONS[..2] };
-    Ok(functions.iter().chain(more).map(|family| request(family, None)).collect())
+    let mut requests: Vec<_> = functions.iter().chain(more).map(|family| request(family, None)).collect();
+    if touches {
+        requests.extend(sole_wishes(&robot.description));
+    }
+    Ok(requests)
+}
+
+/// How the soles are turned, for the moments on them.
+fn sole_wishes(description: &RobotDescription) -> Vec<FunctionRequest> {
+    let of = |foot: &DescribedFoot| request("rotation", Some(&foot.link));
+    distinct(description.feet.iter().map(of).collect())
 }
 
 /// The robot under another gravity, on a slope: gravity is turned instead of the ground.
@@ -212,6 +226,7 @@ fn phase_wishes(description: &RobotDescription) -> Vec<FunctionRequest> {
     let mut requests: Vec<FunctionRequest> =
         POINT_FUNCTIONS.iter().map(|family| request(family, None)).collect();
     requests.push(request("inverse_dynamics", None));
+    requests.extend(sole_wishes(description));
     for phase in &description.phases {
         requests.push(request("constrained_dynamics", Some(&phase.name)));
         if !phase.impact.is_empty() {

@@ -2,6 +2,7 @@
 use super::chosen::WalkedSpeeds;
 use super::footsteps::{FootstepSummary, Footsteps};
 use super::gait::Walker;
+use super::touching::touching;
 use super::{in_world, plant, stepping, walking};
 use crate::progress::Run;
 use bipedc_analysis::report::Film;
@@ -20,6 +21,8 @@ use std::time::Instant;
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub(super) robot: Robot,
+    /// The robot with contact points on other links than the feet, where the scenario says so.
+    pub(super) touching: Option<Robot>,
     pub(super) plant: Plant,
     pub(super) scenario: Scenario,
     pub(super) file: PathBuf,
@@ -88,8 +91,14 @@ impl Scene {
         let footsteps = Footsteps::open(robot, &mut scenario, &file)?;
         let robot = in_world(robot.clone(), &scenario.world);
         // Sensors feel the gravity that the scenario says.
-        let plant = Plant { gravity: robot.description.gravity, ..plant };
-        Ok(Self { robot, plant, scenario, file, gait, footsteps })
+        let mut plant = Plant { gravity: robot.description.gravity, ..plant };
+        let touching = scenario.shapes.as_ref().map(|shapes| touching(&robot, shapes));
+        let touching = touching.transpose().map_err(|error| error.or_in_file(&file))?;
+        let touching = touching.map(|(robot, links)| {
+            plant.shapes = links;
+            robot
+        });
+        Ok(Self { robot, touching, plant, scenario, file, gait, footsteps })
     }
 
     /// Notes the files that were read, so that outputs do not overwrite them.

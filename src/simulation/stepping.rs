@@ -86,7 +86,7 @@ impl Scene {
 
     /// The robot as built; with the functions of its phases where virtual constraints drive it.
     fn model(&self, filmed: bool) -> Result<(ProgramModel, Vec<PhaseSpec>), Diagnostic> {
-        let Self { robot, scenario, .. } = self;
+        let (robot, scenario) = (self.touching.as_ref().unwrap_or(&self.robot), &self.scenario);
         if scenario.outputs.is_some() || self.gait.is_some() {
             return driven_model(robot, &scenario.effects, filmed);
         }
@@ -158,6 +158,10 @@ pub(super) fn text(
     if let Some(walk) = walk {
         text += &walk.to_string();
     }
+    // A controller that saw it has said so.
+    if let Some(fall) = summary.fall.as_ref().filter(|_| walk.is_none_or(|walk| walk.fell.is_none())) {
+        let _ = writeln!(text, "the robot fell at {:.3} s: {}", fall.time, fall.words());
+    }
     if summary.energy_made > 1e-9 {
         let _ =
             writeln!(text, "an impact made {:.2e} J: restitution differs by direction", summary.energy_made);
@@ -214,23 +218,33 @@ fn sentences(film: &Film, summary: &Summary, step: f64) -> String {
         let moves = if moves.is_empty() { "less than a millimetre".to_owned() } else { moves.join(", ") };
         let _ = write!(words, ". The centre of mass moves {moves}");
     }
+    if let Some(fall) = &summary.fall {
+        let _ = write!(words, ". The robot falls at {:.3} s: {}", fall.time, fall.words());
+    }
     if summary.contacts > 0 {
-        let all = film.loads.iter().flat_map(|loads| film.time.iter().zip(loads));
-        let hardest = all.max_by(|a, b| a.1.total_cmp(b.1));
-        if let Some((time, load)) = hardest.filter(|_| film.weight > 0.0) {
-            let times = load / film.weight;
-            let _ = write!(
-                words,
-                ". The largest vertical force on a foot is {load:.0} N ({times:.1} times the weight) at {time:.3} s"
-            );
-            if times > BLOW {
-                let impulse = load * 2.0 * step;
-                let _ = write!(
-                    words,
-                    "; impacts on hard ground have no finite force: it stands for an impulse of {impulse:.3} N s in two steps"
-                );
-            }
-        }
+        words += &hardest(film, step);
     }
     words + "."
+}
+
+/// The largest force on a foot; what only an impact pushes with is told as the impulse that it is.
+fn hardest(film: &Film, step: f64) -> String {
+    let of_foot = |(foot, loads): (usize, &'_ Vec<f64>)| {
+        let all = film.time.iter().copied().zip(loads.iter().copied());
+        all.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(time, load)| (foot, time, load))
+    };
+    let hardest = film.loads.iter().enumerate().filter_map(of_foot).max_by(|a, b| a.2.total_cmp(&b.2));
+    let Some((foot, time, load)) = hardest.filter(|_| film.weight > 0.0) else { return String::new() };
+    let (times, name) = (load / film.weight, film.feet.get(foot).map_or("a foot", |foot| &foot.name));
+    if times <= BLOW {
+        return format!(
+            ". The largest vertical force is {load:.0} N ({times:.1} times the weight), on {name} at {time:.3} s"
+        );
+    }
+    let impulse = load * 2.0 * step;
+    format!(
+        ". The hardest impact is an impulse of {impulse:.3} N s on {name} at {time:.3} s: what the weight gives in {:.3} s. \
+         Hard ground has no finite force at an impact: the {load:.0} N in the plots are this impulse over two steps",
+        impulse / film.weight
+    )
 }

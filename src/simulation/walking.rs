@@ -43,7 +43,7 @@ impl Scene {
         };
         let mut recorder = options.film.then(recorder).transpose()?;
         let truth = self.truth(options.truth.as_deref())?;
-        let mut log = Log::begin(out, &columns(plant, scenario)?)?;
+        let mut log = Log::begin(out, &columns(&walker.model, plant, scenario)?)?;
         let start = Instant::now();
         let walking = Walking { model: &walker.model, phases: &walker.phases, plant, scenario };
         let own_gait = self.gait.as_ref().filter(|_| own.is_none());

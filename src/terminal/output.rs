@@ -1,8 +1,10 @@
 //! Printing: results to the output stream, messages and progress to the error stream.
+use bipedc_analysis::report::NextStep;
 use bipedc_effects::diagnostic::{Diagnostic, Severity};
 use bipedc_effects::files::to_standard_output;
 use serde::Serialize;
 use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::path::Path;
 
 /// Prints a text. A reader that went away (`bipedc … | head`) has read enough: no error.
 ///
@@ -11,6 +13,17 @@ use std::io::{self, ErrorKind, IsTerminal, Write};
 pub fn print(text: &str) -> io::Result<()> {
     let mut out = stream();
     forgive(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// Says that a file was written, and which command goes on from there.
+///
+/// # Errors
+/// As [`print()`].
+pub fn written(file: &Path, next: &NextStep, json: bool) -> io::Result<()> {
+    if json {
+        return print_json(&serde_json::json!({ "wrote": file.display().to_string(), "next": next.command }));
+    }
+    print(&format!("wrote {}\nnext: {} {}\n", file.display(), next.why, next.command))
 }
 
 /// Prints a value as JSON with a line end.

@@ -55,6 +55,7 @@ impl Plan {
             points.zip(own).for_each(|(point, force)| forces[point] = force);
         }
         Sample {
+            soles: Vec::new(),
             time: row.instant.time,
             q: row.state.q.clone(),
             v: row.state.v.clone(),

@@ -200,11 +200,16 @@ fn pointer(browser: &mut Browser, last: f64) {
     assert_ne!(browser.evaluate(picture), before, "a drag turns the view");
     // Another joint, other plots.
     browser.evaluate(
-        "(() => { const s = document.getElementById('joint'); s.value = 'left_knee_pitch'; s.dispatchEvent(new Event('change')); })()",
+        "for (const box of document.querySelectorAll('#joints input')) if (box.checked !== (box.value === 'left_knee_pitch')) box.click()",
     );
     let titles =
         browser.evaluate("[...document.querySelectorAll('.plot h4')].map(h => h.textContent).join()");
     assert!(titles.as_str().unwrap().contains("Position of left_knee_pitch (rad)"), "{titles}");
+    // Several at once.
+    let count = "document.querySelectorAll('.plot').length";
+    browser.evaluate("document.querySelector('#joints input:not(:checked)').click()");
+    assert_eq!(browser.evaluate(count), 7);
+    browser.evaluate("document.querySelector('#joints input:checked').click()");
     browser.settle();
     let heads = "[...document.querySelectorAll('.plot')].map(p => Math.abs(p.plot.valToPos(Number(document.getElementById('scrub').value), 'x')\
         - parseFloat(p.plot.head.style.left)))";

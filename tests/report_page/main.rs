@@ -78,6 +78,7 @@ fn the_page_is_drawn_and_can_be_used() {
     let heading = |row: usize| format!("{}. {}", row + 1, report.rows[row].name);
     switching(&mut browser, &heading);
     zooming(&mut browser, report.rows[0].series.len());
+    several(&mut browser, &heading);
     themes(&mut browser);
     assert_quiet(&browser, &address);
 }
@@ -159,6 +160,28 @@ fn zooming(browser: &mut Browser, samples_in_all: usize) {
     let cursors = browser.evaluate(cursors);
     assert!(cursors[0].is_u64() && cursors[0] == cursors[1], "{cursors}");
     assert_eq!(browser.evaluate("document.querySelectorAll('.spot:not([hidden])').length"), 4);
+}
+
+/// Rows beside one another: by check box, by Ctrl and a click; they show the same times.
+fn several(browser: &mut Browser, heading: &dyn Fn(usize) -> String) {
+    browser.evaluate("document.querySelector('#rows button[data-row=\"0\"]').click()");
+    browser.evaluate("document.querySelector('#rows input[data-also=\"2\"]').click()");
+    browser.evaluate(
+        "document.querySelector('#rows button[data-row=\"4\"]').dispatchEvent(new MouseEvent('click', { ctrlKey: true, bubbles: true }))",
+    );
+    assert_eq!(browser.evaluate(CHOSEN), format!("{}, {}, {}", heading(0), heading(2), heading(4)));
+    let plots = "document.querySelectorAll('#time-plots .plot').length";
+    assert_eq!(browser.evaluate(plots), 6);
+    browser.evaluate("document.querySelector('[data-plot=in]').click()");
+    browser.settle();
+    let windows = "new Set([...document.querySelectorAll('#time-plots .plot')].map(p => p.plot.scales.x.max.toFixed(6))).size";
+    assert_eq!(browser.evaluate(windows), 1, "all show the same times");
+    // The first goes, the next one takes its place; a plain click shows one again.
+    browser.evaluate("document.querySelector('#rows input[data-also=\"0\"]').click()");
+    assert_eq!(browser.evaluate(CHOSEN), format!("{}, {}", heading(2), heading(4)));
+    browser.evaluate("document.querySelector('#rows button[data-row=\"0\"]').click()");
+    assert_eq!(browser.evaluate(plots), 2);
+    browser.evaluate("document.querySelector('[data-plot=reset]').click()");
 }
 
 fn themes(browser: &mut Browser) {

@@ -109,6 +109,6 @@ fn scenarios_without_meaning_are_refused() {
     refused(&walking("velocity = [{ time = 0.0, forward = 1e30 }]"), "1e30");
     refused(&walking("model = \"nowhere\""), "nowhere");
     refused(&walking("settings = \"nothing.toml\""), "nothing.toml");
-    refused(&walking("speed = 1.0"), "unknown field");
+    refused(&walking("speed = 1.0"), "unknown key `speed`");
     refused("duration = 1.0\nmethod = \"event_driven\"\n[walking]\n", "something else does too");
 }

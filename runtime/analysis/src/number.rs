@@ -70,7 +70,9 @@ pub(crate) fn with_interval(value: f64, interval: Option<[f64; 2]>) -> (String, 
     if width < 1e-6 {
         return (significant(value, 4), Some([low, high].map(|x| significant(x, 4))));
     }
-    let text = |x: f64| if x.is_finite() { signed(format!("{x:.decimals$}")) } else { "–".to_owned() };
+    let text = |x: f64| {
+        if x.is_finite() { signed(unsigned_zero(format!("{x:.decimals$}"))) } else { "–".to_owned() }
+    };
     (text(value), Some([text(low), text(high)]))
 }
 
@@ -79,10 +81,20 @@ pub(crate) fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     if !percent.is_finite() {
         "–".to_owned()
+    } else if percent > 0.0 && percent < 0.05 {
+        "<\u{a0}0.1\u{a0}%".to_owned()
     } else if percent != 0.0 && percent.abs() < 9.95 {
         format!("{}\u{a0}%", signed(format!("{percent:.1}")))
     } else {
         format!("{}\u{a0}%", signed(format!("{percent:.0}")))
+    }
+}
+
+/// What is rounded to nothing has no sign.
+fn unsigned_zero(text: String) -> String {
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
+        _ => text,
     }
 }
 
@@ -122,6 +134,8 @@ mod tests {
         assert_eq!(with_unit(0.0, "1"), "0");
         assert_eq!(with_interval(0.40216, Some([0.3971, 0.4072])).0, "0.4022");
         assert_eq!(with_interval(12.345, Some([11.0, 13.5])).1, Some(["11.0".to_owned(), "13.5".to_owned()]));
+        assert_eq!(with_interval(-0.0048, Some([-0.403, 0.393])).0, "0.00");
+        assert_eq!(percent(0.000_03), "<\u{a0}0.1\u{a0}%");
         assert_eq!(percent(0.1753), "18\u{a0}%");
         assert_eq!(percent(0.0132), "1.3\u{a0}%");
     }

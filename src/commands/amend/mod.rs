@@ -18,6 +18,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
+/// As clap has it, but broken where a terminal of 80 columns ends.
+const USAGE: &str = "bipedc amend [OPTIONS] <ROBOT> [LOG.csv] --effect <KIND>\n       bipedc amend [OPTIONS] <ROBOT> [LOG.csv] --formula <TEXT>\n       bipedc amend [OPTIONS] <ROBOT> --from <FILE.json>\n       bipedc amend [OPTIONS] <ROBOT> --undo";
+
 const EXAMPLES: &str = "\
 Examples:
   bipedc amend robots/tulip --effect coulomb_friction --joint left_knee_pitch --set torque=0.43
@@ -33,11 +36,13 @@ Examples:
 An effect stands as an [[effect]] table in biped.toml; `bipedc effects` lists the kinds with their parameters and \
 units (SI). Comments and order of the file stay. An effect of the same kind at the same place gets the new parameters, \
 unless --add. Nothing is written unless the amended description reads. Every amend is a step in history.json beside \
-the description: `bipedc history` shows them.";
+the description: `bipedc history` shows them.
+JSON: the step {\"step\", \"date\", \"tool\", \"origin\", \"changes\": [{\"action\", \"effect\", \"ci95\", \"previous\", \"error\"}], \"training\", \"validation\", \"errors\", \"note\", \
+\"before\", \"after\": {\"hash\", \"bytes\"}, \"previous_text\", \"undone\"}; what is not known is left out.";
 
 /// Add an effect to a robot's description, or take the last step back
 #[derive(Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, override_usage = USAGE)]
 #[command(group(ArgGroup::new("what").required(true).args(["effect", "formula", "from", "undo"])))]
 pub struct Amend {
     /// Folder with `biped.toml`, or that file

@@ -9,6 +9,9 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// As clap has it, but broken where a terminal of 80 columns ends.
+const USAGE: &str = "bipedc gait map [OPTIONS] --gait <NAME|FILE.toml> --speed <V>...\n                       --over <NAME=A:B:N> <ROBOT>";
+
 const MAP: &str = "\
 Examples:
   bipedc gait map robots/three_link --gait thesis --speed 1 1.5 2 --over step_length=0.1:1.4:200 --over torso_lean=-2:2:200 --svg map.svg
@@ -28,7 +31,7 @@ JSON: {\"gait\", \"robot\", \"speed_unit\", \"parameters\", \"from\", \"over\": 
 
 /// The speed at mid-stance of the next step over two parameters
 #[derive(Args)]
-#[command(after_help = MAP)]
+#[command(after_help = MAP, override_usage = USAGE)]
 pub struct Map {
     #[command(flatten)]
     robot: RobotArguments,

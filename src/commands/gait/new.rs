@@ -1,6 +1,7 @@
 //! `bipedc gait new`: a first gait file for a robot.
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
+use crate::terminal::next::Typed;
 use crate::terminal::output;
 use bipedc_compiler::description::gait::{DoubleSupport, gait_form};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -16,7 +17,8 @@ Examples:
 
 Writes the form of a gait: a phase for each [[phase]] of biped.toml, φ (on one point foot the direction to the hip, else how far the base is ahead of \
 the foot), and as outputs the joints that, with φ and the contacts, fix all others. It has no curves: `bipedc gait optimise` finds those. \
-Change what is controlled as you like; docs/gaits.md explains every key.";
+Change what is controlled as you like; docs/gaits.md explains every key.
+JSON: {\"wrote\", \"next\" (a command)}.";
 
 /// Write the form of a gait for a robot that has none, for `bipedc gait optimise` to fill
 #[derive(Args)]
@@ -33,6 +35,9 @@ pub struct New {
     /// Replace a file that is there
     #[arg(long)]
     force: bool,
+    /// Print what was written as JSON
+    #[arg(long)]
+    json: bool,
 }
 
 impl New {
@@ -47,11 +52,9 @@ impl New {
         let double = if self.knees { DoubleSupport::Knees } else { DoubleSupport::Height };
         let text = gait_form(&bench.robot().description, double)?;
         write_with_folders(&self.out, &text)?;
-        output::print(&format!(
-            "wrote {0}\nnext: bipedc gait optimise {1} --gait {0} --speed V --out NEW.toml (V in m/s)\n",
-            self.out.display(),
-            bench.path().display()
-        ))?;
+        let next = Typed::command("gait optimise").path(bench.path()).file("--gait", Some(&self.out));
+        let next = next.words(" --speed V --out NEW.toml").because("with a speed V in m/s");
+        output::written(&self.out, &next, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
 }

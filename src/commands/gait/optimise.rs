@@ -11,6 +11,9 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+/// As clap has it, but broken where a terminal of 80 columns ends.
+const USAGE: &str = "bipedc gait optimise [OPTIONS] --gait <NAME|FILE.toml> --speed <V>...\n                            --out <NEW.toml|FOLDER> <ROBOT>";
+
 const OPTIMISE: &str = "\
 Examples:
   bipedc gait optimise robots/five_link --gait optimised --speed 0.7 --out faster.toml
@@ -41,7 +44,7 @@ JSON: {\"form\", \"robot\", \"complete\", \"gaits\": [{\"speed\" (m/s), \"feasib
 
 /// Finds gaits: the least torques at a walking speed, within all limits
 #[derive(Args)]
-#[command(after_help = OPTIMISE)]
+#[command(after_help = OPTIMISE, override_usage = USAGE)]
 pub struct Optimise {
     #[command(flatten)]
     robot: RobotArguments,

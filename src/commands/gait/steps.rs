@@ -9,6 +9,11 @@ use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+/// As clap has it, but broken where a terminal of 80 columns ends.
+const CAPTURE_USAGE: &str = "bipedc gait capture [OPTIONS] --gait <NAME|FILE.toml>\n                           --speed <V|A:B:N> <ROBOT>";
+/// The same of the other command.
+const USAGE: &str = "bipedc gait steps [OPTIONS] --gait <NAME|FILE.toml>\n                         --from-speed <V|A:B:N> --to <V> <ROBOT>";
+
 const STEPS: &str = "\
 Examples:
   bipedc gait steps robots/three_link --gait thesis --from-speed 1 --to 2
@@ -39,7 +44,7 @@ whose help explains the method and the JSON.";
 
 /// The fewest steps from a speed to another, with the parameters of each step
 #[derive(Args)]
-#[command(after_help = STEPS)]
+#[command(after_help = STEPS, override_usage = USAGE)]
 pub struct Steps {
     #[command(flatten)]
     planned: Planned,
@@ -53,7 +58,7 @@ pub struct Steps {
 
 /// The fewest steps to rest at a dead centre
 #[derive(Args)]
-#[command(after_help = CAPTURE)]
+#[command(after_help = CAPTURE, override_usage = CAPTURE_USAGE)]
 pub struct Capture {
     #[command(flatten)]
     planned: Planned,

@@ -16,6 +16,7 @@ fn plant(base: BaseKind) -> Plant {
     Plant {
         layout: JointLayout { joints: vec![Joint::revolute("knee"), Joint::revolute("ankle")], base },
         feet: vec![foot("right_foot"), foot("left_foot")],
+        shapes: Vec::new(),
         links: vec!["torso".to_owned(), "right_foot".to_owned()],
         position_limits: vec![Some([-1.0, 1.0]), None],
         effort_limits: vec![Some(20.0), None],

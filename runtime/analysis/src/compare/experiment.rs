@@ -44,7 +44,10 @@ pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
             unit: row.unit.to_owned(),
             rms: rms(residual),
             max: residual.iter().fold(0.0, |max, r| max.max(r.abs())),
-            relative: measured.map(|size| rms(residual) / size),
+            // A sole on the ground measures a height of nothing.
+            relative: measured
+                .filter(|_| row.channel != crate::experiments::Channel::Sole)
+                .map(|size| rms(residual) / size),
             samples: residual.len(),
             noise: row.noise,
             rms_moving: moving.map(|moving| moving.rms()),

@@ -17,7 +17,8 @@ pub struct Channel {
     pub rms: f64,
     /// Largest absolute value of it.
     pub max: f64,
-    /// `rms` / root mean square of the logged effort; `None` (JSON: null) if that is zero.
+    /// `rms` / root mean square of the logged effort; `None` (JSON: null) if that is zero, and
+    /// for heights of soles, which measure nothing.
     pub relative: Option<f64>,
     /// How many samples count.
     pub samples: usize,

@@ -24,7 +24,7 @@ pub struct Row {
     pub rms_moving: [Option<f64>; 2],
     /// `√(rms² − (1.05 noise)²) / (root mean square of the measured values)`: what noise does not account for, as a
     /// fraction. Estimates of noise are good to some 5 %, and a small difference of squares has a large root. Errors are those
-    /// without sticking.
+    /// without sticking. NaN for heights of soles, which have no size of their own.
     pub unexplained_before: f64,
     /// The same with effects; `None` without effects.
     pub unexplained_after: Option<f64>,
@@ -82,6 +82,8 @@ impl Row {
     pub fn without_sticking(mut self, moving: [Option<f64>; 2]) -> Self {
         self.rms_moving = moving;
         let size = rms(self.series.measured.iter().copied()).max(f64::MIN_POSITIVE);
+        // A sole on the ground measures a height of nothing: no share of that is left.
+        let size = if self.channel == Channel::Sole { f64::NAN } else { size };
         let unexplained =
             |error: f64| (error * error - (NOISE_MARGIN * self.noise).powi(2)).max(0.0).sqrt() / size;
         (self.unexplained_before, self.unexplained_after) =

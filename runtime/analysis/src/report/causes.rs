@@ -29,7 +29,7 @@ pub(super) fn section(diagnosis: &Diagnosis) -> Markup {
             @if diagnosis.unexplained { (unexplained(diagnosis)) }
             @if !diagnosis.inertial_corrections.is_empty() {
                 h3 { "Inertial corrections" }
-                p.hint { "What re-estimated masses, centres of mass and inertias account for: CAD errors." }
+                p.hint { "What re-estimated masses, centres of mass and inertias account for: CAD errors. They were estimated together: what a single one removed of the error is not told apart." }
                 @for found in &diagnosis.inertial_corrections { div.correction { (card(found, None, unit)) } }
             }
             (rejected(&diagnosis.rejected))
@@ -57,12 +57,12 @@ fn card(found: &FoundEffect, step: Option<&Step>, unit: &str) -> Markup {
                 caption.hidden { "Parameters with 95 % confidence intervals" }
                 tbody { @for (name, value) in ordered(effect) { (parameter(found, name, value)) } }
             } }
-            p.shares {
+            @if found.share > 0.0 || step.is_some() { p.shares {
                 span.track aria-hidden="true" { span.fill style=(format!("--share:{:.3}", found.share.clamp(0.0, 1.0))) {} }
                 strong { (percent(found.share)) } " of the held-out squared error removed"
                 @if let Some(step) = step { "; error " (with_unit(step.before, "")) " → " (with_unit(step.after, unit)) }
-            }
-            @for doubt in &found.doubts { p.doubt { strong { "Doubt: " } (doubt) } }
+            } }
+            @for doubt in &found.doubts { p.doubt { strong { "Doubt: " } (coded(doubt)) } }
         }
     }
 }
@@ -89,13 +89,20 @@ fn parameter(found: &FoundEffect, name: &str, value: f64) -> Markup {
     let unit = found.effect.unit(name);
     let ci = found.ci95.get(name).copied();
     let (text, interval) = with_interval(value, ci);
+    // Without an interval nothing says how many digits count.
+    let known = ci.is_none_or(|ci| ci.iter().all(|x| x.is_finite()));
+    let text = if known { text } else { significant(value, 2) };
     let plausible = found.effect.plausible(name);
     html! {
         tr {
             th scope="row" title=[definition.map(|p| p.meaning)] { (name) }
             td.number { (joined(text, unit)) }
-            td { @if let Some([low, high]) = interval { "95 %: " (low) " to " (high) } @else { "set" } }
-            @if ci.is_some() { @if let Some(picture) = svg::interval(value, ci, plausible) { td.picture { (picture) } } }
+            td { @match (&interval, known) {
+                (Some([low, high]), true) => { "95 %: " (low) " to " (high) }
+                (Some(_), false) => { span.hint { "the log does not tell it" } }
+                (None, _) => { "set" }
+            } }
+            @if ci.is_some() && known { @if let Some(picture) = svg::interval(value, ci, plausible) { td.picture { (picture) } } }
         }
     }
 }
@@ -113,7 +120,7 @@ fn alternatives(groups: &[Vec<Vec<FoundEffect>>]) -> Markup {
                 ul { @for (i, alternative) in group.iter().enumerate() {
                     li { (names(alternative)) @if i == 0 { small { " (stands above)" } } }
                 } }
-                @for experiment in experiments(group) { p { strong { "To tell them apart: " } (experiment) } }
+                @for experiment in experiments(group) { p { strong { "To tell them apart: " } (coded(experiment)) } }
             }
         }
     }
@@ -201,7 +208,16 @@ pub(super) fn lines(title: &str, class: &str, texts: &[String]) -> Markup {
     html! {
         div class=(class) {
             h3 { (title) }
-            ul { @for text in texts { li { (text) } } }
+            ul { @for text in texts { li { (coded(text)) } } }
         }
     }
+}
+
+/// Text whose names and commands stand between backticks, as plain text has them.
+pub(in crate::report) fn coded(text: &str) -> Markup {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return html! { (text) };
+    }
+    html! { @for (k, part) in parts.iter().enumerate() { @if !k.is_multiple_of(2) { code { (part) } } @else { (part) } } }
 }

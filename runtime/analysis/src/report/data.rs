@@ -27,6 +27,8 @@ pub struct Report {
     pub estimates: Vec<Estimated>,
     /// Every change of the model so far, the oldest first. If empty, [`Diagnosis::steps`] make the staircase.
     pub history: Vec<HistoryStep>,
+    /// Everything that was done to the description, the oldest first.
+    pub changes: Vec<ChangeLine>,
     /// What the data could not support, besides [`Diagnosis::warnings`].
     pub warnings: Vec<String>,
     /// What was taken for granted, besides [`Diagnosis::assumptions`].
@@ -136,6 +138,21 @@ pub struct Hull {
     pub name: String,
     /// Corners, m.
     pub points: Vec<[f64; 3]>,
+}
+
+/// What became of an effect of the description, in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChangeLine {
+    /// Number of the step.
+    pub step: usize,
+    /// As noted, ISO 8601.
+    pub date: String,
+    /// Such as `added`.
+    pub action: String,
+    /// Such as `Coulomb friction at left_knee_pitch`.
+    pub effect: String,
+    /// Name and value with its unit and 95 % interval, each.
+    pub parameters: Vec<String>,
 }
 
 /// A change of the model and what it did to the error.

@@ -80,7 +80,7 @@ fn unit_of(signal: &str, effort: &'static str) -> &'static str {
 
 /// What is structured in the error, and the error by what the robot was doing.
 fn with_parts(experiment: &dyn Experiment, index: usize, mut row: Row) -> Row {
-    row.note = breakdown(experiment, index).words.join(". ");
+    row.note = sentences(&row.name, &breakdown(experiment, index).words);
     let mut states = experiment.phases();
     if row.joint.is_some()
         && let Some(velocity) = velocity_of(experiment, index)
@@ -90,4 +90,36 @@ fn with_parts(experiment: &dyn Experiment, index: usize, mut row: Row) -> Row {
     }
     let shown = states.into_iter().filter(|(_, chosen)| chosen.contains(&true));
     shown.fold(row, |row, (name, chosen)| row.with_part(name, |i| chosen.get(i).copied().unwrap_or(false)))
+}
+
+/// Said of one row: its name first, then one sentence after the other.
+fn sentences(name: &str, words: &[String]) -> String {
+    let own = format!("{name}: ");
+    let mut text = String::new();
+    for (k, sentence) in words.iter().enumerate() {
+        let bare = sentence.strip_prefix(&own).unwrap_or(sentence);
+        let mut letters = bare.chars();
+        match (k, letters.next()) {
+            (0, _) => text += &format!("{own}{bare}"),
+            (_, Some(first)) => text += &format!(". {}{}", first.to_uppercase(), letters.as_str()),
+            _ => {}
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sentences;
+
+    #[test]
+    fn sentences_begin_large_and_say_the_name_once() {
+        let words = ["knee: the error is small", "knee: it follows velocity", "0.1 N m (moving)"];
+        let words = words.map(str::to_owned);
+        assert_eq!(
+            sentences("knee", &words),
+            "knee: the error is small. It follows velocity. 0.1 N m (moving)"
+        );
+        assert_eq!(sentences("knee", &[]), "");
+    }
 }

@@ -33,7 +33,9 @@ mod write;
 
 pub use crate::experiments::plotted::{Row, RowPart, Series, Signal};
 pub use curve::{Curve as PlottedCurve, CurveFigure, CurveKind, curves_svg, render_curves};
-pub use data::{Abscissa, Bone, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, NextStep, Report};
+pub use data::{
+    Abscissa, Bone, ChangeLine, Drawing, DrawnJoint, Estimated, Fact, HistoryStep, Hull, NextStep, Report,
+};
 pub use fill::rows_of;
 pub use film::{
     Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Picture, Plot, Pose, render_film, write_film,

@@ -1,5 +1,5 @@
 //! What is seen first: the answer in figures, the robot beside them, the answer in words, and what to do next.
-use super::causes::lines;
+use super::causes::{coded, lines};
 use super::data::{NextStep, Report};
 use super::svg;
 use crate::diagnose::AT_NOISE;
@@ -120,7 +120,11 @@ fn worst(rows: &[Row]) -> Option<Card> {
         Some(after) => format!("{} → {}", percent(row.unexplained_before), percent(after)),
         None => percent(row.unexplained_before),
     };
-    let words = format!("{}: {shares} of the measured signal is unexplained", row.name);
+    let words = if row.unexplained_before.is_finite() {
+        format!("{}: {shares} of the measured signal is unexplained", row.name)
+    } else {
+        row.name.clone()
+    };
     Some(Card::new("largest error", figure, words))
 }
 
@@ -129,10 +133,11 @@ fn noise(rows: &[Row]) -> Option<Card> {
     let known = || rows.iter().map(|row| row.noise).filter(|noise| *noise > 0.0);
     let (low, high) = known().fold((f64::INFINITY, 0.0), |(low, high), x| (x.min(low), x.max(high)));
     let unit = &rows.first()?.unit;
-    let figure = if known().count() > 1 {
-        format!("{} to {}", significant(low, 2), joined(significant(high, 2), unit))
+    let [least, most] = [low, high].map(|x| significant(x, 2));
+    let figure = if known().count() > 1 && least != most {
+        format!("{least} to {}", joined(most, unit))
     } else if high > 0.0 {
-        with_unit(high, unit)
+        joined(most, unit)
     } else {
         return None;
     };
@@ -146,14 +151,14 @@ fn words(report: &Report) -> Markup {
         _ => report.summary.as_str(),
     };
     let normal = words.replace("\r\n", "\n");
-    let paragraphs: Vec<&str> = normal.split("\n\n").map(str::trim).filter(|p| !p.is_empty()).collect();
+    let paragraphs: Vec<&str> = normal.split('\n').map(str::trim).filter(|p| !p.is_empty()).collect();
     let (open, rest) = paragraphs.split_at(paragraphs.len().min(OPEN));
     html! {
         @if !open.is_empty() { div.summary {
-            @for paragraph in open { p { (paragraph) } }
+            @for paragraph in open { p { (coded(paragraph)) } }
             @if !rest.is_empty() { details {
                 summary { "and " (rest.len()) " more" }
-                @for paragraph in rest { p { (paragraph) } }
+                @for paragraph in rest { p { (coded(paragraph)) } }
             } }
         } }
     }
@@ -165,7 +170,7 @@ fn next(steps: &[NextStep]) -> Markup {
         @if !steps.is_empty() { div.next {
             h2 { "What to do next" }
             @for step in steps {
-                p { (step.why) }
+                p { (coded(&step.why)) }
                 div.command {
                     code tabindex="0" { @for (k, word) in step.command.split(' ').enumerate() {
                         @if k > 0 { " " }
@@ -225,7 +230,7 @@ mod tests {
             ("explained", "1 of 3 joints"),
             ("largest error", "2.00 N m"),
             ("largest error", "9.00 N"),
-            ("noise", "0.10 to 0.10 N m"),
+            ("noise", "0.10 N m"),
         ];
         let expected = expected.map(|(title, figure)| (title.to_owned(), figure.to_owned()));
         assert_eq!(figures, expected);

@@ -26,6 +26,7 @@ pub fn render(report: &Report) -> String {
         @if let Some(diagnosis) = &report.diagnosis { (causes::section(diagnosis)) }
         (sections::estimates(report))
         (sections::staircase(report))
+        (sections::changes(report))
         (sections::basis(report))
     };
     let scripts = [TOUCH, PAGE].concat();
@@ -93,7 +94,7 @@ fn places(report: &Report) -> Markup {
     html! {
         section.places aria-labelledby="where" {
             h2 #where { "Where the model fails" }
-            p.hint { "Choose a row with a click or with the arrow keys, here or in the drawing." }
+            p.hint { "Choose a row with a click or with the arrow keys, here or in the drawing; check boxes, or Ctrl or Shift with a click, show several." }
             div.table {
                 table #rows data-first=(worst(&report.rows)) {
                     caption { "The largest error first. Unexplained: what neither model nor noise accounts for, as a share of the measured signal" }
@@ -158,7 +159,10 @@ fn line(index: usize, row: &Row) -> Markup {
     let shares = arrow(percent(row.unexplained_before), row.unexplained_after.map(percent));
     html! {
         tr data-words=(format!("Unexplained {shares}, error {error}, noise {noise}.")) {
-            td.no { (index + 1) }
+            td.no {
+                @if !row.series.is_empty() { input type="checkbox" data-also=(index) aria-label=(format!("show {} in the plots", row.name)); " " }
+                (index + 1)
+            }
             th scope="row" { button type="button" data-row=(index) aria-pressed="false" { (row.name) } }
             td.number.error { (error) @if let Some(told) = &told { br; small { (told) " not sticking" } } }
             td.share {

@@ -89,6 +89,29 @@ pub(super) fn staircase(report: &Report) -> Markup {
     }
 }
 
+/// What was done to the description, with all its numbers.
+pub(super) fn changes(report: &Report) -> Markup {
+    if report.changes.is_empty() {
+        return html! {};
+    }
+    html! {
+        section aria-labelledby="changes" {
+            h2 #changes { "What was done to the description" }
+            div.table { table {
+                caption { "Parameters as they were written, with 95 % intervals where they are known" }
+                thead { tr { @for head in ["step", "date", "what", "effect", "parameters"] { th scope="col" { (head) } } } }
+                tbody { @for change in &report.changes { tr {
+                    td.number { (change.step) }
+                    td.date { (change.date) }
+                    td { (change.action) }
+                    th scope="row" { (change.effect) }
+                    td.values { @for parameter in &change.parameters { div { (parameter) } } }
+                } } }
+            } }
+        }
+    }
+}
+
 /// Preprocessing, data, assumptions.
 pub(super) fn basis(report: &Report) -> Markup {
     let assumptions =

@@ -87,6 +87,11 @@ impl<'a> Mechanics<'a> {
         Self { contact: None, ..self }
     }
 
+    /// The model itself.
+    pub fn model(&self) -> &'a dyn Model<f64> {
+        self.model
+    }
+
     /// How the robot hangs in the world.
     pub fn base(&self) -> BaseKind {
         self.base

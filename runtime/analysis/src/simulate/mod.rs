@@ -19,6 +19,7 @@ mod dense;
 mod driven_joint;
 mod drives;
 mod energy;
+mod fall;
 mod ground;
 mod implicit;
 mod imu;
@@ -41,6 +42,7 @@ mod sharing;
 mod soles;
 mod stepper;
 mod turned;
+mod wrench;
 
 pub use absolute::{FreeBodies, FreeLink, FreePoint, FreeStepper, Pin};
 pub use account::Account;
@@ -49,6 +51,7 @@ pub use actuator::Actuator;
 pub use carried::{Carried, PutOn};
 pub use drives::Coupled;
 pub use energy::EnergyBalance;
+pub use fall::{Fall, FallCause};
 pub use ground::{Compliance, Ground, JointLaw};
 pub use imu::Imu;
 pub use mechanics::{FUNCTIONS, Frame, Mechanics};
@@ -60,7 +63,7 @@ pub use reference::{Reference, Sine};
 pub use run::{Run, Simulation, Summary, csv_line};
 pub use scenario::{
     Choosable, EventDriven, FootstepWalk, GaitControl, GaitValue, Initial, JointServo, Push, Scenario,
-    Sensors, Wishes, World,
+    Sensors, Shapes, Wishes, World,
 };
 pub use sensing::Sample;
 pub use servo::DriveServo;

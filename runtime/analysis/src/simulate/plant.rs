@@ -10,6 +10,8 @@ pub struct Plant {
     pub layout: JointLayout,
     /// In the order of the model's contact points.
     pub feet: Vec<Foot>,
+    /// Links that touch the ground with their shapes as feet do with their corners: their points come after those of the feet.
+    pub shapes: Vec<Foot>,
     /// Names of the links.
     pub links: Vec<String>,
     /// By joint, rad or m; where the URDF states them.
@@ -39,9 +41,18 @@ impl Plant {
         self.layout.joints.iter().map(|joint| joint.name.as_str())
     }
 
+    /// Number of contact points that belong to feet: the first ones of the model.
+    pub fn points_of_feet(&self) -> usize {
+        self.feet.iter().map(|foot| foot.corners.len()).sum()
+    }
+
     /// `foot/corner` of a contact point of the model.
     pub fn point_name(&self, point: usize) -> String {
-        let all = self.feet.iter().flat_map(|foot| foot.corners.iter().map(move |corner| (foot, corner)));
+        let all = self
+            .feet
+            .iter()
+            .chain(&self.shapes)
+            .flat_map(|foot| foot.corners.iter().map(move |corner| (foot, corner)));
         let named = all.map(|(foot, corner)| format!("{}/{}", foot.name, corner.name)).nth(point);
         named.unwrap_or_else(|| format!("contact point {point}"))
     }

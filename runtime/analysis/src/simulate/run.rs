@@ -3,6 +3,7 @@ use super::actuation::Command;
 use super::control::PhasedController;
 use super::drives::Drives;
 use super::energy::{EnergyBalance, EnergyFlow};
+use super::fall::{Fall, FallWatch};
 use super::ground::{Compliance, Ground};
 use super::imu::{self, Inertial};
 use super::instability::InstabilityDetector;
@@ -14,6 +15,7 @@ use super::sensing::{Sample, Sensing};
 use super::servo::DriveServo;
 use super::stepper::{MotionState, Stepper};
 use super::turned::Turned;
+use super::wrench::SoleAxes;
 use crate::robot::BaseKind;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Acts, Effect, Law};
@@ -51,6 +53,8 @@ pub struct Summary {
     pub energy_made: f64,
     /// Steps in which a torque was clipped, by joint; those without are left out.
     pub clipped: Vec<(String, usize)>,
+    /// That the robot fell, and how that was seen.
+    pub fall: Option<Fall>,
     /// Where the energy went; only of a run [`Simulation::with_energy`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy: Option<EnergyBalance>,
@@ -73,6 +77,7 @@ pub struct Simulation<'a> {
     pub(super) stepper: Stepper<'a>,
     pub(super) drives: Drives,
     pub(super) sensing: Sensing<'a>,
+    axes: Option<SoleAxes<'a>>,
     pub(super) inertial: Option<Inertial>,
     /// What a controller is told instead of the truth.
     pub(super) sensed: Option<Box<Sensed<'a>>>,
@@ -96,6 +101,7 @@ pub struct Simulation<'a> {
     pub(super) reference: Vec<f64>,
     pub(super) clipped: Vec<usize>,
     summary: Summary,
+    falls: FallWatch,
     watch: Option<Watch<'a>>,
     pub(super) controller: Option<Box<dyn Controller<f64> + 'a>>,
     pub(super) phased: Option<PhasedController<'a>>,
@@ -127,6 +133,7 @@ impl<'a> Simulation<'a> {
         let mechanics = if hangs { mechanics.without_contact() } else { mechanics };
         let turned = Turned::new(plant, &effects);
         let motion = begin(&mechanics, plant, &scenario.initial, turned)?;
+        let falls = FallWatch::new(&mechanics, plant, &motion);
         let drives = Drives::new(plant, &scenario.actuators, &effects, scenario.step)?;
         let laws = drives.laws(plant, scenario.joint_stops);
         let ground = with_effects(scenario.ground, &effects);
@@ -145,6 +152,7 @@ impl<'a> Simulation<'a> {
             .help("write `servo = \"held\"` under [control]"));
         }
         let zeros = || vec![0.0; joints];
+        let axes = SoleAxes::new(mechanics.model(), plant);
         let measured = scenario.walking.as_ref().is_some_and(|walk| walk.measured);
         let sensed = measured.then(|| {
             let names: Vec<String> = plant.feet.iter().map(|foot| foot.name.clone()).collect();
@@ -155,7 +163,8 @@ impl<'a> Simulation<'a> {
             sensed,
             plant,
             scenario,
-            sensing: Sensing::new(plant, scenario, &drives, &effects, turned),
+            sensing: Sensing::new(plant, scenario, &drives, &effects, turned).with_moments(axes.is_some()),
+            axes,
             inertial: scenario.imu.map(|imu| {
                 let all: Vec<Effect> = effects.iter().map(|effect| (*effect).clone()).collect();
                 Inertial::new(imu, plant.layout.base, plant.gravity_on_ground(&all))
@@ -175,6 +184,7 @@ impl<'a> Simulation<'a> {
             reference: zeros(),
             clipped: vec![0; joints],
             summary: Summary::default(),
+            falls,
             watch: None,
             controller: None,
             phased: None,
@@ -268,6 +278,9 @@ impl<'a> Simulation<'a> {
             if logged {
                 self.measured(&mut later);
                 self.report_sample(&mut sample);
+                if let Some(axes) = &self.axes {
+                    axes.at(&sample.q, &mut sample.soles);
+                }
                 if step == 0 {
                     earlier.clone_from(&later);
                 }
@@ -289,6 +302,7 @@ impl<'a> Simulation<'a> {
         if let Some(energy_flow) = self.energy_flow.take() {
             self.summary.energy = Some(energy_flow.close(&self.stepper, &self.motion)?);
         }
+        self.summary.fall = self.falls.fall;
         let names = self.plant.joint_names().map(str::to_owned);
         self.summary.clipped = names.zip(self.clipped).filter(|(_, count)| *count > 0).collect();
         Ok(self.summary)
@@ -344,11 +358,13 @@ impl<'a> Simulation<'a> {
         summary.contacts = summary.contacts.max(stepped.contacts);
         let deepest = self.stepper.gaps().iter().fold(0.0, |deep: f64, gap| deep.max(-gap));
         summary.penetration = summary.penetration.max(deepest);
+        self.falls.see(self.plant, &self.motion, self.stepper.gaps());
         if deepest > DEEPEST && self.stepper.ground().compliance.is_none() {
             return Err(self.sunk(deepest, h));
         }
         // Without restitution impacts make none: what servos in the same step push against would look like it.
         if self.stepper.ground().restores() {
+            let summary = &mut self.summary;
             summary.energy_made = summary.energy_made.max(stepped.made);
         }
         Ok(())
@@ -381,17 +397,23 @@ fn begin(
     let mut gaps = vec![0.0; mechanics.points()];
     mechanics.distances(&q, &mut gaps);
     let lowest = |gaps: &[f64]| gaps.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
-    if let (Some(clearance), Some((_, gap))) = (initial.clearance, lowest(&gaps)) {
+    let feet = plant.points_of_feet().min(gaps.len());
+    let mut raised = 0.0;
+    if let (Some(clearance), Some((_, gap))) = (initial.clearance, lowest(&gaps[..feet])) {
         let height = if plant.layout.base == BaseKind::Planar { 1 } else { 2 };
-        q[height] += clearance - gap;
-    } else if let Some((point, gap)) = lowest(&gaps)
-        && gap < -ROUNDING
-    {
-        let message = format!("`{}` begins {:.6} m below the ground", plant.point_name(point), -gap);
+        raised = clearance - gap;
+        q[height] += raised;
+    }
+    let below = lowest(&gaps).filter(|(_, gap)| gap + raised < -ROUNDING);
+    if let Some((point, gap)) = below.filter(|(point, _)| initial.clearance.is_none() || *point >= feet) {
+        let message = format!("`{}` begins {:.6} m below the ground", plant.point_name(point), -gap - raised);
         let (line, column) = initial.position;
-        return Err(Diagnostic::error(message)
-            .at(line, column)
-            .help("raise `base_position`, or write `clearance = 0.0` instead of it"));
+        let help = if point < feet {
+            "raise `base_position`, or write `clearance = 0.0` instead of it"
+        } else {
+            "list the links that shall touch the ground without this one: shapes = [\"…\"]; or begin higher"
+        };
+        return Err(Diagnostic::error(message).at(line, column).help(help));
     }
     Ok(MotionState { time: 0.0, q, v })
 }

@@ -5,6 +5,7 @@ use super::mechanics::rotate;
 use super::plant::Plant;
 use super::scenario::{Scenario, Sensors};
 use super::turned::Turned;
+use super::wrench::{Wrench, lever, moment};
 use crate::robot::BaseKind;
 use bipedc_effects::effect::{Acts, Effect, Law};
 use bipedc_effects::random::Random;
@@ -28,6 +29,8 @@ pub struct Sample {
     pub reference: Vec<f64>,
     /// On the contact points, world axes, N.
     pub forces: Vec<[f64; 3]>,
+    /// Axes of the soles, column after column; empty where the model does not tell them.
+    pub soles: Vec<[f64; 9]>,
     /// Angles of motors behind a spring or play, as seen at the joint, rad; NaN where motor and joint are one.
     pub motor: Vec<f64>,
     /// Of the motors, A; NaN where there is none.
@@ -84,6 +87,8 @@ pub(super) struct Sensing<'a> {
     random: Random,
     /// Whether the log has feet and base.
     stands: bool,
+    /// Whether it has the moments on the feet, for which samples need the axes of the soles.
+    moments: bool,
     /// By joint.
     channels: Vec<Channels>,
     turned: Turned,
@@ -101,12 +106,26 @@ impl<'a> Sensing<'a> {
         let stands = plant.layout.base != BaseKind::Fixed;
         let sensors = scenario.sensors;
         let channels = (0..plant.layout.joints.len()).map(|j| Channels::new(j, drives, &sensors)).collect();
-        Self { plant, sensors, effects, random: Random::new(scenario.seed), stands, channels, turned }
+        Self {
+            plant,
+            sensors,
+            effects,
+            random: Random::new(scenario.seed),
+            stands,
+            moments: false,
+            channels,
+            turned,
+        }
     }
 
     /// The same with other noise.
     pub fn seeded(self, seed: u64) -> Self {
         Self { random: Random::new(seed), ..self }
+    }
+
+    /// The same with the moments on the feet.
+    pub fn with_moments(self, moments: bool) -> Self {
+        Self { moments, ..self }
     }
 
     /// The numbers that noise is made from.
@@ -137,6 +156,9 @@ impl<'a> Sensing<'a> {
                 names.extend(
                     foot.corners.iter().map(|corner| format!("{}/{}/force/z", foot.name, corner.name)),
                 );
+                if self.moments {
+                    names.extend(["x", "y", "z"].map(|axis| format!("{}/torque/{axis}", foot.name)));
+                }
             }
         }
         let base: &[&str] = match self.plant.layout.base {
@@ -224,56 +246,77 @@ impl<'a> Sensing<'a> {
         }
     }
 
-    /// Forces and centres of pressure.
+    /// Forces, centres of pressure, moments.
     fn feet(&mut self, sample: &Sample, row: &mut Vec<f64>) {
-        let planar = self.plant.layout.base == BaseKind::Planar;
-        let mut point = 0;
-        for foot in &self.plant.feet {
-            let (mut sum, mut moment, mut load) = ([0.0; 3], [0.0; 2], 0.0);
+        let mut first = 0;
+        for (index, foot) in self.plant.feet.iter().enumerate() {
+            let points = first..first + foot.corners.len();
+            first = points.end;
+            let axes = sample.soles.get(index).copied().unwrap_or([f64::NAN; 9]);
+            let (mut sum, mut pressed, mut load) = (Wrench::default(), [0.0; 2], 0.0);
             let mut corners = Vec::with_capacity(foot.corners.len());
-            for (index, corner) in foot.corners.iter().enumerate() {
-                let mut force = sample.forces[point];
-                point += 1;
-                for (axis, force) in force.iter_mut().enumerate() {
-                    if !(planar && axis == 1) {
-                        *force += self.sensors.force * self.random.normal();
-                    }
-                }
-                if self.sensors.force_limit > 0.0 {
-                    force[2] = force[2].min(self.sensors.force_limit);
-                }
-                let name = format!("{}/{}", foot.name, corner.name);
-                let logged = self.turned.logged(force);
-                corners.push(self.read(&foot.name, &name, logged)[2]);
-                let place = foot.corner(index);
-                (0..3).for_each(|axis| sum[axis] += logged[axis]);
-                moment = [moment[0] + place.x * force[2], moment[1] + place.y * force[2]];
+            for (point, corner) in points.zip(&foot.corners) {
+                let force = self.of_corner(sample.forces[point]);
+                let mut own = Wrench { force: self.turned.logged(force), moment: [0.0; 3] };
+                let place = foot.corner(corners.len());
+                let moment = self.turned.logged(moment(&axes, place, force));
+                (0..3).for_each(|axis| sum.force[axis] += own.force[axis]);
+                (0..3).for_each(|axis| sum.moment[axis] += moment[axis]);
+                pressed = [pressed[0] + place.x * force[2], pressed[1] + place.y * force[2]];
                 load += force[2];
+                self.read([&foot.name, &format!("{}/{}", foot.name, corner.name)], [0.0; 3], &mut own);
+                corners.push(own.force[2]);
             }
-            row.extend(self.read(&foot.name, &foot.name, sum));
-            let loaded = load > LOADED;
-            row.extend(moment.map(|moment| if loaded { moment / load } else { f64::NAN }));
+            let center = pressed.map(|pressed| if load > LOADED { pressed / load } else { f64::NAN });
+            let arm = if load > LOADED { lever(&axes, [center[0], center[1], 0.0]) } else { [0.0; 3] };
+            self.read([&foot.name, &foot.name], self.turned.logged(arm), &mut sum);
+            row.extend(sum.force);
+            row.extend(center);
             row.extend(corners);
+            if self.moments {
+                row.extend(sum.moment);
+            }
         }
     }
 
-    /// A force through the effects of a foot's sensor, or of that of one of its corners.
-    fn read(&self, foot: &str, place: &str, force: [f64; 3]) -> [f64; 3] {
-        let mut force = force;
+    /// A corner's force with noise, as far as it is reported.
+    fn of_corner(&mut self, mut force: [f64; 3]) -> [f64; 3] {
+        let planar = self.plant.layout.base == BaseKind::Planar;
+        for (axis, force) in force.iter_mut().enumerate() {
+            if !(planar && axis == 1) {
+                *force += self.sensors.force * self.random.normal();
+            }
+        }
+        if self.sensors.force_limit > 0.0 {
+            force[2] = force[2].min(self.sensors.force_limit);
+        }
+        force
+    }
+
+    /// A force through the effects of a foot's sensor, or of that of one of its corners. What a sensor does not report
+    /// of a force is missing at the centre of pressure.
+    fn read(&self, [foot, place]: [&str; 2], center: [f64; 3], wrench: &mut Wrench) {
         for effect in &self.effects {
             let sensor = effect.location.sensor.as_deref();
             if sensor.is_some_and(|sensor| sensor != foot && sensor != place) {
                 continue;
             }
+            let Wrench { force, moment } = wrench;
             match effect.kind.law {
-                Law::ForceSensorGain => force = force.map(|f| f * effect.value("gain")),
-                Law::ForceSensorBias => {
-                    force = std::array::from_fn(|i| force[i] + effect.value(["x", "y", "z"][i]));
+                Law::ForceSensorGain => {
+                    force.iter_mut().chain(moment).for_each(|x| *x *= effect.value("gain"));
                 }
-                _ => force[2] = force[2].min(effect.value("limit")),
+                Law::ForceSensorBias => {
+                    (0..3).for_each(|i| force[i] += effect.value(["x", "y", "z"][i]));
+                }
+                _ => {
+                    let lost = (force[2] - effect.value("limit")).max(0.0);
+                    force[2] -= lost;
+                    moment[0] -= center[1] * lost;
+                    moment[1] += center[0] * lost;
+                }
             }
         }
-        force
     }
 
     /// Pose and velocities of the base.

@@ -158,7 +158,7 @@ impl ContactExperiment<'_> {
         for (place, fault) in &change.faults {
             let place = place.as_deref();
             if !record.from_corners && is_meant(place, name, None) {
-                whole(&mut signals, *fault, sole, record.in_sole());
+                whole(&mut signals, *fault, sole, (record.in_sole(), record.has_moment()));
                 continue;
             }
             let all = record.from_corners;
@@ -202,7 +202,7 @@ impl ContactExperiment<'_> {
 }
 
 /// Undoes a fault of a sensor of the whole foot.
-fn whole(signals: &mut [f64; SIGNALS], fault: Fault, sole: &Sole, in_sole: bool) {
+fn whole(signals: &mut [f64; SIGNALS], fault: Fault, sole: &Sole, (in_sole, has_moment): (bool, bool)) {
     match fault {
         // All but the centre of pressure.
         Fault::Gain(gain) => signals[..12].iter_mut().for_each(|s| *s /= gain),
@@ -210,6 +210,10 @@ fn whole(signals: &mut [f64; SIGNALS], fault: Fault, sole: &Sole, in_sole: bool)
             let bias = if in_sole { sole.rotation.transpose() * bias } else { bias };
             for k in 0..3 {
                 signals[k] -= bias[k];
+                // A logged moment has nothing of it; one that is made of the force and its place has.
+                if has_moment {
+                    continue;
+                }
                 signals[3 + k] -= signals[12] * bias[k];
                 signals[6 + k] -= signals[13] * bias[k];
             }

@@ -75,21 +75,27 @@ impl FootRecord {
             signals[k] = column(self.columns.force[k]);
             signals[9 + k] = column(self.columns.torque[k]);
         }
-        if self.columns.torque.iter().any(Option::is_some) {
-            return signals;
-        }
+        let turned = self.has_moment();
         for axis in 0..2 {
             let center = column(self.columns.cop[axis]);
             for (i, center) in center.into_iter().enumerate() {
                 // Without load there is no centre of pressure, and next to no force that needs one.
                 let center = if center.is_finite() { center } else { 0.0 };
                 signals[12 + axis][i] = center;
+                if turned {
+                    continue;
+                }
                 for k in 0..3 {
                     signals[3 + 3 * axis + k][i] = center * signals[k][i];
                 }
             }
         }
         signals
+    }
+
+    /// Whether the moment was logged, not only where the force acts.
+    pub fn has_moment(&self) -> bool {
+        self.columns.torque.iter().any(Option::is_some)
     }
 
     /// Whether force and torque are in the axes of the sole.

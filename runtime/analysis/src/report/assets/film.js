@@ -1,7 +1,7 @@
 /* The player: play, pause, scrub, speed, keys; the strip of loaded feet; plots with the time that is shown. */
 (() => {
   const film = JSON.parse(document.getElementById("numbers").textContent), get = (id) => document.getElementById(id);
-  const plotParent = get("film-plots"), joint = get("joint"), hasFilm = film.times.length > 0 && get("film");
+  const plotParent = get("film-plots"), joints = get("joints"), hasFilm = film.times.length > 0 && get("film");
   const first = film.times[0] || 0, last = film.times[film.times.length - 1] || 0;
   const views = hasFilm ? makeViews(film) : null, strip = get("strip"), scrub = get("scrub"), play = get("play"), speed = get("speed");
   let now = first, playing = false, before = 0, plots = [];
@@ -49,7 +49,7 @@
   }
 
   /* Which feet are loaded. Inset as the thumb of the slider below, so that times stand above each other. */
-  const INSET = 8, ROW = 15, LABELS = 16;
+  const INSET = 8, ROW = 27, BAR = 12, LABELS = 16;
   const place = (time, width) => INSET + ((time - first) / (last - first || 1)) * (width - 2 * INSET);
   let ready = null;
   /** The strip without the time that is shown: drawn once for each size and theme. */
@@ -65,13 +65,12 @@
     ctx.font = "11px system-ui, sans-serif";
     film.feet.forEach((foot, i) => {
       ctx.fillStyle = colour("raised");
-      ctx.fillRect(INSET, i * ROW, width - 2 * INSET, ROW - 3);
+      ctx.fillRect(INSET, (i + 1) * ROW - BAR, width - 2 * INSET, BAR - 2);
       ctx.fillStyle = colour(foot.side === "middle" ? "soft" : foot.side);
-      for (const [a, b] of foot.loaded) ctx.fillRect(place(a, width), i * ROW, Math.max(1, place(Math.min(b, last), width) - place(a, width)), ROW - 3);
+      for (const [a, b] of foot.loaded) ctx.fillRect(place(a, width), (i + 1) * ROW - BAR, Math.max(1, place(Math.min(b, last), width) - place(a, width)), BAR - 2);
       const words = `${foot.name} loaded`;
-      ctx.lineWidth = 3; ctx.strokeStyle = colour("paper"); ctx.fillStyle = colour("ink");
-      ctx.strokeText(words, INSET + 4, i * ROW + 10);
-      ctx.fillText(words, INSET + 4, i * ROW + 10);
+      ctx.fillStyle = colour("ink");
+      ctx.fillText(words, INSET + 5, (i + 1) * ROW - BAR - 4);
     });
     const raw = (last - first) / Math.max(2, width / 90), power = 10 ** Math.floor(Math.log10(raw || 1)), unit = power * [1, 2, 5, 10].find((k) => k * power >= raw);
     ctx.textAlign = "center"; ctx.fillStyle = colour("soft");
@@ -142,7 +141,8 @@
     plots = [];
     if (!plotParent) return;
     plotParent.replaceChildren();
-    const chosen = film.plots.filter((p) => p.joint === null || p.joint === joint.value);
+    const ticked = new Set(joints ? [...joints.querySelectorAll("input:checked")].map((box) => box.value) : []);
+    const chosen = film.plots.filter((p) => p.joint === null || ticked.has(p.joint));
     // All boxes first: each is as wide as its share of the grid only when the others are there.
     plots = chosen.map(makePlot).map(fillPlot);
   }
@@ -155,7 +155,7 @@
     show(now);
   }
 
-  if (joint) joint.addEventListener("change", drawPlots);
+  if (joints) joints.addEventListener("change", drawPlots);
   if (hasFilm) {
     scrub.min = String(first); scrub.max = String(last);
     const keys = {
@@ -164,7 +164,7 @@
       Home: () => { pause(); show(first); }, End: () => { pause(); show(last); }, "<": () => faster(-1), ">": () => faster(1),
     };
     addEventListener("keydown", (event) => {
-      const other = event.target.closest("select, .plot, summary, a, button:not(#play, [data-film])");
+      const other = event.target.closest("select, input[type=checkbox], .plot, summary, a, button:not(#play, [data-film])");
       if (!keys[event.key] || other || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       keys[event.key](event);

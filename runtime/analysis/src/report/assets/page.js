@@ -5,28 +5,55 @@
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
   const timeParent = document.getElementById("time-plots"), scatterParent = document.getElementById("scatter-plots");
   const buttons = all("#rows button[data-row]"), discs = all("#robot .joint[data-row]");
+  const boxes = all("#rows input[data-also]"), also = new Set();
   let chosen = -1, state = null;
 
   function draw() {
     const window = state && state.window;
     if (state) state.destroy();
     state = null;
-    const row = rows[chosen];
-    if (timeParent && row && row.time.length > 1) state = plotRow(row, abscissa, timeParent, scatterParent, window);
+    const shown = [chosen, ...[...also].sort((a, b) => a - b)].map((index) => rows[index]).filter((row) => row && row.time.length > 1);
+    if (timeParent && shown.length) state = plotRows(shown, abscissa, timeParent, scatterParent, window);
   }
 
-  function choose(index) {
-    if (index < 0 || index >= rows.length || index === chosen) return;
-    chosen = index;
+  /** Marks what is shown: one row in words, others beside it in plots alone. */
+  function markRows() {
     for (const element of buttons.concat(discs)) {
-      const here = Number(element.dataset.row) === index;
-      element.setAttribute("aria-pressed", String(here));
-      element.setAttribute("tabindex", here ? "0" : "-1");
+      const index = Number(element.dataset.row), main = index === chosen;
+      element.setAttribute("aria-pressed", String(main || also.has(index)));
+      element.setAttribute("tabindex", main ? "0" : "-1");
     }
+    for (const box of boxes) {
+      const index = Number(box.dataset.also);
+      box.checked = index === chosen || also.has(index);
+    }
+    if (!timeParent) return;
+    const more = [...also].sort((a, b) => a - b).map((index) => `${index + 1}. ${rows[index].name}`);
+    document.getElementById("chosen").textContent = [`${chosen + 1}. ${rows[chosen].name}`, ...more].join(", ");
+  }
+
+  /** Shows a row beside the others, or no longer; one always stays. */
+  function toggle(index) {
+    if (index < 0 || index >= rows.length) return;
+    if (index !== chosen) {
+      if (!also.delete(index)) also.add(index);
+    } else if (also.size) {
+      const next = Math.min(...also);
+      also.delete(next);
+      return choose(next, true);
+    }
+    markRows();
+    draw();
+  }
+
+  function choose(index, keep) {
+    if (index < 0 || index >= rows.length || (index === chosen && !also.size)) return;
+    if (!keep) also.clear();
+    chosen = index;
+    markRows();
     const row = rows[index], words = buttons[index].closest("tr").dataset.words;
     const thinned = row.time.length < row.total ? ` ${row.time.length} of ${row.total} samples are drawn, all extremes among them.` : "";
     if (timeParent) {
-      document.getElementById("chosen").textContent = `${index + 1}. ${row.name}`;
       document.getElementById("chosen-numbers").textContent = words + thinned;
       document.getElementById("chosen-note").textContent = row.note;
       showParts(row);
@@ -64,7 +91,10 @@
   /* Arrow keys walk through the rows in the table as in the drawing; one tab stop each. */
   function walk(elements) {
     for (const element of elements) {
-      element.addEventListener("click", () => choose(Number(element.dataset.row)));
+      element.addEventListener("click", (event) => {
+        const index = Number(element.dataset.row);
+        if (event.ctrlKey || event.metaKey || event.shiftKey) toggle(index); else choose(index);
+      });
       element.addEventListener("keydown", (event) => {
         const here = elements.findIndex((e) => e === element);
         const step = { ArrowDown: 1, ArrowRight: 1, ArrowUp: -1, ArrowLeft: -1 }[event.key];
@@ -80,6 +110,7 @@
       });
     }
   }
+  for (const box of boxes) box.addEventListener("change", () => toggle(Number(box.dataset.also)));
   for (const disc of discs) {
     disc.setAttribute("role", "button");
     disc.setAttribute("aria-label", disc.querySelector("title").textContent);

@@ -149,8 +149,36 @@ function mark(scatter, row, index) {
   scatter.spot.style.top = `${scatter.plot.valToPos(y, "y")}px`;
 }
 
-/** All plots of a row. `window`: the times that are shown, or null for all. */
-function plotRow(row, abscissa, timeParent, scatterParent, window) {
+/** All plots of several rows, below one another; they show the same times. */
+function plotRows(list, abscissa, timeParent, scatterParent, window) {
+  const states = [];
+  const part = (parent) => parent.appendChild(document.createElement("div"));
+  const follow = (min, max) => {
+    for (const { plots: [plot] } of states) if (plot && (plot.scales.x.min !== min || plot.scales.x.max !== max)) plot.setScale("x", { min, max });
+  };
+  for (const row of list) {
+    if (list.length > 1) scatterParent.appendChild(document.createElement("h4")).textContent = row.name;
+    const scatters = part(scatterParent);
+    scatters.className = "scatters";
+    states.push(plotRow(row, abscissa, part(timeParent), scatters, window, follow));
+  }
+  const each = (name) => () => states.forEach((state) => state[name]());
+  const first = (name) => (...values) => states[0][name](...values);
+  return {
+    get window() { return states[0].window; },
+    zoom: first("zoom"), move: first("move"), scale: first("scale"), reset: first("reset"), resize: each("resize"),
+    get plots() { return states.flatMap((state) => state.plots); },
+    get scatters() { return states.flatMap((state) => state.scatters); },
+    destroy() {
+      each("destroy")();
+      timeParent.replaceChildren();
+      scatterParent.replaceChildren();
+    },
+  };
+}
+
+/** All plots of a row. `window`: the times that are shown, or null for all; `follow` is told of other ones. */
+function plotRow(row, abscissa, timeParent, scatterParent, window, follow) {
   const first = row.time[0], last = row.time[row.time.length - 1];
   const state = { window: null, plots: [], scatters: [] };
   let timer = 0;
@@ -163,6 +191,7 @@ function plotRow(row, abscissa, timeParent, scatterParent, window) {
       for (const other of state.plots) if (other !== u && (other.scales.x.min !== min || other.scales.x.max !== max)) other.setScale("x", { min, max });
       clearTimeout(timer);
       timer = setTimeout(refill, 120);
+      follow(min, max);
     },
     pointed(u) { state.scatters.forEach((s) => mark(s, row, u.cursor.idx)); },
   };

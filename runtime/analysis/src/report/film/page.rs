@@ -2,6 +2,7 @@
 use super::data::Film;
 use super::payload;
 use super::strobe::{self, View};
+use crate::report::causes::coded;
 use crate::report::page::{PageParts, document};
 use maud::{Markup, PreEscaped, html};
 
@@ -27,9 +28,9 @@ pub fn render(film: &Film) -> String {
 fn text(film: &Film) -> Markup {
     html! {
         section.summary aria-label="Summary" {
-            @for paragraph in film.summary.split("\n\n").map(str::trim).filter(|p| !p.is_empty()) { p { (paragraph) } }
+            @for paragraph in film.summary.split("\n\n").map(str::trim).filter(|p| !p.is_empty()) { p { (coded(paragraph)) } }
             @if !film.warnings.is_empty() {
-                div.warnings { h3 { "Warnings" } ul { @for warning in &film.warnings { li { (warning) } } } }
+                div.warnings { h3 { "Warnings" } ul { @for warning in &film.warnings { li { (coded(warning)) } } } }
             }
         }
     }
@@ -117,7 +118,11 @@ fn plots(film: &Film) -> Markup {
             h2 #over-time { "Over time" }
             p.hint { "Click into a plot to go there; drag to zoom, double click for all of it." }
             @if !joints.is_empty() {
-                p { label { "Joint " select #joint { @for joint in joints { option { (joint) } } } } }
+                div #joints .joints role="group" aria-label="Joints that are plotted" {
+                    @for (k, joint) in joints.iter().enumerate() {
+                        label { input type="checkbox" value=(joint) checked[k == 0]; " " (joint) }
+                    }
+                }
             }
             div #film-plots {}
         }

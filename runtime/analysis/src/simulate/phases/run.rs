@@ -11,6 +11,7 @@ use crate::simulate::run::Run;
 use crate::simulate::scenario::{EventDriven, Scenario};
 use crate::simulate::sensing::{Sample, Sensing};
 use crate::simulate::turned::Turned;
+use crate::simulate::wrench::SoleAxes;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::Model;
@@ -97,9 +98,14 @@ pub struct Walking<'a> {
 ///
 /// # Errors
 /// A step of no length.
-pub fn columns(plant: &Plant, scenario: &Scenario) -> Result<Vec<String>, Diagnostic> {
+pub fn columns(
+    model: &dyn Model<f64>,
+    plant: &Plant,
+    scenario: &Scenario,
+) -> Result<Vec<String>, Diagnostic> {
     let turned = Turned::new(plant, &[]);
-    Ok(Sensing::new(plant, scenario, &ideal(plant, scenario)?, &[], turned).columns())
+    let sensing = Sensing::new(plant, scenario, &ideal(plant, scenario)?, &[], turned);
+    Ok(sensing.with_moments(SoleAxes::new(model, plant).is_some()).columns())
 }
 
 /// Drives without motors of their own: phases have joints alone.
@@ -243,6 +249,7 @@ struct Log<'w, 'r, 'a, 'p> {
     mirror: Option<&'w Mirror<'w>>,
     swapped: &'w Cell<bool>,
     sensing: Sensing<'w>,
+    axes: Option<SoleAxes<'w>>,
     drives: Drives,
     run: &'w mut Run<'r>,
     watch: &'w mut dyn FnMut(&Sample),
@@ -264,13 +271,15 @@ impl<'w, 'r, 'a, 'p> Log<'w, 'r, 'a, 'p> {
         let (plant, scenario) = (walking.plant, walking.scenario);
         let effects: Vec<_> = plant.effects.iter().chain(&scenario.effects).collect();
         let (drives, turned) = (ideal(plant, scenario)?, Turned::new(plant, &effects));
+        let axes = SoleAxes::new(walking.model, plant);
         Ok(Self {
             walking,
             events,
             robot,
             mirror,
             swapped,
-            sensing: Sensing::new(plant, scenario, &drives, &effects, turned),
+            sensing: Sensing::new(plant, scenario, &drives, &effects, turned).with_moments(axes.is_some()),
+            axes,
             drives,
             run,
             watch,
@@ -331,6 +340,9 @@ impl Log<'_, '_, '_, '_> {
             for (point, force) in forces.iter().enumerate() {
                 sample.forces[mirror.point(point)] = mirror.force(*force);
             }
+        }
+        if let Some(axes) = &self.axes {
+            axes.at(&sample.q, &mut sample.soles);
         }
         sample.reference.clear();
         let servos = self.walking.scenario.servos.iter();

@@ -29,12 +29,16 @@ pub(super) fn effect(reading: &mut Reading<'_>, plant: &Plant, table: &Spanned<T
         return reading.wrong(at, format!("`{name}` cannot be simulated: {why}"), "leave it out");
     }
     let mut effect = Effect::new(kind, Location::default(), &[]);
+    let mut fine = true;
     for (key, value) in entries.iter().filter(|(key, _)| *key != "kind") {
         if let Err(problem) = set(&mut effect, kind, plant, key, value.get_ref()) {
             let help = problem.help.unwrap_or_default();
             reading.wrong::<()>(value.span().start, problem.message, help);
-            return None;
+            fine = false;
         }
+    }
+    if !fine {
+        return None;
     }
     if let Some((what, help)) = impossible(kind, &effect, plant) {
         return reading.wrong(at, what, help);
@@ -162,8 +166,9 @@ fn set_place(
         ("sensor", Place::Sensor) => (&mut location.sensor, "foot or corner", sensors(plant)),
         _ => {
             let names: Vec<&str> = kind.parameters.iter().map(|p| p.name).collect();
-            return Err(Diagnostic::error(format!("`{}` has no `{key}`", kind.name))
-                .help(format!("its parameters: {}", names.join(", "))));
+            let otherwise = || format!("its parameters: {}", names.join(", "));
+            let help = suggest(key, names.iter().copied(), otherwise);
+            return Err(Diagnostic::error(format!("`{}` has no `{key}`", kind.name)).help(help));
         }
     };
     *wanted = Some(known(text(key, value)?, what, &names)?);

@@ -8,7 +8,7 @@ pub(super) type Number = Spanned<f64>;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
-    pub duration: Number,
+    pub duration: Option<Number>,
     pub step: Option<Number>,
     pub log_step: Option<Number>,
     pub method: Option<Spanned<String>>,
@@ -139,6 +139,7 @@ pub(super) struct Soil {
     pub stiffness: Option<Number>,
     pub damping: Option<Number>,
     pub recovery: Option<Number>,
+    pub shapes: Option<Spanned<toml::Value>>,
 }
 
 #[derive(Deserialize, Default)]

@@ -6,17 +6,20 @@ mod gait;
 mod ground;
 mod imu;
 mod initial;
+mod lenient;
 mod motor;
 mod outputs;
 mod read;
 mod reading;
 mod sensors;
 mod servos;
+mod shapes;
 mod walk;
 mod wishes;
 
 pub use footsteps::FootstepWalk;
 pub use gait::{GaitControl, GaitValue};
+pub use shapes::Shapes;
 pub use wishes::{Choosable, Wishes};
 
 use super::actuation::EffortSensor;
@@ -51,6 +54,8 @@ pub struct Scenario {
     pub trajectory: Option<PathBuf>,
     /// Without what effects do to it.
     pub ground: Ground,
+    /// Links that touch the ground besides the feet.
+    pub shapes: Option<Shapes>,
     /// Joints stop at the limits of the URDF.
     pub joint_stops: bool,
     /// See [`Sensors`].

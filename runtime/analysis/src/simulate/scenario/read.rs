@@ -3,7 +3,7 @@ use super::file::{Control, File, Number};
 use super::reading::{POSITIVE, Reading};
 use super::{Scenario, effects};
 use crate::simulate::{Plant, Tolerance};
-use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, line_and_column};
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
 use bipedc_effects::input;
 use std::path::Path;
@@ -32,17 +32,8 @@ impl Scenario {
     /// # Errors
     /// As [`Self::open`].
     pub fn parse(path: &Path, text: &str, plant: &Plant) -> Result<Self, Diagnostics> {
-        let file: File = toml::from_str(text).map_err(|e| {
-            let (line, column) = line_and_column(text, e.span().map_or(0, |span| span.start));
-            let message = e.message().lines().next().unwrap_or("broken TOML").to_owned();
-            Diagnostics(vec![
-                Diagnostic::error(message)
-                    .in_file(path)
-                    .at(line, column)
-                    .help("docs/simulation.md lists all keys"),
-            ])
-        })?;
         let mut reading = Reading::new(path, text);
+        let Some(file) = reading.file(text) else { return Err(reading.failed()) };
         let scenario = reading.scenario(&file, plant);
         reading.finish(scenario)
     }
@@ -50,7 +41,10 @@ impl Scenario {
 
 impl Reading<'_> {
     fn scenario(&mut self, file: &File, plant: &Plant) -> Scenario {
-        let duration = self.number("duration", Some(&file.duration), 1.0, POSITIVE, "s");
+        if file.duration.is_none() {
+            self.missing("duration", "write duration = 10.0 (s) above all tables");
+        }
+        let duration = self.number("duration", file.duration.as_ref(), 1.0, POSITIVE, "s");
         let step = self.number("step", file.step.as_ref(), 1e-3, POSITIVE, "s");
         let event_driven = self.is_event_driven(file, plant);
         let (step, log_every) = match event_driven {
@@ -83,6 +77,7 @@ impl Reading<'_> {
             servos,
             trajectory: control.trajectory.as_ref().map(|name| self.beside(name.get_ref())),
             ground: self.ground(file.ground.as_ref().map(|soil| soil.get_ref())),
+            shapes: self.shapes(file.ground.as_ref().map(|soil| soil.get_ref()), plant),
             joint_stops: control.joint_stops.unwrap_or(true),
             sensors: self.sensors(file.sensors.as_ref()),
             effects,
@@ -105,10 +100,11 @@ impl Reading<'_> {
     fn check_steps(&mut self, file: &File, (duration, step): (f64, f64), event_driven: bool) {
         if duration / step > MOST_STEPS {
             let help = "shorten `duration`, or lengthen `step` or `log_step`";
-            self.wrong::<()>(file.duration.span().start, "more than a thousand million steps", help);
+            let at = file.duration.as_ref().map_or(0, |found| found.span().start);
+            self.wrong::<()>(at, "more than a thousand million steps", help);
         }
         if !event_driven && step > duration {
-            let at = file.step.as_ref().unwrap_or(&file.duration).span().start;
+            let at = file.step.as_ref().or(file.duration.as_ref()).map_or(0, |found| found.span().start);
             let message = format!("a step of {step} s is longer than the whole run of {duration} s");
             self.wrong::<()>(at, message, "shorten `step`, or lengthen `duration`");
         }

@@ -29,7 +29,21 @@ impl<'a> Reading<'a> {
 
     /// What was read, if nothing was wrong.
     pub fn finish<T>(self, found: T) -> Result<T, Diagnostics> {
-        if self.errors.is_empty() { Ok(found) } else { Err(Diagnostics(self.errors)) }
+        if self.errors.is_empty() { Ok(found) } else { Err(self.failed()) }
+    }
+
+    /// What was found wrong, in the order of the file.
+    pub fn failed(mut self) -> Diagnostics {
+        self.errors.sort_by_key(|error| error.position);
+        Diagnostics(self.errors)
+    }
+
+    /// Notes that a key of the whole file is missing, unless it is there and was left out for another reason.
+    pub fn missing(&mut self, key: &str, help: &str) {
+        let table = DeTable::parse(self.text);
+        if !table.is_ok_and(|table| table.get_ref().contains_key(key)) {
+            self.wrong::<()>(0, format!("`{key}` is missing"), help);
+        }
     }
 
     /// Line and column of a byte offset.
