@@ -1,5 +1,5 @@
 //! Walking by a gait in process: its controller, and states to begin with.
-use super::{Assignment, GaitBench};
+use super::{Assignment, GaitBench, Parametrised};
 use bipedc_compiler::compile::GaitPrograms;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::control::{Feedback, GaitController, Refusal};

@@ -6,16 +6,18 @@ pub mod cycle;
 pub mod map;
 pub mod optimise;
 mod over;
+mod parameters;
 mod phased;
 pub mod plan;
 mod text;
 
 pub use bipedc_analysis::gait::{Assumptions, Reason};
-pub use chain::{Chain, ChainOptions, ChainStep, ChainedPhase, PhaseEnergy};
+pub use chain::{Chain, ChainOptions, ChainStep, ChainedPhase, Hop, MidStance, PhaseEnergy, Refused};
 pub use controller::ProgramController;
 pub use cycle::{CycleOptions, Cycles};
 pub use map::{GaitMap, MapOptions};
 pub use over::{Over, Range};
+pub(crate) use parameters::Parametrised;
 pub use phased::{AnyBench, PhasedBench, PhasedProgramController};
 pub use plan::{PlanOptions, Plans};
 
@@ -159,8 +161,8 @@ impl GaitBench {
 
     /// Whether φ₊ stands in what is wanted, directly or in a quantity.
     fn depends_on_start(&self) -> bool {
-        let wanted = self.gait.phase.outputs.iter().map(|output| output.wanted.names());
-        let mut names = wanted.chain(self.gait.quantities.values().map(Formula::names)).flatten();
+        let wanted = self.gait.phase.outputs.iter().flat_map(|output| output.wanted.names());
+        let mut names = wanted.chain(self.gait.quantities.values().flat_map(Formula::names));
         names.any(|name| name == PHASE_START)
     }
 
@@ -197,20 +199,6 @@ impl GaitBench {
         })
     }
 
-    /// Values with some of them replaced.
-    fn with(&self, values: &[f64], assignments: &[Assignment]) -> Result<Vec<f64>, Diagnostics> {
-        replaced((&self.gait.name, &self.gait.parameters), values, assignments)
-    }
-
-    /// Which parameter has this name.
-    fn index(&self, name: &str) -> Option<usize> {
-        self.gait.parameters.iter().position(|parameter| parameter.name == name)
-    }
-
-    fn unknown(&self, name: &str) -> Diagnostic {
-        unknown((&self.gait.name, &self.gait.parameters), name)
-    }
-
     /// A hash of robot, gait and what is asked of them: equal hashes mean equal answers.
     fn identity(&self, request: &impl std::fmt::Debug) -> String {
         let version = env!("CARGO_PKG_VERSION");
@@ -221,6 +209,24 @@ impl GaitBench {
     /// Warnings of parameters beyond their bounds.
     pub(crate) fn beyond(&self, values: &[f64], of: &str) -> Vec<Diagnostic> {
         beyond(&self.gait.parameters, values, (of, &self.file))
+    }
+}
+
+impl Parametrised for GaitBench {
+    fn gait_name(&self) -> &str {
+        &self.gait.name
+    }
+    fn robot_name(&self) -> &str {
+        &self.compiled.description.name
+    }
+    fn parameters(&self) -> &[GaitParameter] {
+        &self.gait.parameters
+    }
+    fn phase_unit(&self) -> &str {
+        &self.gait.phase.unit
+    }
+    fn file(&self) -> &Path {
+        &self.file
     }
 }
 

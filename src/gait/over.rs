@@ -1,7 +1,5 @@
 //! Ranges of parameters and of speeds, as they are asked for.
-use super::GaitBench;
-use bipedc_compiler::description::gait::GaitParameter;
-use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::magnitude;
 
 /// Most values of one range.
@@ -81,53 +79,6 @@ impl Range {
             );
         }
         None
-    }
-}
-
-impl GaitBench {
-    /// The parameters of ranges, by index, with their values.
-    ///
-    /// # Errors
-    /// Parameters that the gait does not have, or that stand twice or in `fixed` too; ranges that are none.
-    pub(super) fn axes(&self, over: &[Over], fixed: &[&str]) -> Result<Vec<(usize, Vec<f64>)>, Diagnostics> {
-        let (mut found, mut wrong) = (Vec::new(), Vec::new());
-        for Over { name, range } in over {
-            let Some(index) = self.index(name) else {
-                wrong.push(self.unknown(name));
-                continue;
-            };
-            if found.iter().any(|(other, _)| *other == index) {
-                let message = format!("`{name}` stands in two ranges");
-                wrong
-                    .push(Diagnostic::error(message).help("leave out one --over, or name another parameter"));
-            } else if fixed.contains(&name.as_str()) {
-                let message = format!("`{name}` is fixed and has a range");
-                wrong.push(Diagnostic::error(message).help("leave out its --set or its --over"));
-            }
-            wrong.extend(range.refusal(&format!("--over {name}")));
-            // A range that was refused may have any number of values.
-            let values = if wrong.is_empty() { range.values() } else { Vec::new() };
-            found.push((index, values));
-        }
-        if wrong.is_empty() { Ok(found) } else { Err(Diagnostics(wrong)) }
-    }
-
-    /// The parameter of an index.
-    pub(super) fn parameter(&self, index: usize) -> &GaitParameter {
-        &self.gait.parameters[index]
-    }
-
-    /// Refuses speeds that are none.
-    pub(super) fn check_speeds(&self, speeds: &[f64]) -> Result<(), Diagnostics> {
-        let possible = |speed: &f64| *speed > 0.0 && *speed <= magnitude::LARGEST;
-        let help = format!("write a speed at mid-stance above 0, in {}/s", self.gait.phase.unit);
-        if speeds.is_empty() {
-            return Err(Diagnostic::error("no speed is given").help(help).into());
-        }
-        let refuse =
-            |speed: &f64| Diagnostic::error(format!("a speed of {speed} is not possible")).help(help.clone());
-        let wrong: Vec<Diagnostic> = speeds.iter().filter(|speed| !possible(speed)).map(refuse).collect();
-        if wrong.is_empty() { Ok(()) } else { Err(Diagnostics(wrong)) }
     }
 }
 

@@ -1,9 +1,12 @@
 //! Gaits of several phases: a gait file compiled, and its controller in process.
-use super::{Assignment, beyond, replaced};
+use super::{Assignment, Parametrised, beyond, replaced};
 use crate::progress::Progress;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{CompiledPhases, PhasePrograms, compile_phases};
-use bipedc_compiler::description::gait::{AnyGait, PhasedGait, gait_path, parse_any_gait, read_any_gait};
+use bipedc_compiler::description::gait::{
+    AnyGait, GaitParameter, PhasedGait, gait_path, parse_any_gait, read_any_gait,
+};
+use bipedc_compiler::robot::fnv1a;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::{Feedback, PhasedController, Refusal};
@@ -47,6 +50,24 @@ impl AnyBench {
             AnyGait::Phased(gait) => {
                 PhasedBench::derived(robot, file, (gait, warnings), progress).map(Box::new).map(Self::Phased)
             }
+        }
+    }
+}
+
+impl AnyBench {
+    /// What is odd about the file.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        match self {
+            Self::OnePhase(bench) => &bench.warnings,
+            Self::Phased(bench) => &bench.warnings,
+        }
+    }
+
+    /// Notes the gait's file, which no output may overwrite.
+    pub fn note(&self, ledger: &mut Ledger) {
+        match self {
+            Self::OnePhase(bench) => bench.note(ledger),
+            Self::Phased(bench) => bench.note(ledger),
         }
     }
 }
@@ -154,6 +175,33 @@ impl PhasedBench {
     /// Warnings of parameters beyond their bounds.
     pub fn beyond(&self, values: &[f64]) -> Vec<Diagnostic> {
         beyond(&self.gait.parameters, values, ("", &self.file))
+    }
+}
+
+impl PhasedBench {
+    /// A hash of robot, gait and what is asked of them: equal hashes mean equal answers.
+    pub(super) fn identity(&self, request: &impl std::fmt::Debug) -> String {
+        let version = env!("CARGO_PKG_VERSION");
+        let parts = format!("{version}\0{:?}\0{:?}\0{request:?}", self.compiled.description, self.gait);
+        format!("{:016x}", fnv1a(&parts))
+    }
+}
+
+impl Parametrised for PhasedBench {
+    fn gait_name(&self) -> &str {
+        &self.gait.name
+    }
+    fn robot_name(&self) -> &str {
+        &self.compiled.description.name
+    }
+    fn parameters(&self) -> &[GaitParameter] {
+        &self.gait.parameters
+    }
+    fn phase_unit(&self) -> &str {
+        self.gait.phases.first().map_or("", |phase| &phase.unit)
+    }
+    fn file(&self) -> &Path {
+        &self.file
     }
 }
 

@@ -137,7 +137,8 @@ impl Walker {
             let at = |error: Diagnostic| error.in_file(file).at(place.0, place.1);
             let phases = walker(robot).map_err(at)?.phases;
             let chain = Chain::new(&bench, &phases, controller.clone()).map_err(at)?;
-            begin_at(scenario, chain.beginning(&values, speed).map_err(at)?, place);
+            let state = chain.beginning(&values, speed).map_err(|refused| at(refused.into()))?;
+            begin_at(scenario, state, place);
             scenario.phase = chain.first().map_err(at)?;
         }
         let controller = if control.limited { controller } else { controller.unlimited() };

@@ -169,7 +169,7 @@ impl Workbench {
 /// The fixed point of the map from the speed of a step to that of the next, by the secant method.
 fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, Diagnostics> {
     let step = |speed: f64| -> Result<(f64, ChainStep), Diagnostics> {
-        let found = bench.step(&trial.walker().phases, &ChainOptions { speed, set: Vec::new() })?;
+        let found = bench.step(&trial.walker().phases, &ChainOptions { speed, ..ChainOptions::default() })?;
         let next = found.next_speed.filter(|_| found.feasible);
         let why =
             || Diagnostic::error(found.reason.clone().unwrap_or_else(|| "a step is not made".to_owned()));

@@ -27,6 +27,7 @@ use bipedc_analysis::diagnose::Diagnosis;
 use bipedc_analysis::log::Mapping;
 use bipedc_analysis::log::names::JOINT_QUANTITIES;
 use bipedc_analysis::report::Report;
+use bipedc_analysis::simulate::phases::PhaseSpec;
 use bipedc_compiler::Robot;
 use bipedc_compiler::description::SourceFiles;
 use bipedc_compiler::description::gait::gait_path;
@@ -396,8 +397,15 @@ impl Workbench {
     /// # Errors
     /// As [`PhasedBench::step`]; phases that cannot be derived.
     pub fn chained_step(&self, gait: &PhasedBench, options: &ChainOptions) -> Result<ChainStep, Diagnostics> {
-        let walker = self.progress.stage("deriving", || simulation::walker(&self.robot))?;
-        gait.step(&walker.phases, options)
+        gait.step(&self.phases()?, options)
+    }
+
+    /// The phases of the robot with their endings, which steps of several phases need.
+    ///
+    /// # Errors
+    /// Phases that cannot be derived.
+    pub fn phases(&self) -> Result<Vec<PhaseSpec>, Diagnostics> {
+        Ok(self.progress.stage("deriving", || simulation::walker(&self.robot))?.phases)
     }
 
     /// Designs a motion from which parameters are told well, and writes it.

@@ -13,6 +13,7 @@ mod page;
 mod phased_chain;
 mod phased_files;
 mod phased_lie;
+mod phased_speeds;
 mod phased_walks;
 mod planar;
 mod plans;

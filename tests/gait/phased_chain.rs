@@ -81,7 +81,7 @@ fn energies_say_what_the_next_phase_begins_with() {
     let phases = walker(&robot(WALKER)).unwrap().phases;
     let mut checked = 0;
     for speed in [0.1, 0.25, 0.4] {
-        let step = bench.step(&phases, &ChainOptions { speed, set: Vec::new() }).unwrap();
+        let step = bench.step(&phases, &ChainOptions { speed, ..ChainOptions::default() }).unwrap();
         assert!(step.feasible, "{:?}", step.reason);
         for (k, phase) in step.phases.iter().enumerate().filter(|(_, phase)| !phase.limited) {
             let next =
@@ -111,13 +111,14 @@ fn steps_that_are_not_possible_have_a_reason() {
     let bench = phased(WALKER, "collocated");
     let phases = walker(&robot(WALKER)).unwrap().phases;
     let refused = |speed: f64| {
-        let options = ChainOptions { speed, set: Vec::new() };
+        let options = ChainOptions { speed, ..ChainOptions::default() };
         bench.step(&phases, &options).map(|_| ()).unwrap_err().to_string()
     };
     assert!(refused(-1.0).contains("is not possible") && refused(f64::NAN).contains("is not possible"));
-    let unknown = ChainOptions { speed: 0.3, set: vec![("lean".to_owned(), 1.0)] };
+    let unknown = ChainOptions { speed: 0.3, set: vec![("lean".to_owned(), 1.0)], from: Vec::new() };
     assert!(bench.step(&phases, &unknown).is_err());
-    let run = bipedc(&["gait", "step", WALKER, "--gait", "collocated", "--speed", "0.3", "--from", "lean=1"]);
+    let run =
+        bipedc(&["gait", "step", WALKER, "--gait", "collocated", "--speed", "0.3", "--before", "lean=1"]);
     run.fails_with(&["follows one of its own kind"]);
     let run =
         bipedc(&["gait", "step", WALKER, "--gait", "collocated", "--speed", "0.3", "--json"]).ok().json();

@@ -120,3 +120,31 @@ fn cut_files_are_errors() {
         }
     }
 }
+
+/// What moves curves and torques with the parameters has their units and names what it may.
+#[test]
+fn formulas_that_move_curves_are_checked() {
+    let path = format!("{}/{WALKER}/gaits/adjustable.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap();
+    for (index, (from, to, words)) in [
+        ("wanted.along = \"touch_down\"", "wanted.along = \"torso_lean\"", "is in rad or a ratio, not in m"),
+        ("wanted.plus = \"-torso_lean\"", "wanted.plus = \"step_length\"", "is in m, not in rad or a ratio"),
+        ("wanted.plus = \"-torso_lean\"", "wanted.plus = \"base_pitch\"", "belongs to the configuration"),
+        ("left_ankle_pitch = \"push_off", "left_ankel_pitch = \"push_off", "no joint `left_ankel_pitch`"),
+        (
+            "left_ankle_pitch = \"push_off",
+            "left_ankle_pitch = \"torso_lean",
+            "is in rad or a ratio, not in m^2 kg s^-2",
+        ),
+        ("along = \"push\"", "along = \"pushing\"", "nothing is called `pushing`"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        assert!(text.contains(from), "no `{from}` in the gait");
+        let name = format!("moved_{index}");
+        let found = refused(&name, &text.replacen(from, to, 1));
+        assert!(found.contains(words) && found.contains(&format!("{name}.toml:")), "{to}: {found}");
+        assert!(found.contains("help: "), "{found}");
+    }
+}

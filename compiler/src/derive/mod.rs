@@ -2,6 +2,7 @@
 //!
 //! Every derivation works in body frames with barycentric inertial parameters (mass, first moment, inertia
 //! about the frame origin), because then all of them enter linearly and add up along the tree.
+mod gait_formulas;
 mod inertia;
 mod kinematics;
 mod model;

@@ -1,18 +1,14 @@
 //! Virtual constraints of a gait (6.2) with the pinned foot: what q has to satisfy at a phase φ, and where it can be solved
 //! on the graph the map q = T(φ, p) (6.5).
-use super::curve::{bezier, splines};
 use super::frames::{frame_pose, world_poses};
+use super::gait_formulas::reader;
 use super::model::RobotModel;
-use crate::description::gait::{
-    Curve, Feedforward, Gait, GaitOutput, GaitParameter, GaitPhase, PHASE, PHASE_END, PHASE_START,
-    PhasedGait, formula_name,
-};
-use crate::expression::{Input, Sloped, Sym, ValuedFormula, replaced, slopes_along};
+use crate::description::gait::{Gait, GaitOutput, GaitPhase, PhasedGait, formula_name};
+use crate::expression::{Input, Sym, replaced, slopes_along};
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::formula::Formula;
 use bipedc_runtime::Argument;
-use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 /// Places in the arguments of a gait ([`Argument::Parameters`]): φ, φ₊, φ₋, the gait parameters, then of each output the
@@ -69,78 +65,6 @@ pub struct VirtualConstraints<'g> {
     pub guard: Sym<'g>,
     /// x and z of the foot that stands, m.
     pub foot: [Sym<'g>; 2],
-}
-
-/// Names of formulas as expressions.
-struct Reader<'g, 'a> {
-    names: RefCell<BTreeMap<String, Sym<'g>>>,
-    quantities: &'a BTreeMap<String, Formula>,
-    /// A node of the graph, for constants.
-    some: Sym<'g>,
-}
-
-impl<'g> Reader<'g, '_> {
-    fn of(&self, what: &str, formula: &Formula) -> Result<Sym<'g>, Diagnostic> {
-        self.value(formula).map_err(|problem| Diagnostic::error(format!("{what} has no value: {problem}")))
-    }
-
-    /// Circles were refused when the file was read.
-    fn value(&self, formula: &Formula) -> Result<Sym<'g>, String> {
-        let mut variables = vec![("", Sloped::constant(self.some, 0))];
-        for name in formula.names() {
-            let known = self.names.borrow().get(name).copied();
-            let value = match (known, self.quantities.get(name)) {
-                (Some(value), _) => value,
-                (None, Some(quantity)) => {
-                    let value = self.value(quantity)?;
-                    // Once each: quantities may be named by many others.
-                    self.names.borrow_mut().insert(name.clone(), value);
-                    value
-                }
-                (None, None) => return Err(format!("nothing is called `{name}`")),
-            };
-            variables.push((name, Sloped::constant(value, 0)));
-        }
-        let formula = ValuedFormula { formula: formula.clone(), parameters: BTreeMap::new() };
-        formula.of(&variables).map(|found| found.value)
-    }
-}
-
-/// What formulas of a gait may name, on `model`; `points` are its contact points.
-fn reader<'g, 'a>(
-    model: &RobotModel<'g, '_>,
-    points: &[[Sym<'g>; 2]],
-    (parameters, quantities): (&[GaitParameter], &'a BTreeMap<String, Formula>),
-    arguments: GaitArguments,
-) -> Reader<'g, 'a> {
-    let argument = |index: usize| model.input(Argument::Parameters, index);
-    let mut names = configuration_names(model, points);
-    names.extend([PHASE, PHASE_START, PHASE_END].into_iter().map(str::to_owned).zip((0..3).map(argument)));
-    for (index, parameter) in parameters.iter().enumerate() {
-        names.insert(parameter.name.clone(), argument(arguments.parameter(index)));
-    }
-    Reader { names: RefCell::new(names), quantities, some: model.constant(0.0) }
-}
-
-impl<'g> Reader<'g, '_> {
-    /// h₀ of outputs.
-    fn controlled(&self, outputs: &[GaitOutput]) -> Result<Vec<Sym<'g>>, Diagnostic> {
-        let value = |output: &GaitOutput| self.of(&about(output), &output.controlled);
-        outputs.iter().map(value).collect()
-    }
-
-    /// h_d of outputs.
-    fn wanted(&self, outputs: &[GaitOutput], phase: Sym<'g>) -> Result<Vec<Sym<'g>>, Diagnostic> {
-        let value = |output: &GaitOutput| match &output.wanted {
-            Curve::Formula(formula) => self.of(&about(output), formula),
-            Curve::Bezier { coefficients, over } => Ok(bezier(phase, coefficients, *over)),
-        };
-        outputs.iter().map(value).collect()
-    }
-}
-
-fn about(output: &GaitOutput) -> String {
-    format!("the output `{}`", output.name)
 }
 
 /// h₀ − h_d − h_p by output, as a function of q, φ and the arguments.
@@ -218,7 +142,7 @@ pub fn phase_constraints<'g>(
     let outputs = residuals(model, arguments, (&controlled, &wanted));
     let end = reader.of("the end of the phase", &of.end)?;
     let controlled = std::iter::once(variable).chain(controlled).collect();
-    let feedforward = feedforward(model, of.feedforward.as_ref(), phase);
+    let feedforward = reader.feedforward(model, of.feedforward.as_ref(), phase)?;
     Ok(PhaseConstraints { controlled, wanted, outputs, end, feedforward })
 }
 
@@ -241,19 +165,6 @@ pub fn controlled_of<'g>(
     Ok(std::iter::once(variable).chain(reader.controlled(outputs)?).collect())
 }
 
-fn feedforward<'g>(model: &RobotModel<'g, '_>, of: Option<&Feedforward>, phase: Sym<'g>) -> Vec<Sym<'g>> {
-    let mut torques = vec![model.constant(0.0); model.tree.joints.len()];
-    let Some(of) = of else { return torques };
-    let values: Vec<&[f64]> = of.torques.values().map(Vec::as_slice).collect();
-    let splines = splines(phase, &of.at, &values).unwrap_or_default();
-    for (name, spline) in of.torques.keys().zip(splines) {
-        if let Some(joint) = model.tree.joints.iter().position(|joint| joint.name == *name) {
-            torques[joint] = spline;
-        }
-    }
-    torques
-}
-
 /// h_p: the cubic that has this value and slope at φ₊ and vanishes with its slope at φ₋ (below 6.2).
 fn matching<'g>([phase, start, end]: [Sym<'g>; 3], value: Sym<'g>, slope: Sym<'g>) -> Sym<'g> {
     let length = end - start;
@@ -272,7 +183,10 @@ fn points<'g>(model: &RobotModel<'g, '_>) -> Vec<[Sym<'g>; 2]> {
     model.tree.points.iter().map(place).collect()
 }
 
-fn configuration_names<'g>(model: &RobotModel<'g, '_>, points: &[[Sym<'g>; 2]]) -> BTreeMap<String, Sym<'g>> {
+pub(super) fn configuration_names<'g>(
+    model: &RobotModel<'g, '_>,
+    points: &[[Sym<'g>; 2]],
+) -> BTreeMap<String, Sym<'g>> {
     let base = ["base_x", "base_z", "base_pitch"];
     let position = |index: usize| model.input(Argument::Q, index);
     let mut names: BTreeMap<String, Sym<'g>> =

@@ -3,7 +3,7 @@ use super::values::{INTERRUPTED, assignment, note, over, write};
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc::gait::{Assignment, CycleOptions, Over};
+use bipedc::gait::{AnyBench, Assignment, CycleOptions, Over};
 use bipedc_analysis::report::{curves_svg, render_curves};
 use clap::Args;
 use std::path::PathBuf;
@@ -16,7 +16,8 @@ Examples:
 
 Steps with the same parameters become a cycle where the impact takes what the fall gives: E = P₋ δ/(δ − 1) (thesis 6.17). Its multiplier \
 is δ: that part of a small deviation of the speed is left after each step. Work is that of the torques that the motion needs, \
-over a whole step; braking counts as driving does.
+over a whole step; braking counts as driving does. A cycle of several phases is found by following steps until they repeat themselves; its \
+step length is how far the base comes.
 JSON: {\"gait\", \"robot\", \"speed_unit\", \"over\", \"over_unit\", \"complete\", \"cycles\": [{\"parameters\", \"cycle\": {\"speed\", \"multiplier\", \
 \"duration\" (s), \"step_length\" (m), \"walking_speed\" (m/s), \"work\" (J), \"net_work\" (J), \"cost_of_transport\"}, \"reason\"}]}.";
 
@@ -52,13 +53,17 @@ pub struct Cycle {
 impl Cycle {
     pub fn run(self) -> Outcome {
         let bench = self.robot.open()?;
-        let gait = bench.gait(&self.gait)?;
-        output::diagnostics(&gait.warnings);
+        let gait = bench.any_gait(&self.gait)?;
+        output::diagnostics(gait.warnings());
         let mut ledger = bench.ledger();
         gait.note(&mut ledger);
         let files = [("--svg", &self.svg), ("--csv", &self.csv), ("--page", &self.page)];
         files.into_iter().try_for_each(|(option, path)| note(&mut ledger, option, path.as_deref()))?;
-        let cycles = gait.cycles(&CycleOptions { set: self.set, over: self.over }, &bench.run())?;
+        let options = CycleOptions { set: self.set, over: self.over };
+        let cycles = match &gait {
+            AnyBench::OnePhase(gait) => gait.cycles(&options, &bench.run())?,
+            AnyBench::Phased(gait) => gait.cycles(&bench.phases()?, &options, &bench.run())?,
+        };
         output::diagnostics(&cycles.messages);
         write(self.svg.as_deref(), || curves_svg(&cycles.figure()))?;
         write(self.csv.as_deref(), || cycles.csv())?;

@@ -3,7 +3,7 @@ use super::values::{INTERRUPTED, assignment, note, over, write};
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc::gait::{Assignment, Assumptions, MapOptions, Over};
+use bipedc::gait::{AnyBench, Assignment, Assumptions, MapOptions, Over};
 use bipedc_analysis::report::{map_svg, render_map};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -22,6 +22,9 @@ Each cell is the step that `bipedc gait step --set` with its parameters computes
 of the cell; with --from the step before keeps those named there. The picture has a panel for each speed: colours are speeds \
 of the next step, the black line is where it is as fast as before, dashes are the bounds of the gait file, triangles the fastest and \
 the slowest next step within them. Cells where the step is not made have the colour of the reason.
+
+Cells of a gait of several phases are followed through all phases, speed by speed; with --from the cell's parameters are taken at mid-stance. \
+Their controller keeps friction, push and torques itself: --assume takes `step` alone.
 
 Ctrl-C ends a map early, with code 130: cells that are missing are `not computed`, and the same command with the same --csv goes on \
 from there. A file that is there and is another map is not written over.
@@ -97,8 +100,8 @@ impl Assumed {
 impl Map {
     pub fn run(self) -> Outcome {
         let bench = self.robot.open()?;
-        let gait = bench.gait(&self.gait)?;
-        output::diagnostics(&gait.warnings);
+        let gait = bench.any_gait(&self.gait)?;
+        output::diagnostics(gait.warnings());
         let mut ledger = bench.ledger();
         gait.note(&mut ledger);
         let files = [("--svg", &self.svg), ("--csv", &self.csv), ("--page", &self.page)];
@@ -110,7 +113,12 @@ impl Map {
             from: self.from,
             assume: Assumed::all(&self.assume),
         };
-        let map = gait.map(&options, self.csv.as_deref(), &bench.run())?;
+        let map = match &gait {
+            AnyBench::OnePhase(gait) => gait.map(&options, self.csv.as_deref(), &bench.run())?,
+            AnyBench::Phased(gait) => {
+                gait.map(&bench.phases()?, &options, self.csv.as_deref(), &bench.run())?
+            }
+        };
         output::diagnostics(&map.messages);
         if let Some(path) = &self.csv {
             output::remark(&format!("wrote {}", path.display()));

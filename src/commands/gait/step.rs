@@ -28,6 +28,7 @@ Parameters beyond their bounds are computed with a warning. A step that is not p
 that exists all the same; exit code 0. Margins say how far the next step is from slipping, pulling, scuffing and the torque limits of \
 the URDF; negative ones are violated, but do not make a step infeasible.
 A gait of several phases is followed through all of them, under its own controller; the speed is that at the dead centre of the first. \
+There the step takes the parameters of --set, where --from says others until then; --before has no meaning. \
 Its JSON: {\"speed\", \"next_speed\" (per s), \"phi_m\", \"delta\", \"p_minus\", \"energy\", \"next_energy\" ((unit of φ/s)²), \"duration\" (s), \"feasible\", \
 \"reason\", \"phases\": [{\"name\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\", \"duration\", \"nu\", \"p_minus\", \"limited\"}]}.
 
@@ -84,12 +85,13 @@ impl Step {
     /// A step of several phases.
     fn run_phases(self, bench: &Workbench, gait: &PhasedBench) -> Outcome {
         output::diagnostics(&gait.warnings);
-        if let Some((name, _)) = self.from.first().or(self.before.first()) {
-            let message = format!("`{name}`: a step of several phases follows one of its own kind");
-            let help = "leave --from and --before out; --set says the parameters of both steps";
+        if let Some((name, _)) = self.before.first() {
+            let message = format!("`{name}`: this step of several phases follows one of its own kind");
+            let help =
+                "leave --before out; --from says the parameters until mid-stance, --set those from there on";
             return Err(Diagnostic::error(message).help(help).into());
         }
-        let options = ChainOptions { speed: self.speed, set: self.set };
+        let options = ChainOptions { speed: self.speed, set: self.set, from: self.from };
         let found = bench.chained_step(gait, &options)?;
         output::diagnostics(&gait.beyond(&gait.values(&options.set)?));
         if self.json {

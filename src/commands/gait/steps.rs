@@ -3,8 +3,10 @@ use super::values::{INTERRUPTED, assignment, note, over, range, write};
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::output;
-use bipedc::gait::{Assignment, Over, PlanOptions, Range};
-use bipedc_analysis::report::{curves_svg, render_curves};
+use bipedc::Workbench;
+use bipedc::gait::{AnyBench, Assignment, Over, PlanOptions, Plans, Range};
+use bipedc_analysis::report::{CurveFigure, curves_svg, render_curves};
+use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -28,6 +30,9 @@ steps reach. Then the way that ends with the wished speed itself is found betwee
 
 With --alike every step is taken as one among its own kind, as in the thesis: what it leaves is its speed alone, and to go as far as \
 possible in each step is optimal. When parameters change, above all postures, real steps are others; the default counts that.
+
+Steps of several phases take their parameters at mid-stance, are followed as they are, and go as far as possible each; --energies draws \
+the energies of their zero dynamics.
 
 A range of speeds gives the number of steps for each of them (thesis, figures 7.3 and 7.6).
 JSON: {\"gait\", \"robot\", \"speed_unit\", \"to\", \"alike\", \"from\", \"choices\": [{\"name\", \"unit\", \"bounds\", \"values\"}], \"complete\", \
@@ -124,6 +129,9 @@ struct Planned {
     /// Write the picture
     #[arg(long, value_name = "OUT.svg")]
     svg: Option<PathBuf>,
+    /// Draw the energies of the zero dynamics along the steps of a gait of several phases (thesis, figure 7.10)
+    #[arg(long, value_name = "OUT.svg", conflicts_with = "alike")]
+    energies: Option<PathBuf>,
     /// Write the steps, or of a range the number of steps, as a table
     #[arg(long, value_name = "OUT.csv")]
     csv: Option<PathBuf>,
@@ -135,14 +143,30 @@ struct Planned {
     json: bool,
 }
 
+fn energies(bench: &Workbench, gait: &AnyBench, plans: &Plans) -> Result<CurveFigure, Failure> {
+    match gait {
+        AnyBench::Phased(gait) => Ok(gait.energies(&bench.phases()?, plans)?),
+        AnyBench::OnePhase(_) => {
+            let message = "--energies draws steps of several phases; this gait has one";
+            let help = "walk a scenario with wished speeds: `bipedc simulate --energies` draws its steps";
+            Err(Diagnostic::error(message).help(help).into())
+        }
+    }
+}
+
 impl Planned {
     fn run(self, option: &str, speeds: Speeds, to: f64) -> Outcome {
         let bench = self.robot.open()?;
-        let gait = bench.gait(&self.gait)?;
-        output::diagnostics(&gait.warnings);
+        let gait = bench.any_gait(&self.gait)?;
+        output::diagnostics(gait.warnings());
         let mut ledger = bench.ledger();
         gait.note(&mut ledger);
-        let files = [("--svg", &self.svg), ("--csv", &self.csv), ("--page", &self.page)];
+        let files = [
+            ("--svg", &self.svg),
+            ("--energies", &self.energies),
+            ("--csv", &self.csv),
+            ("--page", &self.page),
+        ];
         files.into_iter().try_for_each(|(option, path)| note(&mut ledger, option, path.as_deref()))?;
         let from_speeds = match speeds {
             Speeds::One(speed) => vec![speed],
@@ -157,9 +181,16 @@ impl Planned {
             most: self.most,
             alike: self.alike,
         };
-        let plans = gait.plans(&options, &bench.run())?;
+        let plans = match &gait {
+            AnyBench::OnePhase(gait) => gait.plans(&options, &bench.run())?,
+            AnyBench::Phased(gait) => gait.plans(&bench.phases()?, &options, &bench.run())?,
+        };
         output::diagnostics(&plans.messages);
         write(self.svg.as_deref(), || curves_svg(&plans.figure()))?;
+        if let Some(path) = &self.energies {
+            let figure = energies(&bench, &gait, &plans)?;
+            write(Some(path), || curves_svg(&figure))?;
+        }
         write(self.csv.as_deref(), || plans.csv())?;
         write(self.page.as_deref(), || render_curves(&plans.figure()))?;
         if self.json {

@@ -1,9 +1,5 @@
 //! The energies of a phase (6.32–6.34): ψ and P along φ, of the law without limits, by which φ̈ = a(φ) + b(φ) φ̇².
-use super::Chain;
-use bipedc_effects::diagnostic::Diagnostic;
-
-/// Steps of the quadrature, an even number.
-const STEPS: usize = 512;
+use super::{Chain, Refused};
 
 /// ψ and P of one phase over φ, from φ₊ on.
 #[derive(Debug, Clone)]
@@ -15,17 +11,22 @@ pub struct PhaseEnergy {
 }
 
 impl PhaseEnergy {
-    /// Of the present phase of a chain, from `start` to `end`.
+    /// Of the present phase of a chain, from `start` to `end`; `steps` of the quadrature, an even number.
     ///
     /// # Errors
     /// There is no posture on the way.
-    pub(super) fn new(chain: &Chain<'_>, phase: usize, [start, end]: [f64; 2]) -> Result<Self, Diagnostic> {
-        let place = |k: usize| start + (end - start) * k as f64 / (2 * STEPS) as f64;
+    pub(super) fn new(
+        chain: &Chain<'_>,
+        phase: usize,
+        [start, end]: [f64; 2],
+        steps: usize,
+    ) -> Result<Self, Refused> {
+        let place = |k: usize| start + (end - start) * k as f64 / (2 * steps) as f64;
         let law: Vec<[f64; 2]> =
-            (0..=2 * STEPS).map(|k| chain.law(phase, place(k))).collect::<Result<_, _>>()?;
-        let fine = integrated(&law, 1, (end - start) / STEPS as f64);
-        let coarse = integrated(&law, 2, 2.0 * (end - start) / STEPS as f64);
-        let off = |k: usize| (fine[STEPS][k] - coarse[STEPS / 2][k]).abs();
+            (0..=2 * steps).map(|k| chain.law(phase, place(k))).collect::<Result<_, _>>()?;
+        let fine = integrated(&law, 1, (end - start) / steps as f64);
+        let coarse = integrated(&law, 2, 2.0 * (end - start) / steps as f64);
+        let off = |k: usize| (fine[steps][k] - coarse[steps / 2][k]).abs();
         let error = [off(0), off(1)];
         let entry = |(k, &[log, potential]): (usize, &[f64; 2])| {
             [place(2 * k), log, potential, -law[2 * k][0] * (-log).exp()]
@@ -41,6 +42,14 @@ impl PhaseEnergy {
     /// P₋, (unit of φ/s)².
     pub fn p_minus(&self) -> f64 {
         self.places.last().map_or(0.0, |place| place[2])
+    }
+
+    /// ψ(φ₊, φ) and P(φ), on straight lines between the places of the quadrature.
+    pub fn at(&self, phi: f64) -> [f64; 2] {
+        let after = self.places.partition_point(|place| place[0] < phi).clamp(1, self.places.len() - 1);
+        let ([x0, log0, p0, _], [x1, log1, p1, _]) = (self.places[after - 1], self.places[after]);
+        let part = ((phi - x0) / (x1 - x0)).clamp(0.0, 1.0);
+        [(log0 + part * (log1 - log0)).exp(), p0 + part * (p1 - p0)]
     }
 
     /// Where P is largest: φ, ψ(φ₊, φ) and P there.

@@ -1,17 +1,28 @@
 //! Steps of several phases on their zero dynamics (6.31–6.37): two numbers, φ and φ̇, that know the whole robot.
+mod cycle;
 mod energy;
+mod hop;
+mod pool;
+mod refused;
 mod step;
 mod surface;
 mod text;
+mod trace;
 
 pub use energy::PhaseEnergy;
+pub use hop::{Hop, MidStance};
+pub(in crate::gait) use pool::Chains;
+pub use refused::Refused;
 pub use step::{ChainOptions, ChainStep, ChainedPhase};
+pub(in crate::gait) use trace::PhaseTrace;
 
 use super::{PhasedBench, PhasedProgramController};
 use bipedc_analysis::simulate::phases::{Ending, PhaseSpec, Phased, Violation};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::{Controller, JointCommand, MOST_FEET, Observation, Refusal, StandingFoot};
+use bipedc_runtime::control::{
+    Controller, GaveWay, JointCommand, MOST_FEET, Observation, Refusal, StandingFoot,
+};
 use bipedc_runtime::{Argument, Model, State};
 use std::cell::RefCell;
 use surface::{Surface, SurfacePoint};
@@ -27,7 +38,7 @@ pub struct Chain<'b> {
     relabelled: [usize; 2],
     present: RefCell<Present>,
     /// Why there is no motion.
-    refusal: RefCell<Option<Diagnostic>>,
+    refusal: RefCell<Option<Refused>>,
 }
 
 /// A phase with its functions.
@@ -48,6 +59,10 @@ struct Present {
     /// Where the search for the surface was last.
     near: Vec<f64>,
     limited: bool,
+    /// Outputs had not the accelerations that keep them at zero.
+    missed: bool,
+    /// The present phase is followed to this φ at most.
+    until: Option<f64>,
 }
 
 /// The robot at a state (φ, φ̇).
@@ -58,6 +73,10 @@ pub(super) struct Motion {
     pub acceleration: f64,
     /// Torques were held to a limit.
     pub limited: bool,
+    /// Limits let outputs be missed.
+    pub missed: bool,
+    /// Power of the joints, W: driving less braking, driving and braking.
+    pub power: [f64; 2],
 }
 
 impl<'b> Chain<'b> {
@@ -96,6 +115,8 @@ impl<'b> Chain<'b> {
                 held: Vec::new(),
                 near: vec![0.0; Model::<f64>::nq(&model)],
                 limited: false,
+                missed: false,
+                until: None,
             }),
             refusal: RefCell::new(None),
             bench,
@@ -123,10 +144,10 @@ impl<'b> Chain<'b> {
     ///
     /// # Errors
     /// The controller refuses it.
-    pub fn begin(&self, phase: usize, q: &[f64], v: &[f64]) -> Result<[f64; 2], Diagnostic> {
+    pub fn begin(&self, phase: usize, q: &[f64], v: &[f64]) -> Result<[f64; 2], Refused> {
         let of = self.phase(phase)?;
         let present = &mut *self.present.borrow_mut();
-        let refused = |refusal: Refusal| Diagnostic::error(format!("phase `{}`: {refusal}", of.spec.name));
+        let refused = |refusal: Refusal| Refused::of_controller(&of.spec.name, refusal);
         present.controller.begin(phase, q, v).map_err(refused)?;
         present.held = of.surface.held(&self.model, q);
         present.near = q.to_vec();
@@ -135,7 +156,7 @@ impl<'b> Chain<'b> {
     }
 
     /// T and T′ at φ in the present phase.
-    fn point(&self, phase: usize, phi: f64) -> Result<SurfacePoint, Diagnostic> {
+    fn point(&self, phase: usize, phi: f64) -> Result<SurfacePoint, Refused> {
         let of = self.phase(phase)?;
         let present = &mut *self.present.borrow_mut();
         let mut arguments = present.controller.arguments().to_vec();
@@ -151,28 +172,36 @@ impl<'b> Chain<'b> {
     }
 
     /// The whole motion at φ and φ̇ in the present phase.
-    pub(super) fn motion(&self, phase: usize, [phi, rate]: [f64; 2]) -> Result<Motion, Diagnostic> {
+    pub(super) fn motion(&self, phase: usize, [phi, rate]: [f64; 2]) -> Result<Motion, Refused> {
         let of = self.phase(phase)?;
         let point = self.point(phase, phi)?;
         let v: Vec<f64> = point.slope.iter().map(|slope| slope * rate).collect();
         let present = &mut *self.present.borrow_mut();
         let mut commands = vec![JointCommand::Off; Model::<f64>::joints(&self.model)];
         let observed = Observation::new(0.0, phase, &point.q, &v);
-        let refused = |refusal: Refusal| Diagnostic::error(format!("phase `{}`: {refusal}", of.spec.name));
+        let refused = |refusal: Refusal| Refused::of_controller(&of.spec.name, refusal);
         present.controller.command(&observed, &mut commands).map_err(refused)?;
-        let limited = present.controller.status().limits > 0;
+        let status = present.controller.status();
+        let missed = matches!(status.gave_way, GaveWay::Outputs | GaveWay::Ground);
         let mut tau = vec![0.0; v.len()];
         let first = v.len() - commands.len();
         tau[first..].iter_mut().zip(&commands).for_each(|(tau, command)| *tau = command.torque(0.0, 0.0));
+        let power = tau.iter().zip(&v).map(|(tau, v)| tau * v);
+        let power = [power.clone().sum::<f64>(), power.map(f64::abs).sum()];
         let state = State::new().with(Argument::Q, &point.q).with(Argument::V, &v).with(Argument::Tau, &tau);
         let mut accelerations = self.call(of.dynamics, &state);
         let forces = accelerations.split_off(v.len().min(accelerations.len()));
         let acceleration = of.surface.phase_acceleration(&self.model, (&point.q, &v), &accelerations);
-        Ok(Motion { forces, acceleration, limited })
+        Ok(Motion { forces, acceleration, limited: status.limits > 0, missed, power })
+    }
+
+    /// φ where h_p of the present phase has vanished.
+    fn end_of_present(&self) -> f64 {
+        self.present.borrow().controller.status().ends[1]
     }
 
     /// Keeps the first refusal.
-    fn heard<T>(&self, found: Result<T, Diagnostic>) -> Option<T> {
+    fn heard<T>(&self, found: Result<T, Refused>) -> Option<T> {
         match found {
             Ok(found) => Some(found),
             Err(why) => {
@@ -183,7 +212,7 @@ impl<'b> Chain<'b> {
     }
 
     /// What was refused since this was last asked.
-    pub(super) fn refusal(&self) -> Option<Diagnostic> {
+    pub(super) fn refusal(&self) -> Option<Refused> {
         self.refusal.take()
     }
 
@@ -201,7 +230,13 @@ impl<'b> Chain<'b> {
         ]
     }
 
-    fn guarded(&self, phase: usize, x: [f64; 2]) -> Result<f64, Diagnostic> {
+    fn guarded(&self, phase: usize, x: [f64; 2]) -> Result<f64, Refused> {
+        let left = self.present.borrow().until.map_or(f64::INFINITY, |until| until - x[0]);
+        Ok(self.before_its_end(phase, x)?.min(left))
+    }
+
+    /// Positive until the event that ends a phase.
+    fn before_its_end(&self, phase: usize, x: [f64; 2]) -> Result<f64, Refused> {
         let of = self.phase(phase)?;
         match &of.spec.ending {
             Ending::Never => Ok(f64::INFINITY),
@@ -213,7 +248,10 @@ impl<'b> Chain<'b> {
         }
     }
 
-    fn changed(&self, phase: usize, x: [f64; 2]) -> Result<(usize, [f64; 2]), Diagnostic> {
+    fn changed(&self, phase: usize, x: [f64; 2]) -> Result<(usize, [f64; 2]), Refused> {
+        if self.present.borrow().until.is_some() {
+            return Ok((phase, x));
+        }
         let of = self.phase(phase)?;
         let point = self.point(phase, x[0])?;
         let mut v: Vec<f64> = point.slope.iter().map(|slope| slope * x[1]).collect();
@@ -263,8 +301,10 @@ impl Phased for Chain<'_> {
     }
 
     fn violation(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
-        if self.heard(self.motion(phase, [x[0], x[1]])).is_some_and(|motion| motion.limited) {
-            self.present.borrow_mut().limited = true;
+        if let Some(motion) = self.heard(self.motion(phase, [x[0], x[1]])) {
+            let present = &mut *self.present.borrow_mut();
+            (present.limited, present.missed) =
+                (present.limited | motion.limited, present.missed | motion.missed);
         }
         let spec = &self.phase(phase).ok()?.spec;
         (x[1] <= 0.0).then(|| Violation {
@@ -285,7 +325,7 @@ impl Phased for Chain<'_> {
                 Ok(next)
             }
             Err(why) => {
-                let quantity = why.message.clone();
+                let quantity = why.to_string();
                 self.refusal.borrow_mut().get_or_insert(why);
                 let phase = self.phases[phase].as_ref().map_or_else(String::new, |of| of.spec.name.clone());
                 Err(Violation {

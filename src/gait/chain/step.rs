@@ -1,18 +1,17 @@
 //! One step of several phases, and what its energies say of the next (6.35–6.37).
 use super::surface::SurfacePoint;
-use super::{Chain, ChainPhase, PhaseEnergy};
-use crate::gait::{Assignment, PhasedBench};
-use bipedc_analysis::simulate::phases::{End, Ending, PhaseSpec, Precision, Start, walk};
+use super::{Chain, ChainPhase, PhaseEnergy, Refused};
+use crate::gait::{Assignment, Parametrised, PhasedBench};
+use bipedc_analysis::gait::Reason;
+use bipedc_analysis::simulate::phases::{Ending, PhaseSpec};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::magnitude;
 use bipedc_runtime::control::PhaseLayout;
 use bipedc_runtime::{Argument, State};
 use serde::Serialize;
 
-/// A step that takes longer than this does not come to its end, s.
-const LONGEST: f64 = 20.0;
-/// Most steps of the integration in a phase; usual are some hundreds. Where torques go from limit to limit they come to no end.
-const MOST_STEPS: usize = 10_000;
+/// Steps of the quadrature of energies that are shown.
+const STEPS: usize = 512;
 /// Places at which the end of a phase is looked for.
 const LOOKS: usize = 60;
 
@@ -23,6 +22,8 @@ pub struct ChainOptions {
     pub speed: f64,
     /// Parameters that are not the gait's own.
     pub set: Vec<Assignment>,
+    /// Parameters until mid-stance, where they are others: those of the step then are taken there.
+    pub from: Vec<Assignment>,
 }
 
 /// A phase of a step.
@@ -78,6 +79,20 @@ pub struct ChainStep {
     pub unit: String,
 }
 
+impl ChainStep {
+    /// δ and P₋ of the step (6.37), its duration, and the energy of the next one, which begins at a rate.
+    fn sum(&mut self, rate: f64) {
+        let (mut delta, mut p_minus) = (1.0, 0.0);
+        for phase in &self.phases {
+            p_minus += phase.p_minus / delta;
+            delta *= phase.nu;
+        }
+        (self.delta, self.p_minus) = (Some(delta), Some(p_minus));
+        self.next_energy = Some(0.5 * rate * rate);
+        self.duration = Some(self.phases.iter().map(|phase| phase.duration).sum());
+    }
+}
+
 impl PhasedBench {
     /// A step that follows one which ended as its own formulas say, and passes the dead centre of its first phase at a speed; `specs`
     /// are the phases of the robot's description.
@@ -90,11 +105,11 @@ impl PhasedBench {
             let help = "write the speed at mid-stance, above 0, in the unit of the phase variable per second";
             return Err(Diagnostic::error(format!("a speed of {speed} is not possible")).help(help).into());
         }
-        let values = self.values(&options.set)?;
-        let chain = Chain::new(self, specs, self.controller(None, &options.set)?)
-            .map_err(|error| error.or_in_file(&self.file))?;
-        let found = chain.nominal(&values).and_then(|[q, direction]| chain.step((&q, &direction), speed));
-        Ok(found.map_err(|error| error.or_in_file(&self.file))?)
+        let to = self.values(&options.set)?;
+        let from = self.with(&to, &options.from)?;
+        let at = |error: Diagnostic| error.or_in_file(&self.file);
+        let chain = Chain::new(self, specs, self.controller(None, &options.set)?).map_err(at)?;
+        Ok(chain.step(&from, &to, speed).map_err(|refused| at(refused.into()))?)
     }
 }
 
@@ -103,20 +118,20 @@ impl Chain<'_> {
     ///
     /// # Errors
     /// There is no such posture.
-    pub fn beginning(&self, values: &[f64], speed: f64) -> Result<[Vec<f64>; 2], Diagnostic> {
+    pub fn beginning(&self, values: &[f64], speed: f64) -> Result<[Vec<f64>; 2], Refused> {
         let [q, direction] = self.nominal(values)?;
-        let rate = self.first_rate((&q, &direction), speed)?.0;
+        let rate = self.first_rate((&q, &direction), speed)?;
         Ok([q, direction.iter().map(|slope| slope * rate).collect()])
     }
 
-    /// φ̇₊ of the step that begins at q along a direction (per φ̇) and passes its dead centre at a speed; and φ_m.
-    fn first_rate(&self, (q, direction): (&[f64], &[f64]), speed: f64) -> Result<(f64, f64), Diagnostic> {
+    /// φ̇₊ of the step that begins at q along a direction (per φ̇) and passes its dead centre at a speed.
+    fn first_rate(&self, (q, direction): (&[f64], &[f64]), speed: f64) -> Result<f64, Refused> {
         let first = self.first()?;
         let [start, _] = self.begin(first, q, direction)?;
-        let end = self.present.borrow().controller.status().ends[1];
-        let [phi, psi, potential] = PhaseEnergy::new(self, first, [start, end])?.dead_centre();
+        let end = self.end_of_present();
+        let [_, psi, potential] = PhaseEnergy::new(self, first, [start, end], STEPS)?.dead_centre();
         // φ̇² = ψ (φ̇₊² − 2 P)
-        Ok(((speed * speed / psi + 2.0 * potential).sqrt(), phi))
+        Ok((speed * speed / psi + 2.0 * potential).sqrt())
     }
 
     /// Index of the step's first phase in the description.
@@ -127,109 +142,73 @@ impl Chain<'_> {
         self.bench.compiled.phase(&self.bench.gait, 0).map(|layout| layout.phase)
     }
 
-    fn step(&self, (q, direction): (&[f64], &[f64]), speed: f64) -> Result<ChainStep, Diagnostic> {
-        let (rate, phi_m) = self.first_rate((q, direction), speed)?;
-        let v: Vec<f64> = direction.iter().map(|slope| slope * rate).collect();
+    /// The step that takes parameters `to` at the mid-stance of one with parameters `from`, and what its phases are. A step among its
+    /// own kind is shown from its beginning.
+    fn step(&self, from: &[f64], to: &[f64], speed: f64) -> Result<ChainStep, Refused> {
+        let start = self.mid_stance(from, speed)?;
+        let hop = self.hop(&start, to);
+        let first = self.first()?;
+        let begun = if from == to {
+            let [q, v] = self.beginning(to, speed)?;
+            self.begin(first, &q, &v)
+        } else {
+            self.begin(first, &start.q, &start.velocity())
+        };
         let mut found = ChainStep {
             speed,
-            next_speed: None,
-            phi_m,
+            next_speed: hop.next.as_ref().ok().map(|next| next.speed),
+            phi_m: start.phi,
             delta: None,
             p_minus: None,
-            energy: 0.5 * rate * rate,
+            energy: 0.5 * begun.as_ref().map_or(f64::NAN, |x| x[1] * x[1]),
             next_energy: None,
             duration: None,
-            feasible: false,
-            reason: None,
+            feasible: hop.next.is_ok(),
+            reason: hop.next.err().map(|why| why.to_string()),
             phases: Vec::new(),
             unit: self.bench.gait.phases[0].unit.clone(),
         };
-        let mut now = (self.first()?, self.begin(self.first()?, q, &v)?);
+        let Ok(x) = begun else { return Ok(found) };
+        let mut now = (first, x);
         for _ in 0..self.bench.gait.phases.len() {
-            match self.one_phase(now)? {
-                Ok((phase, next)) => {
-                    found.phases.push(phase);
-                    now = next;
-                }
-                Err(why) => {
-                    found.reason = Some(why);
-                    return Ok(found);
-                }
-            }
+            // Why a phase is not made is what the hop says.
+            let Ok((phase, next)) = self.one_phase(now) else { return Ok(found) };
+            found.phases.push(phase);
+            now = next;
         }
-        self.summed(&mut found, now)
+        found.sum(now.1[1]);
+        Ok(found)
     }
 
-    /// δ, P₋ and the speed of the next step.
-    fn summed(
-        &self,
-        found: &mut ChainStep,
-        (phase, [start, rate]): (usize, [f64; 2]),
-    ) -> Result<ChainStep, Diagnostic> {
-        let (mut delta, mut p_minus) = (1.0, 0.0);
-        for phase in &found.phases {
-            p_minus += phase.p_minus / delta;
-            delta *= phase.nu;
-        }
-        (found.delta, found.p_minus) = (Some(delta), Some(p_minus));
-        found.next_energy = Some(0.5 * rate * rate);
-        found.duration = Some(found.phases.iter().map(|phase| phase.duration).sum());
-        let end = self.present.borrow().controller.status().ends[1];
-        let [_, psi, potential] = PhaseEnergy::new(self, phase, [start, end])?.dead_centre();
-        let square = psi * (rate * rate - 2.0 * potential);
-        if square > 0.0 {
-            (found.next_speed, found.feasible) = (Some(square.sqrt()), true);
-        } else {
-            found.reason = Some("the next step falls back before its dead centre".to_owned());
-        }
-        Ok(found.clone())
-    }
-
-    /// A phase to its end, and the beginning of the next; or why it has none.
-    fn one_phase(
-        &self,
-        (phase, x): Beginning,
-    ) -> Result<Result<(ChainedPhase, Beginning), String>, Diagnostic> {
-        let precision =
-            Precision { relative: 1e-11, absolute: 1e-11, most_steps: MOST_STEPS, ..Precision::default() };
-        let start = Start { time: 0.0, phase, x: x.to_vec() };
+    /// A phase to its end, and the beginning of the next.
+    fn one_phase(&self, (phase, x): Beginning) -> Result<(ChainedPhase, Beginning), Refused> {
         self.present.borrow_mut().limited = false;
         let own = self.present.borrow().clone();
-        let walked = walk(self, start, LONGEST, 1, &precision, &mut |_, _, _| {});
-        if let Some(refusal) = self.refusal() {
-            return Err(refusal);
-        }
-        let walked = walked?;
-        let Some(change) = walked.changes.first() else {
-            return Ok(Err(match walked.end {
-                End::Violated(found) => format!("in phase `{}` {}", found.phase, found.meaning),
-                _ => format!("phase `{}` does not end within {LONGEST} s", self.phase(phase)?.spec.name),
-            }));
-        };
+        let (mut time, mut last) = (0.0, x);
+        let next = self.phase_to_its_end((phase, x), &mut time, &mut |_, _, x, _| last = x)?;
         // The energies are those of the phase that has ended.
         let limited = self.present.borrow().limited;
-        let next = self.present.replace(own);
-        let energy = PhaseEnergy::new(self, phase, [x[0], change.before[0]]);
-        self.present.replace(next);
+        let begun = self.present.replace(own);
+        let energy = PhaseEnergy::new(self, phase, [x[0], last[0]], STEPS);
+        self.present.replace(begun);
         let energy = energy?;
-        let after = [change.after[0], change.after[1]];
-        let eta = after[1] / change.before[1];
+        let eta = next.1[1] / last[1];
         let found = ChainedPhase {
             name: self.phase(phase)?.spec.name.clone(),
             phi_start: x[0],
-            phi_end: change.before[0],
+            phi_end: last[0],
             speed_start: x[1],
-            speed_end: change.before[1],
-            duration: change.time,
+            speed_end: last[1],
+            duration: time,
             nu: eta * eta * energy.psi(),
             p_minus: energy.p_minus(),
             limited,
         };
-        Ok(Ok((found, (change.to, after))))
+        Ok((found, next))
     }
 
     /// φ̈ = a + b φ̇² without limits, at φ in the present phase.
-    pub(super) fn law(&self, phase: usize, phi: f64) -> Result<[f64; 2], Diagnostic> {
+    pub(super) fn law(&self, phase: usize, phi: f64) -> Result<[f64; 2], Refused> {
         let limits = |kept: [bool; 2]| self.present.borrow_mut().controller.keep_limits(kept);
         let before = limits([false; 2]);
         let pair = [0.0, 1.0].map(|rate| self.motion(phase, [phi, rate]));
@@ -240,7 +219,7 @@ impl Chain<'_> {
     }
 
     /// q, and q̇ per φ̇, where a step begins after one that ended as its own formulas say: all phases are followed from end to end without h_p.
-    fn nominal(&self, values: &[f64]) -> Result<[Vec<f64>; 2], Diagnostic> {
+    pub(super) fn nominal(&self, values: &[f64]) -> Result<[Vec<f64>; 2], Refused> {
         let mut q = self.bench.posture();
         let mut direction = Vec::new();
         for index in 0..self.bench.gait.phases.len() {
@@ -272,7 +251,7 @@ impl Chain<'_> {
         (layout, first): (&PhaseLayout, bool),
         values: &[f64],
         q: &[f64],
-    ) -> Result<SurfacePoint, Diagnostic> {
+    ) -> Result<SurfacePoint, Refused> {
         let mut arguments = vec![0.0; self.bench.compiled.arguments.len()];
         arguments[3..3 + values.len()].copy_from_slice(values);
         let end = self.call(layout.end, &State::new().with(Argument::Parameters, &arguments))[0];
@@ -299,8 +278,9 @@ impl Chain<'_> {
             points.iter().map(|&point| heights[point]).fold(f64::INFINITY, f64::min)
         };
         touched(at, point, height)?.ok_or_else(|| {
-            Diagnostic::error(format!("phase `{}` does not come to the ground near its `end`", of.spec.name))
-                .help("`end` is φ where the phase is meant to end: what lands is on the ground there")
+            let message = format!("phase `{}` does not come to the ground near its `end`", of.spec.name);
+            let help = "`end` is φ where the phase is meant to end: what lands is on the ground there";
+            Refused { reason: Reason::GuardNotReached, why: Diagnostic::error(message).help(help) }
         })
     }
 }
@@ -310,10 +290,10 @@ type Beginning = (usize, [f64; 2]);
 
 /// Where a height falls through zero on the way from the beginning to a fifth beyond the end; `at` is the surface at a part of that way.
 fn touched(
-    mut at: impl FnMut(f64, &[f64]) -> Result<SurfacePoint, Diagnostic>,
+    mut at: impl FnMut(f64, &[f64]) -> Result<SurfacePoint, Refused>,
     mut point: SurfacePoint,
     height: impl Fn(&[f64]) -> f64,
-) -> Result<Option<SurfacePoint>, Diagnostic> {
+) -> Result<Option<SurfacePoint>, Refused> {
     let part = |k: usize| k as f64 / LOOKS as f64;
     let mut above = height(&point.q) > 0.0;
     for k in 1..=LOOKS + LOOKS / 5 {

@@ -1,5 +1,7 @@
 //! The constraint surface of a phase with feet that stand: q = T(φ) where the ground holds what it held when the phase began (6.30).
+use super::Refused;
 use crate::gait::PhasedBench;
+use bipedc_analysis::gait::Reason;
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::{Argument, Model, State};
@@ -101,7 +103,7 @@ impl Surface {
         model: &ProgramModel,
         (arguments, held): (&[f64], &[f64]),
         near: &[f64],
-    ) -> Result<SurfacePoint, Diagnostic> {
+    ) -> Result<SurfacePoint, Refused> {
         let residual = |q: &[f64]| {
             let state = State::new().with(Argument::Q, q).with(Argument::Parameters, arguments);
             let mut found: Vec<f64> =
@@ -130,7 +132,8 @@ impl Surface {
         }
         if size > SOLVED {
             let message = format!("phase `{}` has no posture at φ = {:.6}", self.name, arguments[0]);
-            return Err(Diagnostic::error(message).help("outputs and contacts contradict each other there"));
+            let why = Diagnostic::error(message).help("outputs and contacts contradict each other there");
+            return Err(Refused { reason: Reason::NoPosture, why });
         }
         let state = State::new().with(Argument::Q, &q).with(Argument::Parameters, arguments);
         let mut right = vec![0.0; self.held.len()];
@@ -156,7 +159,7 @@ impl Surface {
         model: &ProgramModel,
         (q, arguments): (&[f64], &[f64]),
         right: &[f64],
-    ) -> Result<Vec<f64>, Diagnostic> {
+    ) -> Result<Vec<f64>, Refused> {
         let n = q.len();
         let state = State::new().with(Argument::Q, q).with(Argument::Parameters, arguments);
         let (along, normals) = (call(model, self.along, &state), call(model, self.normals, &state));
@@ -171,11 +174,9 @@ impl Surface {
         let solved = matrix.full_piv_lu().solve(&DVector::from_column_slice(right));
         let found = solved.filter(|x| x.iter().all(|x| x.is_finite()));
         let singular = || {
-            Diagnostic::error(format!(
-                "contacts, outputs and φ of phase `{}` do not fix the joints",
-                self.name
-            ))
-            .help("each [[phase.output]] controls something that contacts, the others and φ leave open")
+            let message = format!("contacts, outputs and φ of phase `{}` do not fix the joints", self.name);
+            let help = "each [[phase.output]] controls something that contacts, the others and φ leave open";
+            Refused { reason: Reason::NoPosture, why: Diagnostic::error(message).help(help) }
         };
         found.map(|x| x.as_slice().to_vec()).ok_or_else(singular)
     }

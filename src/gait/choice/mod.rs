@@ -3,7 +3,7 @@ mod walking;
 
 pub use walking::{Choosing, Present, StepPart, StepSpeed};
 
-use super::GaitBench;
+use super::{GaitBench, Parametrised};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Assumptions, ChoiceSettings, Choices, Chooser, GaitModel, Kept, Watch};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};

@@ -1,8 +1,9 @@
 //! Cycles of a gait: walking that repeats itself (thesis 6.17), for given parameters or over one of them.
+mod phased;
 mod text;
 
 use super::over::Over;
-use super::{Assignment, GaitBench};
+use super::{Assignment, GaitBench, Parametrised};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Cycle, Watch};
 use bipedc_analysis::report::{CurveFigure, CurveKind, Fact, PlottedCurve, Table};
@@ -59,8 +60,24 @@ impl GaitBench {
     /// # Errors
     /// Parameters that the gait does not have, numbers and ranges that are none.
     pub fn cycles(&self, options: &CycleOptions, run: &Run<'_>) -> Result<Cycles, Diagnostics> {
-        let defaults: Vec<f64> = self.gait.parameters.iter().map(|parameter| parameter.default).collect();
-        let values = self.with(&defaults, &options.set)?;
+        let model = self.model()?;
+        self.each_cycle(options, run, |all, watch| {
+            let found = model.cycles(all, watch);
+            found.into_iter().map(|cycle| cycle.map_err(|why| why.to_string())).collect()
+        })
+    }
+}
+
+/// What cycles of all gaits have in common.
+trait Cycling: Parametrised {
+    /// Cycles of all values that were asked for, by `find`.
+    fn each_cycle(
+        &self,
+        options: &CycleOptions,
+        run: &Run<'_>,
+        find: impl FnOnce(&[Vec<f64>], &Watch<'_>) -> Vec<Result<Cycle, String>>,
+    ) -> Result<Cycles, Diagnostics> {
+        let values = self.with(&self.defaults(), &options.set)?;
         let fixed: Vec<&str> = options.set.iter().map(|(name, _)| name.as_str()).collect();
         let over: Vec<Over> = options.over.iter().cloned().collect();
         let axis = self.axes(&over, &fixed)?.pop();
@@ -68,29 +85,29 @@ impl GaitBench {
             None => vec![values.clone()],
             Some((index, along)) => along.iter().map(|&x| replaced(&values, *index, x)).collect(),
         };
-        let model = self.model()?;
-        let found =
-            run.progress.counted("cycles", |advance| model.cycles(&all, &Watch { advance, stop: run.stop }));
-        let of = |(parameters, cycle): (&Vec<f64>, &Result<Cycle, _>)| CycleOf {
+        let found = run.progress.counted("cycles", |advance| find(&all, &Watch { advance, stop: run.stop }));
+        let of = |(parameters, cycle): (&Vec<f64>, &Result<Cycle, String>)| CycleOf {
             parameters: self.named(parameters),
             cycle: cycle.as_ref().ok().copied(),
-            reason: cycle.as_ref().err().map(ToString::to_string),
+            reason: cycle.as_ref().err().cloned(),
         };
         let inside = axis
             .as_ref()
             .map_or(values.clone(), |(index, _)| replaced(&values, *index, self.parameter(*index).bounds[0]));
         Ok(Cycles {
-            gait: self.gait.name.clone(),
-            robot: self.compiled.description.name.clone(),
-            speed_unit: format!("{}/s", self.gait.phase.unit),
+            gait: self.gait_name().to_owned(),
+            robot: self.robot_name().to_owned(),
+            speed_unit: self.speed_unit(),
             over: axis.as_ref().map(|(index, _)| self.parameter(*index).name.clone()),
             over_unit: axis.as_ref().map(|(index, _)| self.parameter(*index).unit.clone()),
             complete: found.len() == all.len(),
             cycles: all.iter().zip(&found).map(of).collect(),
-            messages: self.beyond(&inside, ""),
+            messages: self.outside(&inside, ""),
         })
     }
 }
+
+impl<B: Parametrised> Cycling for B {}
 
 fn replaced(values: &[f64], index: usize, value: f64) -> Vec<f64> {
     let mut values = values.to_vec();

@@ -1,10 +1,11 @@
 //! Maps of a gait: the next mid-stance speed over two parameters (thesis, figures 7.2 and 7.4).
 mod figure;
 mod file;
+mod phased;
 mod text;
 
 use super::over::Over;
-use super::{Assignment, GaitBench};
+use super::{Assignment, GaitBench, Parametrised};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Assumptions, Cell, MapRequest, Reason, Watch};
 use bipedc_compiler::description::gait::GaitParameter;
@@ -116,40 +117,10 @@ impl GaitBench {
         run: &Run<'_>,
     ) -> Result<GaitMap, Diagnostics> {
         let request = self.map_request(options)?;
-        let identity = self.identity(&request);
-        let frame = file::Frame { axes: [0, 1].map(|k| self.axis(&request, k)), speeds: &request.speeds };
-        let known = match file {
-            Some(path) => file::read(path, &identity, &frame)?,
-            None => Vec::new(),
-        };
-        let model = self.model()?;
-        let cells = run
-            .progress
-            .counted("mapping", |advance| model.map(&request, known, &Watch { advance, stop: run.stop }));
-        if let Some(path) = file {
-            file::write(path, &identity, &frame, &cells)?;
-        }
-        Ok(self.mapped(options, &request, &cells, identity))
-    }
-
-    fn map_request(&self, options: &MapOptions) -> Result<MapRequest, Diagnostics> {
-        self.check_speeds(&options.speeds)?;
-        let defaults: Vec<f64> = self.gait.parameters.iter().map(|parameter| parameter.default).collect();
-        let values = self.with(&defaults, &options.set)?;
-        let from = if options.from.is_empty() { None } else { Some(self.with(&values, &options.from)?) };
-        let fixed: Vec<&str> = options.set.iter().map(|(name, _)| name.as_str()).collect();
-        let axes = self.axes(&options.over, &fixed)?;
-        let axes: [(usize, Vec<f64>); 2] = axes.try_into().map_err(|axes: Vec<_>| {
-            let message = format!("a map has two ranges, not {}", axes.len());
-            Diagnostic::error(message).help("give --over NAME=A:B:N twice, once for each of two parameters")
-        })?;
-        let cells = axes[0].1.len() * axes[1].1.len() * options.speeds.len();
-        if cells > MOST_CELLS {
-            let help = format!("ask for fewer values or speeds: at most {MOST_CELLS} cells in all");
-            return Err(Diagnostic::error(format!("{cells} cells are too many")).help(help).into());
-        }
         self.check_assumptions(options.assume)?;
-        Ok(MapRequest { values, from, axes, speeds: options.speeds.clone(), assume: options.assume })
+        let identity = self.identity(&request);
+        let model = self.model()?;
+        self.mapped((&request, identity), file, run, |known, watch| model.map(&request, known, watch))
     }
 
     /// Refuses assumptions that nothing is known about.
@@ -168,6 +139,48 @@ impl GaitBench {
         }
         Ok(())
     }
+}
+
+/// What maps of all gaits have in common.
+trait Mapping: Parametrised {
+    /// All cells, by `cells` from those that a file has already, and what they say.
+    fn mapped(
+        &self,
+        (request, identity): (&MapRequest, String),
+        file: Option<&Path>,
+        run: &Run<'_>,
+        cells: impl FnOnce(Vec<Cell>, &Watch<'_>) -> Vec<Cell>,
+    ) -> Result<GaitMap, Diagnostics> {
+        let frame = file::Frame { axes: [0, 1].map(|k| self.axis(request, k)), speeds: &request.speeds };
+        let known = match file {
+            Some(path) => file::read(path, &identity, &frame)?,
+            None => Vec::new(),
+        };
+        let cells =
+            run.progress.counted("mapping", |advance| cells(known, &Watch { advance, stop: run.stop }));
+        if let Some(path) = file {
+            file::write(path, &identity, &frame, &cells)?;
+        }
+        Ok(self.described(request, &cells, identity))
+    }
+
+    fn map_request(&self, options: &MapOptions) -> Result<MapRequest, Diagnostics> {
+        self.check_speeds(&options.speeds)?;
+        let values = self.with(&self.defaults(), &options.set)?;
+        let from = if options.from.is_empty() { None } else { Some(self.with(&values, &options.from)?) };
+        let fixed: Vec<&str> = options.set.iter().map(|(name, _)| name.as_str()).collect();
+        let axes = self.axes(&options.over, &fixed)?;
+        let axes: [(usize, Vec<f64>); 2] = axes.try_into().map_err(|axes: Vec<_>| {
+            let message = format!("a map has two ranges, not {}", axes.len());
+            Diagnostic::error(message).help("give --over NAME=A:B:N twice, once for each of two parameters")
+        })?;
+        let cells = axes[0].1.len() * axes[1].1.len() * options.speeds.len();
+        if cells > MOST_CELLS {
+            let help = format!("ask for fewer values or speeds: at most {MOST_CELLS} cells in all");
+            return Err(Diagnostic::error(format!("{cells} cells are too many")).help(help).into());
+        }
+        Ok(MapRequest { values, from, axes, speeds: options.speeds.clone(), assume: options.assume })
+    }
 
     fn axis(&self, request: &MapRequest, k: usize) -> MapAxis {
         let (index, values) = &request.axes[k];
@@ -175,13 +188,7 @@ impl GaitBench {
         MapAxis { name: name.clone(), unit: unit.clone(), bounds: *bounds, values: values.clone() }
     }
 
-    fn mapped(
-        &self,
-        options: &MapOptions,
-        request: &MapRequest,
-        cells: &[Cell],
-        identity: String,
-    ) -> GaitMap {
+    fn described(&self, request: &MapRequest, cells: &[Cell], identity: String) -> GaitMap {
         let over = [0, 1].map(|k| self.axis(request, k));
         let reasons: Vec<Reason> = Reason::ALL
             .into_iter()
@@ -190,17 +197,17 @@ impl GaitBench {
         let one = |k: usize| speed_map(request, &over, &reasons, cells, k);
         let moving = request.axes.each_ref().map(|(index, _)| *index);
         let named = |values: &[f64], left_out: &[usize]| {
-            let kept = self.gait.parameters.iter().zip(values).enumerate();
+            let kept = self.parameters().iter().zip(values).enumerate();
             let kept = kept.filter(|(index, _)| !left_out.contains(index));
             kept.map(|(_, (parameter, value))| (parameter.name.clone(), *value)).collect()
         };
         GaitMap {
-            gait: self.gait.name.clone(),
-            robot: self.compiled.description.name.clone(),
-            speed_unit: format!("{}/s", self.gait.phase.unit),
+            gait: self.gait_name().to_owned(),
+            robot: self.robot_name().to_owned(),
+            speed_unit: self.speed_unit(),
             parameters: named(&request.values, &moving),
             from: request.from.as_deref().map(|values| named(values, &[])),
-            assume: assumed(options.assume),
+            assume: assumed(request.assume),
             complete: !reasons.contains(&Reason::NotComputed),
             maps: (0..request.speeds.len()).map(one).collect(),
             messages: self.beyond_ranges(request),
@@ -217,11 +224,13 @@ impl GaitBench {
             // Ranges may go beyond: the picture shows the bounds.
             inside[*index] = self.parameter(*index).bounds[0];
         }
-        let mut found = self.beyond(&inside, "");
-        found.extend(request.from.iter().flat_map(|from| self.beyond(from, " of the step before")));
+        let mut found = self.outside(&inside, "");
+        found.extend(request.from.iter().flat_map(|from| self.outside(from, " of the step before")));
         found
     }
 }
+
+impl<B: Parametrised> Mapping for B {}
 
 /// Names of assumptions, as `--assume` has them.
 fn assumed(assume: Assumptions) -> Vec<&'static str> {

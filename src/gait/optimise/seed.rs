@@ -95,10 +95,11 @@ fn seed_phase<'g>(
     feedforward: Option<&'g Feedforward>,
 ) -> Result<SeedPhase<'g>, Diagnostic> {
     let curve = |output: &'g GaitOutput| match &output.wanted {
-        Curve::Bezier { coefficients, over } => Ok((&coefficients[..], *over)),
-        Curve::Formula(_) => {
+        Curve::Bezier { coefficients, over, along: None, plus: None } => Ok((&coefficients[..], *over)),
+        Curve::Formula(_) | Curve::Bezier { .. } => {
             let message = format!("output `{}` of the gait to begin from is a formula", output.name);
-            Err(Diagnostic::error(message).help("begin from a gait whose outputs have `wanted.bezier`"))
+            Err(Diagnostic::error(message)
+                .help("begin from a gait whose outputs have `wanted.bezier` without `along` and `plus`"))
         }
     };
     let curves = outputs.iter().map(curve).collect::<Result<Vec<_>, _>>()?;

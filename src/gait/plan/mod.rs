@@ -1,9 +1,11 @@
 //! Plans of a gait: the fewest steps to a speed (thesis 6.23, figures 7.3 and 7.6).
+mod energies;
 mod figure;
+mod phased;
 mod text;
 
 use super::over::{Over, Range};
-use super::{Assignment, GaitBench};
+use super::{Assignment, GaitBench, Parametrised};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Choices, Plan, PlannedStep, Unreached, Watch};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -110,6 +112,12 @@ impl GaitBench {
     /// # Errors
     /// Parameters that the gait does not have, ranges and speeds that are none, too many choices; a present step that is none.
     pub fn plans(&self, options: &PlanOptions, run: &Run<'_>) -> Result<Plans, Diagnostics> {
+        if self.depends_on_start() {
+            let message =
+                format!("the gait `{}` has no plans: what it wants depends on phase_start", self.gait.name);
+            let help = "then the end of a step depends on all steps before it; write its formulas with phase and phase_end alone";
+            return Err(Diagnostic::error(message).help(help).into());
+        }
         let (choices, now) = self.choices(options)?;
         let model = self.model()?;
         let most = options.most.clamp(1, MOST_STEPS);
@@ -117,7 +125,7 @@ impl GaitBench {
             let alike = run.progress.counted("steps of all choices", |advance| {
                 model.alike(&choices, &Watch { advance, stop: run.stop })
             });
-            alike.map(|alike| self.each_plan(options, run, |speed| alike.plan(speed, options.to, most)))
+            alike.map(|alike| self.each_plan(options, run, |speed| Some(alike.plan(speed, options.to, most))))
         } else {
             let reach = run.progress.counted("steps between choices", |advance| {
                 model.reach(&now, &choices, &Watch { advance, stop: run.stop })
@@ -126,26 +134,42 @@ impl GaitBench {
                 Diagnostic::error(format!("the present step is none: {why}"))
                     .help("name other parameters of the present step by --from")
             })?;
-            reach.map(|reach| self.each_plan(options, run, |speed| reach.plan(speed, options.to, most)))
+            reach.map(|reach| self.each_plan(options, run, |speed| Some(reach.plan(speed, options.to, most))))
         };
-        let plans = plans.unwrap_or_default();
-        let mut messages = self.beyond(&now, " of the present step");
-        messages.extend(self.beyond(&choices.values, ""));
-        Ok(Plans {
-            gait: self.gait.name.clone(),
-            robot: self.compiled.description.name.clone(),
-            speed_unit: format!("{}/s", self.gait.phase.unit),
+        Ok(self.planned(options, (&choices, &now), plans.unwrap_or_default()))
+    }
+}
+
+/// What plans of all gaits have in common.
+trait Planning: Parametrised {
+    fn planned(
+        &self,
+        options: &PlanOptions,
+        (choices, now): (&Choices, &[f64]),
+        plans: Vec<SpeedPlan>,
+    ) -> Plans {
+        let mut messages = self.outside(now, " of the present step");
+        messages.extend(self.outside(&choices.values, ""));
+        Plans {
+            gait: self.gait_name().to_owned(),
+            robot: self.robot_name().to_owned(),
+            speed_unit: self.speed_unit(),
             to: options.to,
             alike: options.alike,
-            from: self.named(&now),
+            from: self.named(now),
             choices: choices.axes.iter().map(|(index, values)| self.choice(*index, values)).collect(),
             complete: plans.len() == options.from_speeds.len(),
             plans,
             messages,
-        })
+        }
     }
 
-    fn each_plan(&self, options: &PlanOptions, run: &Run<'_>, plan: impl Fn(f64) -> Plan) -> Vec<SpeedPlan> {
+    fn each_plan(
+        &self,
+        options: &PlanOptions,
+        run: &Run<'_>,
+        plan: impl Fn(f64) -> Option<Plan>,
+    ) -> Vec<SpeedPlan> {
         let count = options.from_speeds.len();
         run.progress.counted("planning", |advance| {
             let mut plans = Vec::with_capacity(count);
@@ -153,7 +177,8 @@ impl GaitBench {
                 if (run.stop)() {
                     break;
                 }
-                plans.push(self.speed_plan(speed, options.to, plan(speed)));
+                let Some(found) = plan(speed) else { break };
+                plans.push(self.speed_plan(speed, options.to, found));
                 advance(plans.len() as f64 / count as f64);
             }
             plans
@@ -161,7 +186,7 @@ impl GaitBench {
     }
 
     fn speed_plan(&self, from_speed: f64, to: f64, plan: Plan) -> SpeedPlan {
-        let unit = format!("{}/s", self.gait.phase.unit);
+        let unit = self.speed_unit();
         let step = |PlannedStep { parameters, speed, energy }: &PlannedStep| StepOfPlan {
             parameters: self.named(parameters),
             speed: *speed,
@@ -183,19 +208,12 @@ impl GaitBench {
     fn choices(&self, options: &PlanOptions) -> Result<(Choices, Vec<f64>), Diagnostics> {
         self.check_speeds(&options.from_speeds)?;
         if !(0.0..=magnitude::LARGEST).contains(&options.to) {
-            let help = format!("write a speed at mid-stance, 0 or more, in {}/s", self.gait.phase.unit);
+            let help = format!("write a speed at mid-stance, 0 or more, in {}", self.speed_unit());
             return Err(Diagnostic::error(format!("a speed of {} is not possible", options.to))
                 .help(help)
                 .into());
         }
-        if self.depends_on_start() {
-            let message =
-                format!("the gait `{}` has no plans: what it wants depends on phase_start", self.gait.name);
-            let help = "then the end of a step depends on all steps before it; write its formulas with phase and phase_end alone";
-            return Err(Diagnostic::error(message).help(help).into());
-        }
-        let defaults: Vec<f64> = self.gait.parameters.iter().map(|parameter| parameter.default).collect();
-        let values = self.with(&defaults, &options.set)?;
+        let values = self.with(&self.defaults(), &options.set)?;
         let now = self.with(&values, &options.from)?;
         let fixed: Vec<&str> = options.set.iter().map(|(name, _)| name.as_str()).collect();
         let over = if options.over.is_empty() { self.free(&fixed)? } else { options.over.clone() };
@@ -211,7 +229,7 @@ impl GaitBench {
 
     /// All parameters that are not fixed, over their bounds.
     fn free(&self, fixed: &[&str]) -> Result<Vec<Over>, Diagnostic> {
-        let free = self.gait.parameters.iter().filter(|parameter| !fixed.contains(&parameter.name.as_str()));
+        let free = self.parameters().iter().filter(|parameter| !fixed.contains(&parameter.name.as_str()));
         // Bounds of one value leave nothing to choose.
         let free: Vec<_> = free.filter(|parameter| parameter.bounds[0] < parameter.bounds[1]).collect();
         let Some(&count) = VALUES.get(free.len().wrapping_sub(1)) else {
@@ -235,13 +253,9 @@ impl GaitBench {
             values: values.len(),
         }
     }
-
-    /// Values of parameters by name.
-    pub(super) fn named(&self, values: &[f64]) -> BTreeMap<String, f64> {
-        let pairs = self.gait.parameters.iter().zip(values);
-        pairs.map(|(parameter, value)| (parameter.name.clone(), *value)).collect()
-    }
 }
+
+impl<B: Parametrised> Planning for B {}
 
 fn in_words(why: &Unreached, to: f64, unit: &str) -> String {
     match why {

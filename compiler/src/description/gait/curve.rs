@@ -1,4 +1,7 @@
-//! What an output is to be over φ: a formula, or a polynomial by its Bezier coefficients.
+//! What an output is to be over φ: a formula, or a polynomial by its Bezier coefficients, which the gait parameters move.
+use super::PHASE;
+use super::dimension::{Dimension, words};
+use super::names::{Allowed, Names};
 use super::read::range;
 use crate::description::settings::table::Section;
 use crate::description::source::Messages;
@@ -18,6 +21,10 @@ pub enum Curve {
         coefficients: Vec<f64>,
         /// a and b, in the unit of φ.
         over: [f64; 2],
+        /// Stands for φ in s, in its unit: so that a phase gets longer or shorter with the gait parameters.
+        along: Option<Formula>,
+        /// What is added to the polynomial.
+        plus: Option<Formula>,
     },
 }
 
@@ -25,18 +32,56 @@ impl Curve {
     /// How far beyond its ends a polynomial is followed, of its length.
     pub const BEYOND: f64 = 0.15;
 
-    /// Names that it depends on; those of a polynomial are `phase` alone.
-    pub fn names(&self) -> &[String] {
-        match self {
-            Self::Formula(formula) => formula.names(),
-            Self::Bezier { .. } => &[],
-        }
+    /// Names that its formulas depend on.
+    pub fn names(&self) -> impl Iterator<Item = &String> {
+        let formulas = match self {
+            Self::Formula(formula) => [Some(formula), None],
+            Self::Bezier { along, plus, .. } => [along.as_ref(), plus.as_ref()],
+        };
+        formulas.into_iter().flatten().flat_map(Formula::names)
     }
 }
 
-/// `{ bezier = […], over = [a, b] }`
-pub(super) fn read_bezier(table: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<Curve> {
-    table.check_keys(&["bezier", "over"], messages);
+const ALONG: Allowed = Allowed {
+    configuration: false,
+    parameters: true,
+    phase: true,
+    rule: "curves are functions of phase, phase_start, phase_end and the gait parameters",
+};
+
+/// A formula of phase and parameters that may be left out; `None`: it is wrong.
+pub(super) fn read_moved(
+    table: &Section<'_, '_>,
+    key: &str,
+    (wanted, names): (Dimension, &Names),
+    messages: &mut Messages<'_>,
+) -> Option<Option<Formula>> {
+    let Some(entry) = table.get(key) else { return Some(None) };
+    let (formula, dimension) = names.formula(&entry, ALONG, messages)?;
+    if let (Some(wanted), Some(found)) = (wanted, dimension)
+        && wanted != found
+    {
+        let message = format!("{} is in {}, not in {}", entry.name(), words(found), words(wanted));
+        messages.error(entry.at, message, "correct the formula");
+        return None;
+    }
+    Some(Some(formula))
+}
+
+/// The unit of φ.
+pub(super) fn phase_dimension(names: &Names) -> Dimension {
+    names.known.get(PHASE).and_then(|known| known.dimension)
+}
+
+/// `{ bezier = […], over = [a, b], along = "…", plus = "…" }`
+pub(super) fn read_bezier(
+    table: &Section<'_, '_>,
+    (unit, names): (Dimension, &Names),
+    messages: &mut Messages<'_>,
+) -> Option<Curve> {
+    table.check_keys(&["bezier", "over", "along", "plus"], messages);
+    let along = read_moved(table, "along", (phase_dimension(names), names), messages);
+    let plus = read_moved(table, "plus", (unit, names), messages);
     let mut need = |key: &'static str, help: &str| {
         let found = table.get(key);
         if found.is_none() {
@@ -54,5 +99,5 @@ pub(super) fn read_bezier(table: &Section<'_, '_>, messages: &mut Messages<'_>) 
         messages.error(coefficients.at, message, help);
         return None;
     }
-    Some(Curve::Bezier { coefficients: found, over: range(&over, messages)? })
+    Some(Curve::Bezier { coefficients: found, over: range(&over, messages)?, along: along?, plus: plus? })
 }

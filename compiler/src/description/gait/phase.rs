@@ -207,7 +207,10 @@ fn read_wanted(
     messages: &mut Messages<'_>,
 ) -> Option<Curve> {
     match section.get("wanted").filter(|entry| entry.is_table()) {
-        Some(entry) => read_bezier(&entry.section("wanted".to_owned(), messages)?, messages),
+        Some(entry) => {
+            let table = entry.section("wanted".to_owned(), messages)?;
+            read_bezier(&table, (unit.and_then(parse_unit), names), messages)
+        }
         None => formula(section, "wanted", WANTED, unit, names, messages).map(Curve::Formula),
     }
 }

@@ -1,10 +1,12 @@
 //! Gaits whose step is a sequence of phases (thesis 4.4.2, 6.2.2): feet that stand flat, roll over the toe, land on the heel.
+use super::curve::{phase_dimension, read_moved};
+use super::dimension::parse_unit;
 use super::names::{Allowed, Names};
 use super::phase::{VARIABLE, formula, read_output, read_posture};
 use super::read::read_unit;
 use super::{GaitLimits, GaitOutput, GaitParameter};
 use crate::description::model::{ContactPart, Phase, RobotDescription};
-use crate::description::settings::table::Section;
+use crate::description::settings::table::{Entry, Section};
 use crate::description::source::{Messages, short, suggest};
 use bipedc_effects::effect::Effect;
 use bipedc_effects::effect::formula::Formula;
@@ -60,6 +62,10 @@ pub struct Feedforward {
     pub at: Vec<f64>,
     /// By joint, as many as `at`, N m; joints that are missing have none.
     pub torques: BTreeMap<String, Vec<f64>>,
+    /// Stands for φ in the splines, in its unit, as in [`Curve::Bezier`](super::Curve::Bezier).
+    pub along: Option<Formula>,
+    /// What is added, by joint, N m.
+    pub plus: BTreeMap<String, Formula>,
 }
 
 const KEYS: [&str; 9] =
@@ -151,7 +157,7 @@ fn read_phase(
     }
     let end = read_end(section, unit.as_deref(), names, messages);
     let feedforward = match section.section("feedforward", messages) {
-        Some(table) => Some(read_feedforward(&table, description, messages)?),
+        Some(table) => Some(read_feedforward(&table, names, description, messages)?),
         None => None,
     };
     let feedback = match section.section("feedback", messages) {
@@ -241,36 +247,17 @@ fn read_end(
 
 fn read_feedforward(
     table: &Section<'_, '_>,
+    names: &Names,
     description: &RobotDescription,
     messages: &mut Messages<'_>,
 ) -> Option<Feedforward> {
-    table.check_keys(&["at", "torques"], messages);
-    let at = match table.get("at") {
-        Some(entry) => {
-            let at = entry.numbers(messages)?;
-            if at.len() < 4 || at.windows(2).any(|pair| pair[0] >= pair[1]) {
-                let help = "write 4 values of φ or more, each larger than the one before";
-                messages.error(entry.at, format!("{} does not grow, or is too short", entry.name()), help);
-                return None;
-            }
-            at
-        }
-        None => {
-            messages.error(
-                table.at,
-                "[phase.feedforward] has no `at`",
-                "add at = [0.0, 0.1, 0.2, 0.3]: values of φ",
-            );
-            return None;
-        }
-    };
+    table.check_keys(&["at", "torques", "along", "plus"], messages);
+    let along = read_moved(table, "along", (phase_dimension(names), names), messages);
+    let at = read_places(table, messages)?;
     let mut torques = BTreeMap::new();
-    let joints = || description.joints.iter().filter(|joint| joint.kind.moves()).map(|j| j.name.as_str());
     let listed = table.section("torques", messages);
     for entry in listed.iter().flat_map(Section::entries) {
-        if !joints().any(|name| name == entry.key) {
-            let message = format!("the robot has no joint `{}`", short(entry.key));
-            messages.error(entry.at, message, suggest(entry.key, joints().collect::<Vec<_>>(), "joints"));
+        if !is_joint(&entry, description, messages) {
             continue;
         }
         let Some(values) = entry.numbers(messages) else { continue };
@@ -282,7 +269,50 @@ fn read_feedforward(
         }
         torques.insert(entry.key.to_owned(), values);
     }
-    Some(Feedforward { at, torques })
+    let mut plus = BTreeMap::new();
+    if let Some(listed) = table.section("plus", messages) {
+        let torque = parse_unit("N m");
+        for entry in listed.entries() {
+            let known = is_joint(&entry, description, messages);
+            if let Some(Some(formula)) = read_moved(&listed, entry.key, (torque, names), messages)
+                && known
+            {
+                plus.insert(entry.key.to_owned(), formula);
+            }
+        }
+    }
+    Some(Feedforward { at, torques, along: along?, plus })
+}
+
+/// Whether an entry is called as a joint of the robot.
+fn is_joint(entry: &Entry<'_, '_>, description: &RobotDescription, messages: &mut Messages<'_>) -> bool {
+    let joints = || description.joints.iter().filter(|joint| joint.kind.moves()).map(|j| j.name.as_str());
+    let known = joints().any(|name| name == entry.key);
+    if !known {
+        let message = format!("the robot has no joint `{}`", short(entry.key));
+        messages.error(entry.at, message, suggest(entry.key, joints().collect::<Vec<_>>(), "joints"));
+    }
+    known
+}
+
+/// φ of the torques, growing.
+fn read_places(table: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<Vec<f64>> {
+    match table.get("at") {
+        Some(entry) => {
+            let at = entry.numbers(messages)?;
+            if at.len() < 4 || at.windows(2).any(|pair| pair[0] >= pair[1]) {
+                let help = "write 4 values of φ or more, each larger than the one before";
+                messages.error(entry.at, format!("{} does not grow, or is too short", entry.name()), help);
+                return None;
+            }
+            Some(at)
+        }
+        None => {
+            let help = "add at = [0.0, 0.1, 0.2, 0.3]: values of φ";
+            messages.error(table.at, "[phase.feedforward] has no `at`", help);
+            None
+        }
+    }
 }
 
 fn read_feedback(table: &Section<'_, '_>, messages: &mut Messages<'_>) -> Option<[f64; 2]> {

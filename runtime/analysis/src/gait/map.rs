@@ -55,12 +55,28 @@ impl MapRequest {
 }
 
 impl GaitModel<'_> {
-    /// Cells of a map, row after row, in each row column after column, of each as many as speeds.
+    /// Cells of a map, as [`MapRequest::cells`] has them.
+    pub fn map(&self, request: &MapRequest, known: Vec<Cell>, watch: &Watch<'_>) -> Vec<Cell> {
+        request.cells(known, watch, |to| {
+            let pair = self.pair(None, request.from.as_deref().unwrap_or(to), to);
+            request.speeds.iter().map(|&speed| cell(&pair, speed, request.assume)).collect()
+        })
+    }
+}
+
+impl MapRequest {
+    /// Cells of a map, row after row, in each row column after column, of each as many as speeds; `at` computes those of the
+    /// parameters of a place.
     ///
     /// `known` has what is known already: as many cells, or none; those that are [`Reason::NotComputed`] are computed, on all
     /// processors. When `watch` asks for an end, what is missing stays so.
-    pub fn map(&self, request: &MapRequest, known: Vec<Cell>, watch: &Watch<'_>) -> Vec<Cell> {
-        let ([columns, rows], speeds) = (request.size(), request.speeds.len());
+    pub fn cells(
+        &self,
+        known: Vec<Cell>,
+        watch: &Watch<'_>,
+        at: impl Fn(&[f64]) -> Vec<Cell> + Sync,
+    ) -> Vec<Cell> {
+        let ([columns, rows], speeds) = (self.size(), self.speeds.len());
         let mut cells = known;
         cells.resize(columns * rows * speeds, Cell::UNKNOWN);
         let width = columns * speeds;
@@ -72,7 +88,7 @@ impl GaitModel<'_> {
             let known = &cells;
             in_parallel(open.len(), watch, |job| {
                 let row = open[job];
-                self.map_row(request, row, &known[row * width..(row + 1) * width])
+                self.row(row, &known[row * width..(row + 1) * width], &at)
             })
         };
         for (job, found) in found {
@@ -82,15 +98,13 @@ impl GaitModel<'_> {
         cells
     }
 
-    fn map_row(&self, request: &MapRequest, row: usize, known: &[Cell]) -> Vec<Cell> {
-        let speeds = request.speeds.len();
+    fn row(&self, row: usize, known: &[Cell], at: &impl Fn(&[f64]) -> Vec<Cell>) -> Vec<Cell> {
+        let speeds = self.speeds.len();
         let column = |(column, known): (usize, &[Cell])| {
             if known.iter().all(|cell| cell.reason != Reason::NotComputed) {
                 return known.to_vec();
             }
-            let to = request.at(column, row);
-            let pair = self.pair(None, request.from.as_deref().unwrap_or(&to), &to);
-            request.speeds.iter().map(|&speed| cell(&pair, speed, request.assume)).collect()
+            at(&self.at(column, row))
         };
         known.chunks(speeds.max(1)).enumerate().flat_map(column).collect()
     }

@@ -38,6 +38,7 @@ pub use pair::StepPair;
 pub use plan::{Plan, PlannedStep};
 pub use reach::{Choices, Reach, Unreached};
 pub use reason::{Assumptions, Reason};
+pub use search::zero;
 pub use step::{Refusal, Step, ThisStep};
 pub use surface::{SurfaceFailure, SurfacePoint};
 pub use workers::{Watch, in_parallel};

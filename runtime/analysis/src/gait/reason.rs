@@ -26,6 +26,10 @@ pub enum Reason {
     TurnsBack,
     /// φ does not grow with the angular momentum.
     Singular,
+    /// A phase of several goes on without its end.
+    PhaseWithoutEnd,
+    /// Limits of ground and joints do not let the outputs of a phase be met.
+    OutputsMissed,
     /// The foot that stands, or the one that lands, needs more friction than there is.
     Slips,
     /// The foot that stands or lands would have to pull, or the other one does not come off.
@@ -40,7 +44,7 @@ pub enum Reason {
 
 impl Reason {
     /// All of them.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::Passes,
         Self::FallsBack,
         Self::GuardNotReached,
@@ -51,6 +55,8 @@ impl Reason {
         Self::NoPhaseLeft,
         Self::TurnsBack,
         Self::Singular,
+        Self::PhaseWithoutEnd,
+        Self::OutputsMissed,
         Self::Slips,
         Self::Pulls,
         Self::Scuffs,
@@ -71,6 +77,8 @@ impl Reason {
             Self::NoPhaseLeft => "no_phase_left",
             Self::TurnsBack => "turns_back",
             Self::Singular => "singular",
+            Self::PhaseWithoutEnd => "phase_without_end",
+            Self::OutputsMissed => "outputs_missed",
             Self::Slips => "slips",
             Self::Pulls => "pulls",
             Self::Scuffs => "scuffs",
@@ -97,6 +105,8 @@ impl Reason {
             Self::NoPhaseLeft => "no phase is left for a step",
             Self::TurnsBack => "phase turns back at the impact",
             Self::Singular => "phase does not grow with the momentum",
+            Self::PhaseWithoutEnd => "a phase does not come to its end",
+            Self::OutputsMissed => "limits let outputs be missed",
             Self::Slips => "a foot slips",
             Self::Pulls => "a foot would have to pull",
             Self::Scuffs => "a foot scuffs",

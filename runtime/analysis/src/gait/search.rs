@@ -5,7 +5,7 @@ const ROUNDS: usize = 200;
 
 /// A zero between two places of different sign, to the last bits: bisection, with the inverse parabola through three places where
 /// that is safe (Chandrupatla 1997).
-pub(super) fn zero(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): (f64, f64)) -> f64 {
+pub fn zero(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): (f64, f64)) -> f64 {
     let (mut a, mut fa, mut b, mut fb) = (b, fb, a, fa);
     let mut part = 0.5;
     for _ in 0..ROUNDS {

@@ -1,0 +1,163 @@
+//! Walking in several phases that repeats itself: the speed whose step from mid-stance ends as it began (6.17).
+use super::hop::{Hop, MidStance};
+use super::{Chain, PhaseEnergy, Refused};
+use bipedc_analysis::gait::{Cycle, Reason};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::{Argument, State};
+
+/// Steps after which there is no cycle nearby.
+const MOST: usize = 40;
+/// Steps that a posture takes to forget where the search began.
+const SETTLED: usize = 4;
+/// Part of φ̇² that two steps of a cycle differ by at most. Where torques go from limit to limit steps are known to some 1e-7.
+const CLOSE: f64 = 1e-6;
+/// Part of the speed by which a cycle is left to see what of it comes back.
+const LEFT: f64 = 2e-3;
+/// Places at which the way of the first phase is integrated for a first guess.
+const PLACES: usize = 64;
+
+impl Chain<'_> {
+    /// Walking with these parameters in every step.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(in crate::gait) fn cycle(&self, values: &[f64]) -> Result<Cycle, Refused> {
+        let start = self.settled(values)?;
+        let multiplier = self.multiplier(&start, values)?;
+        if !(multiplier.abs() < 1.0) {
+            let why = format!("deviations grow: the multiplier is {multiplier:.6}");
+            return Err(Refused::new(Reason::FallsBack, why));
+        }
+        let mut work = Work { chain: self, last: None, sum: [0.0; 2], refused: None };
+        let hop =
+            self.hop_watched(&start, values, &mut |phase, time, x, begins| work.look(phase, time, x, begins));
+        let Work { sum: [net, whole], refused, .. } = work;
+        if let Some(refused) = refused {
+            return Err(refused);
+        }
+        let end = hop.next?;
+        let step_length = end.q[0] - start.q[0];
+        Ok(Cycle {
+            speed: start.speed,
+            multiplier,
+            duration: hop.duration,
+            step_length,
+            walking_speed: step_length / hop.duration,
+            work: whole,
+            net_work: net,
+            cost_of_transport: whole / (self.weight(&start.q)? * step_length),
+        })
+    }
+
+    /// The mid-stance that comes back: secants on φ̇_m², from posture to posture.
+    fn settled(&self, values: &[f64]) -> Result<MidStance, Refused> {
+        let mut now = self.first_guess(values)?;
+        let mut before: Option<[f64; 2]> = None;
+        for count in 0..MOST {
+            let hop = self.hop(&now, values);
+            let (square, gain) = (now.speed * now.speed, hop.square - now.speed * now.speed);
+            let next = match hop.next {
+                Ok(next) => next,
+                // Too slow or too fast to begin with; later it is the gait that lets the robot fall.
+                Err(why) if before.is_none() && count < MOST / 2 => {
+                    now = now.at(if why.reason == Reason::FallsBack { 1.3 } else { 0.8 } * now.speed);
+                    continue;
+                }
+                Err(why) => return Err(slower(&why)),
+            };
+            if gain.abs() <= CLOSE * square && count >= SETTLED {
+                return Ok(next.at(now.speed));
+            }
+            let slope = match before {
+                Some([x, y]) if (square - x).abs() > 1e-6 * square => ((gain - y) / (square - x)).min(-0.05),
+                _ => -0.4,
+            };
+            before = Some([square, gain]);
+            let wanted = square - gain / slope;
+            if !(wanted > 0.0) {
+                let why = "each step is slower than the one before, until one falls back";
+                return Err(Refused::new(Reason::FallsBack, why));
+            }
+            now = next.at(wanted.sqrt());
+        }
+        Err(Refused::new(
+            Reason::PhaseWithoutEnd,
+            "steps with these parameters do not come to repeat themselves",
+        ))
+    }
+
+    /// Mid-stance at half the speed that the fall through the first phase alone gives.
+    fn first_guess(&self, values: &[f64]) -> Result<MidStance, Refused> {
+        let start = self.mid_stance(values, 1.0)?;
+        let (first, end) = (self.first()?, self.end_of_present());
+        let energy = PhaseEnergy::new(self, first, [start.phi, end], PLACES)?;
+        Ok(start.at((-0.5 * energy.p_minus()).max(1e-4).sqrt()))
+    }
+
+    /// Of a small deviation of the speed, what the second step leaves of what the first has left.
+    fn multiplier(&self, cycle: &MidStance, values: &[f64]) -> Result<f64, Refused> {
+        let follow = |sign: f64| -> Result<[f64; 2], Refused> {
+            let Hop { next, .. } = self.hop(&cycle.at(cycle.speed * (1.0 + sign * LEFT)), values);
+            let first = next?;
+            let second = self.hop(&first, values).next?;
+            Ok([first.speed, second.speed])
+        };
+        let (above, below) = (follow(1.0)?, follow(-1.0)?);
+        Ok((above[1] - below[1]) / (above[0] - below[0]))
+    }
+
+    /// M g, N: what holds the robot at rest.
+    fn weight(&self, q: &[f64]) -> Result<f64, Diagnostic> {
+        let need = || Diagnostic::error("the gait has no function `inverse_dynamics`");
+        let function =
+            bipedc_runtime::Model::<f64>::function(&self.model, "inverse_dynamics").ok_or_else(need)?;
+        let rest = vec![0.0; q.len()];
+        let state = State::new().with(Argument::Q, q).with(Argument::V, &rest).with(Argument::A, &rest);
+        Ok(self.call(function, &state).get(1).copied().unwrap_or(f64::NAN))
+    }
+}
+
+fn slower(why: &Refused) -> Refused {
+    match why.reason {
+        Reason::FallsBack => {
+            Refused::new(Reason::FallsBack, "each step is slower than the one before, until one falls back")
+        }
+        _ => why.clone(),
+    }
+}
+
+/// Work of all joints over time: Simpson's rule between accepted steps.
+struct Work<'c, 'b> {
+    chain: &'c Chain<'b>,
+    /// Time, φ and φ̇, φ̈ and powers.
+    last: Option<(f64, [f64; 2], f64, [f64; 2])>,
+    /// Driving less braking; both as positive. J.
+    sum: [f64; 2],
+    refused: Option<Refused>,
+}
+
+impl Work<'_, '_> {
+    fn look(&mut self, phase: usize, time: f64, x: [f64; 2], begins: bool) {
+        if let Err(why) = self.add(phase, time, x, begins) {
+            self.refused.get_or_insert(why);
+        }
+    }
+
+    fn add(&mut self, phase: usize, time: f64, x: [f64; 2], begins: bool) -> Result<(), Refused> {
+        let now = self.chain.motion(phase, x)?;
+        if let Some((before, from, acceleration, power)) = self.last.filter(|_| !begins) {
+            let h = time - before;
+            // The cubic with φ, φ̇ and φ̈ of both ends.
+            let middle = [
+                0.5 * (from[0] + x[0]) + h / 8.0 * (from[1] - x[1]),
+                0.5 * (from[1] + x[1]) + h / 8.0 * (acceleration - now.acceleration),
+            ];
+            let between = self.chain.motion(phase, middle)?.power;
+            for k in 0..2 {
+                self.sum[k] += h / 6.0 * (power[k] + 4.0 * between[k] + now.power[k]);
+            }
+        }
+        self.last = Some((time, x, now.acceleration, now.power));
+        Ok(())
+    }
+}
