@@ -11,7 +11,7 @@ use bipedc_effects::effect::{Effect, Law, Simulation};
 /// So many widths away from rest the smoothed sign is within 4 % of one.
 const WIDTHS: f64 = 2.0;
 /// Least part of the samples that must be left.
-const LEFT: f64 = 0.3;
+const LEFT: f64 = 0.4;
 /// How far around a reversal samples are left out, in halves of a period of the filter's cut-off: as far as enough others are left. What the filter
 /// makes of a jump rings, with the other sign in each half: by 1 % of the friction in the second one, by a quarter in the fourth.
 const REACHES: [usize; 3] = [3, 2, 1];
@@ -19,7 +19,7 @@ const REACHES: [usize; 3] = [3, 2, 1];
 /// sampling and how stops give way are as wrong at every sample (up to 0.13 % on logs without noise).
 const SIMILAR: f64 = 2e-3;
 /// The same of a drive's limit: what the filter makes of a motion whose torque is cut off is too large where it is cut off.
-const CLIPPED: f64 = 3e-3;
+const CLIPPED: f64 = 6e-3;
 /// So many standard deviations of its noise a reported torque is away from a limit.
 const DEVIATIONS: f64 = 3.0;
 /// Fewest samples beyond a limit that tell where it is.
@@ -70,7 +70,7 @@ impl Corners {
 /// Corners as near as they are seen.
 pub(super) fn corners(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Corners {
     let turning = reversals(experiment, row, effects, &REACHES[2..]);
-    turning.beside(limits(experiment, row, effects, &REACHES[3..]))
+    turning.beside(limits(experiment, row, effects))
 }
 
 /// The same as far around as an estimate can do without: what rings there is too little to be seen and enough to pull at it.
@@ -79,7 +79,7 @@ pub(super) fn wide_corners(experiment: &dyn Experiment, row: usize, effects: &[E
         Channel::Transmission => crossings(experiment, row, effects),
         _ => {
             let turning = reversals(experiment, row, effects, &REACHES);
-            turning.beside(limits(experiment, row, effects, &REACHES[1..]))
+            turning.beside(limits(experiment, row, effects))
         }
     }
 }
@@ -182,9 +182,9 @@ fn around(flags: &[bool], reach: usize) -> Vec<bool> {
     wide
 }
 
-/// Samples at which the reported torque is so near a drive's limit that noise and filter decide whether it is beyond, and beyond it as far
-/// from there as leaves enough; empty where there is no limit, or too few samples are beyond.
-fn limits(experiment: &dyn Experiment, row: usize, effects: &[Effect], reaches: &[usize]) -> Vec<bool> {
+/// Samples at which the reported torque is so near a drive's limit that noise and filter decide whether it is beyond; empty where there is no limit,
+/// or too few samples are beyond.
+fn limits(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Vec<bool> {
     let what = &experiment.rows()[row];
     let limit = effects.iter().find_map(|effect| match effect.kind.simulation {
         Simulation::Limit(name) if effect.location.joint == what.joint => Some(effect.value(name)),
@@ -193,25 +193,11 @@ fn limits(experiment: &dyn Experiment, row: usize, effects: &[Effect], reaches: 
     let Some(limit) = limit.filter(|_| what.channel == Channel::Effort) else { return Vec::new() };
     let Some(reported) = experiment.measured(row) else { return Vec::new() };
     let near = DEVIATIONS * what.noise;
-    let at_limit: Vec<bool> = reported.iter().map(|torque| (torque.abs() - limit).abs() < near).collect();
-    let beyond: Vec<bool> = reported.iter().map(|torque| torque.abs() > limit + near).collect();
-    let count =
-        |left_out: &[bool]| beyond.iter().zip(left_out).filter(|(beyond, out)| **beyond && !**out).count();
-    let all = count(&at_limit);
-    if all < BEYOND {
+    let beyond = reported.iter().filter(|torque| torque.abs() > limit + near).count();
+    if beyond < BEYOND {
         return Vec::new();
     }
-    // Below the limit all samples tell something; above it those in the middle tell it best.
-    let inside = |reach: usize| -> Vec<bool> {
-        let wide = around(&at_limit, reach * experiment.smeared());
-        wide.iter()
-            .zip(&beyond)
-            .zip(&at_limit)
-            .map(|((wide, beyond), at)| *at || (*wide && *beyond))
-            .collect()
-    };
-    let leaves_enough = |left_out: &Vec<bool>| count(left_out) >= BEYOND.max((LEFT * all as f64) as usize);
-    reaches.iter().map(|&reach| inside(reach)).find(leaves_enough).unwrap_or(at_limit)
+    reported.iter().map(|torque| (torque.abs() - limit).abs() < near).collect()
 }
 
 #[cfg(test)]
