@@ -62,7 +62,7 @@ fn a_fall_lies_on_the_ground_with_shapes_and_is_told_without() {
 
 #[test]
 fn all_mistakes_of_a_scenario_are_told_together() {
-    let folder = scratch("simulate_mistakes");
+    let folder = scratch("simulate_mistakes_together");
     let scenario = "duration = -4.0
 step = 0.001
 log_stepp = 0.005

@@ -129,13 +129,20 @@ impl Comparison {
     /// angles. Channels are known by their names.
     pub fn without_sticking(&mut self, experiment: &dyn Experiment) {
         for told in channels_of(experiment) {
+            let is_motor_of_ours = self.has_joint_of(&told);
             match self.channels.iter_mut().find(|c| c.name == told.name && c.kind == told.kind) {
                 Some(own) => (own.rms_moving, own.sticking) = (told.rms_moving, told.sticking),
-                None if told.kind == TRANSMISSION => self.channels.push(told),
+                None if is_motor_of_ours => self.channels.push(told),
                 None => {}
             }
         }
         self.kinds = by_kind(&self.channels);
+    }
+
+    /// Whether a channel is the motor's angle of a joint whose torque is compared.
+    fn has_joint_of(&self, told: &Channel) -> bool {
+        let joint = told.name.strip_suffix("/motor_position").filter(|_| told.kind == TRANSMISSION);
+        joint.is_some_and(|joint| self.channels.iter().any(|c| c.kind == "effort" && c.name == joint))
     }
 
     /// Puts errors in the place of those found so far that were computed another way, by cut-off; channels are known
@@ -145,7 +152,7 @@ impl Comparison {
         let mut best: Option<(f64, f64, Vec<Channel>)> = None;
         let mut cutoffs = Vec::new();
         for (cutoff_hz, mut channels) in by_cutoff {
-            channels.retain(|c| c.kind == TRANSMISSION || own.contains(&c.name.as_str()));
+            channels.retain(|c| own.contains(&c.name.as_str()) || self.has_joint_of(c));
             let rms = by_kind(&channels).get("effort").map_or(0.0, |kind| kind.rms);
             let torques = channels.iter().filter(|c| c.rms > 0.0 && c.kind != TRANSMISSION);
             let logs: Vec<f64> = torques.map(|c| c.rms.ln()).collect();

@@ -93,7 +93,7 @@ impl Conclusion<'_> {
     fn as_well(&self, scored: &ScoredFit, set: &[usize], more: f64, removed: f64) -> bool {
         let chance = || self.regression.scatter(&self.outcome.scored, &self.outcome.active, scored, set);
         more <= 4.0
-            || (more <= ALIKE * removed && rows_alike(&self.outcome.scored, scored))
+            || (more <= ALIKE * removed && rows_alike(self.regression, &self.outcome.scored, scored))
             || (more <= SCATTER * removed && more <= chance())
     }
 

@@ -13,9 +13,10 @@ const AS_GOOD: f64 = 0.001;
 /// hundredth is more than noise.
 const GROWTH: f64 = 0.03;
 
-/// Whether no row is told worse, to speak of, by one explanation than by another.
-pub(super) fn rows_alike(better: &ScoredFit, other: &ScoredFit) -> bool {
-    better.errors.iter().zip(&other.errors).all(|(better, other)| *other <= (1.0 + GROWTH) * better)
+/// Whether no row is told worse, to speak of, by one explanation than by another. Tables of some ten postures or impacts scatter more.
+pub(super) fn rows_alike(regression: &Regression<'_>, better: &ScoredFit, other: &ScoredFit) -> bool {
+    let alike = |(better, other): (&f64, &f64)| *other <= (1.0 + GROWTH) * better;
+    regression.is_table() || better.errors.iter().zip(&other.errors).all(alike)
 }
 
 /// Of explanations that are as good, the one with fewer effects, and on the likelier link.
@@ -30,7 +31,7 @@ fn with_fewer_parameters(regression: &Regression<'_>, outcome: &mut Outcome) {
     for k in regression.standing.len()..outcome.active.len() {
         let here = outcome.scored.clone();
         replace(regression, outcome, k, &|(_, _, other), more, removed| {
-            more <= 4.0 || (more <= AS_GOOD * removed && rows_alike(&here, other))
+            more <= 4.0 || (more <= AS_GOOD * removed && rows_alike(regression, &here, other))
         });
     }
 }
@@ -44,7 +45,7 @@ pub(super) fn put_simpler(regression: &Regression<'_>, outcome: &mut Outcome, k:
         let chance = || regression.scatter(&scored, &active, other, set);
         regression.candidates[*c].form.location == here
             && (more <= 4.0
-                || (more <= ALIKE * removed && rows_alike(&scored, other))
+                || (more <= ALIKE * removed && rows_alike(regression, &scored, other))
                 || (more <= SCATTER * removed && more <= chance()))
     })
 }
@@ -130,8 +131,7 @@ fn merged(
         let set = [bare.as_slice(), &[c]].concat();
         let scored = regression.scored_fit(&set, outcome.corrected)?;
         let more = deviance(&scored, &set) - apart;
-        let as_well = form.kind.is_sum_of(first.kind, second.kind)
-            && (more <= 4.0 || (more <= ALIKE * removed && rows_alike(&outcome.scored, &scored)));
+        let as_well = form.kind.is_sum_of(first.kind, second.kind) && more <= (ALIKE * removed).max(4.0);
         let stands =
             (as_well || scored.cost < outcome.scored.cost) && regression.impossible(&set, &scored).is_none();
         stands.then_some((set, scored))
@@ -163,7 +163,7 @@ fn likeliest_links(regression: &Regression<'_>, outcome: &mut Outcome) {
             }
             let Some(scored) = regression.scored_fit(&set, outcome.corrected) else { continue };
             let more = scored.cost - here.cost;
-            let as_well = more <= 4.0 || (more <= ALIKE * removed && rows_alike(&here, &scored));
+            let as_well = more <= 4.0 || (more <= ALIKE * removed && rows_alike(regression, &here, &scored));
             if as_well && regression.impossible(&set, &scored).is_none() {
                 (outcome.active, outcome.scored, mass) = (set, scored, other);
             }

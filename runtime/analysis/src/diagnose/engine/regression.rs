@@ -214,6 +214,11 @@ impl<'a> Regression<'a> {
             && self.candidates.iter().filter(play).any(|c| c.rows.contains(&row))
     }
 
+    /// Whether the data are a table of postures or impacts, whose noise is known by a bound alone.
+    pub fn is_table(&self) -> bool {
+        self.noise_squares.iter().all(|noise| *noise == 0.0)
+    }
+
     /// Keeps all forms of a candidate's kind and place out of further searches.
     pub fn ban(&mut self, c: usize) {
         let form = |c: usize| &self.candidates[c].form;

@@ -10,6 +10,8 @@ const OWN: f64 = 2e-3;
 const OF_COMPONENTS: f64 = 2e-3;
 /// The same among joints, each of which has a drive of its own size.
 const OF_JOINTS: f64 = 2e-4;
+/// And where the ground's forces, which make most of the joints' torques then, are measured by sensors of their own.
+const OF_JOINTS_ON_GROUND: f64 = 2e-3;
 
 /// Root mean squares below which errors say nothing, by row.
 pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {
@@ -24,8 +26,13 @@ pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {
             |other: &usize| (rows[*other].channel, rows[*other].unit) == (rows[row].channel, rows[row].unit);
         (0..rows.len()).filter(alike).map(|other| sizes[other]).fold(0.0, f64::max)
     };
+    let on_ground = rows.iter().any(|row| row.channel == Channel::BaseForce);
     let resolution = |row: usize| {
-        let of_largest = if rows[row].channel == Channel::Effort { OF_JOINTS } else { OF_COMPONENTS };
+        let of_largest = match (rows[row].channel, on_ground) {
+            (Channel::Effort, true) => OF_JOINTS_ON_GROUND,
+            (Channel::Effort, false) => OF_JOINTS,
+            _ => OF_COMPONENTS,
+        };
         rows[row].noise.max(OWN * sizes[row]).max(of_largest * largest(row))
     };
     (0..rows.len()).map(resolution).collect()
