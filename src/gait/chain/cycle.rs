@@ -24,7 +24,7 @@ impl Chain<'_> {
     pub(in crate::gait) fn cycle(&self, values: &[f64]) -> Result<Cycle, Refused> {
         let start = self.settled(values)?;
         let multiplier = self.multiplier(&start, values)?;
-        if !(multiplier.abs() < 1.0) {
+        if multiplier.is_nan() || multiplier.abs() >= 1.0 {
             let why = format!("deviations grow: the multiplier is {multiplier:.6}");
             return Err(Refused::new(Reason::FallsBack, why));
         }
@@ -74,7 +74,7 @@ impl Chain<'_> {
             };
             before = Some([square, gain]);
             let wanted = square - gain / slope;
-            if !(wanted > 0.0) {
+            if wanted.is_nan() || wanted <= 0.0 {
                 let why = "each step is slower than the one before, until one falls back";
                 return Err(Refused::new(Reason::FallsBack, why));
             }

@@ -132,23 +132,31 @@ impl Chain<'_> {
         for _ in 0..self.bench.gait.phases.len() {
             now = self.phase_to_its_end(now, time, look)?;
         }
-        let [start, rate] = now.1;
-        let [phi, psi, potential] = self.dead_centre(now.0, start)?;
+        self.to_mid_stance(now, square, time, look)
+    }
+
+    /// The first phase of the next step to its dead centre.
+    fn to_mid_stance(
+        &self,
+        (phase, [start, rate]): (usize, [f64; 2]),
+        square: &mut f64,
+        time: &mut f64,
+        look: Look<'_>,
+    ) -> Result<MidStance, Refused> {
+        let [phi, psi, potential] = self.dead_centre(phase, start)?;
         *square = psi * (rate * rate - 2.0 * potential);
         let mut speed = rate;
         if phi > start {
             self.present.borrow_mut().until = Some(phi);
-            let arrived = self.phase_to_its_end(now, time, look);
+            let arrived = self.phase_to_its_end((phase, [start, rate]), time, look);
             self.present.borrow_mut().until = None;
-            let [reached, rate] = match arrived {
+            let reached;
+            [reached, speed] = match arrived {
                 Ok((_, state)) => state,
                 Err(why) => {
                     // What the quadrature takes for a little more than nothing is a fall all the same.
-                    *square = if why.reason == Reason::FallsBack {
-                        square.min(-f64::MIN_POSITIVE)
-                    } else {
-                        f64::NAN
-                    };
+                    let falls = why.reason == Reason::FallsBack;
+                    *square = if falls { square.min(-f64::MIN_POSITIVE) } else { f64::NAN };
                     return Err(why);
                 }
             };
@@ -156,10 +164,9 @@ impl Chain<'_> {
                 let why = "the first phase of the next step ends before its dead centre";
                 return Err(Refused::new(Reason::NoPhaseLeft, why));
             }
-            speed = rate;
         }
         *square = speed * speed;
-        let point = self.point(now.0, phi)?;
+        let point = self.point(phase, phi)?;
         Ok(MidStance { q: point.q, slope: point.slope, phi, speed })
     }
 
