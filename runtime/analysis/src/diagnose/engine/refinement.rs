@@ -287,3 +287,21 @@ pub(super) fn middle_size(values: &[f64]) -> f64 {
     let middle = sizes.len() / 2;
     sizes.select_nth_unstable_by(middle, f64::total_cmp).1.max(1e-300)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Unknown;
+
+    /// A stiffness six times too large: a step of Gauss–Newton in the stiffness itself would make it negative.
+    #[test]
+    fn a_stiffness_is_found_by_its_reciprocal_in_one_step() {
+        let bounds = (1e-3, f64::INFINITY);
+        let stiffness =
+            Unknown { effect: 0, name: "stiffness".to_owned(), bounds, step: 1.0, by_reciprocal: true };
+        let (truth, start) = (4000.0, 24_814.0);
+        // The compliance that is left over its slope by the stiffness, −1 / stiffness².
+        let step = (1.0 / truth - 1.0 / start) * -(start * start);
+        assert!((stiffness.moved(start, step) - truth).abs() < 1e-9 * truth);
+        assert!(stiffness.moved(start, 2.0 * start) > start, "a compliance below nothing is a stiff joint");
+    }
+}

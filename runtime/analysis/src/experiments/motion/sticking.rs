@@ -106,4 +106,29 @@ mod tests {
         assert!(joint_with(0.0, 0.05).is_empty(), "without friction a resting joint tells its load");
         assert!(joint_with(0.01, 0.05).is_empty(), "friction far below the noise does no harm");
     }
+
+    /// Moves for 0.4 s of every 4 s, as a joint does whose neighbours take their turns.
+    #[test]
+    fn joints_that_take_turns_stick_most_of_the_time_and_a_joint_alone_holds_its_load() {
+        let speed = |i: usize| match i % 1000 {
+            0..100 => (std::f64::consts::TAU * (i % 1000) as f64 / 100.0).sin(),
+            _ => 0.0,
+        };
+        let velocity: Vec<f64> = (0..8000).map(speed).collect();
+        let residual: Vec<f64> = (0..8000)
+            .map(|i| {
+                0.05 * (i as f64 * 12.9898).sin()
+                    + if velocity[i] == 0.0 { 0.3 } else { velocity[i].signum() }
+            })
+            .collect();
+        let zeros = vec![0.0; 8000];
+        let signals = [zeros.clone(), velocity, zeros.clone(), zeros];
+        let flags = |alone: bool| {
+            let (still, noise, period) = (0.02, 0.05, 16.0);
+            sticking(&Joint { residual: &residual, signals: &signals, still, noise, period, alone }, &[])
+        };
+        let left = flags(false).iter().filter(|sticks| !**sticks).count();
+        assert!((600..=800).contains(&left), "{left}");
+        assert!(flags(true).is_empty());
+    }
 }
