@@ -190,7 +190,7 @@ fn logs_that_cannot_teach_are_refused_by_name() {
     });
     let run = identify(&nan, &["--json"]).ok();
     let first = Simulated::new("tulip_v1_leg", "fixed").layout.joints[0].name.clone();
-    assert!(run.err.contains(&format!("the effort of `{first}` is left out")), "{}", run.err);
+    assert!(run.out.contains(&format!("the effort of `{first}` is left out")), "{}", run.out);
 }
 
 #[test]
