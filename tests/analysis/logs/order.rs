@@ -68,7 +68,7 @@ fn halves_of_a_row_make_one() {
 #[test]
 fn a_clock_that_runs_back_is_one_error() {
     let one = |times: Vec<usize>, line: &str| {
-        let errors = read(&text(times)).err().expect(line);
+        let errors = read(&text(times)).expect_err(line);
         assert_eq!(errors.len(), 1, "{errors:?}");
         assert!(errors[0].contains("time runs back from") && errors[0].contains(line), "{errors:?}");
     };
@@ -80,7 +80,7 @@ fn a_clock_that_runs_back_is_one_error() {
     let mut swapped = again(500, 200);
     (1..4).for_each(|k| swapped.swap(100 * k, 100 * k + 1));
     one(swapped, "log.csv:502");
-    assert!(REACH < 100);
+    const { assert!(REACH < 100) };
 }
 
 #[test]
