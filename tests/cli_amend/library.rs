@@ -9,7 +9,7 @@ fn the_library_is_listed() {
         assert!(all.out.contains(words), "no `{words}` in {}", all.out);
     }
     let one = bipedc(&["effects", "coulomb_friction"]).ok();
-    for words in ["torque * sign(velocity)", "viscous_friction", "follows the sign", "[[effect]]", "0 to 300"]
+    for words in ["torque * sign(velocity)", "viscous_friction", "follows the sign", "[[effect]]", "0 to 30"]
     {
         assert!(one.out.contains(words), "no `{words}` in {}", one.out);
     }

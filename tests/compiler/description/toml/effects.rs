@@ -289,8 +289,8 @@ help: change the formula or its parameters"#,
 #[test]
 fn unusual_numbers_are_warned_of() {
     warned(
-        &effect("kind = \"coulomb_friction\"\njoint = \"left_knee_pitch\"\ntorque = 430.0\n"),
-        r#"warning: `torque` in [[effect]]: 430 is unusual, usual is 0 to 300 N m
+        &effect("kind = \"coulomb_friction\"\njoint = \"left_knee_pitch\"\ntorque = 43.0\n"),
+        r#"warning: `torque` in [[effect]]: 43 is unusual, usual is 0 to 30 N m
   --> biped.toml:10:10
 help: is it in N m? It is the friction torque"#,
     );

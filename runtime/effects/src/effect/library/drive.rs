@@ -7,7 +7,7 @@ pub static PARALLEL_SPRING: Kind = Kind {
     title: "Parallel spring",
     place: Place::Joint,
     parameters: &[
-        estimated("stiffness", "N m/rad", POSITIVE, (0.0, 5e3), "stiffness").of_size(Size::NeverNothing),
+        estimated("stiffness", "N m/rad", POSITIVE, (0.0, 500.0), "stiffness").of_size(Size::NeverNothing),
         estimated("rest_angle", "rad", INFINITE, (-6.3, 6.3), "angle without torque").of_size(Size::Place),
     ],
     law: Law::Torque("stiffness * (position - rest_angle)"),
@@ -188,7 +188,7 @@ pub static TORQUE_SATURATION: Kind = Kind {
     name: "torque_saturation",
     title: "Saturation of the torque",
     place: Place::Joint,
-    parameters: &[estimated("limit", "N m", POSITIVE, (1e-3, 1e4), "largest true torque")
+    parameters: &[estimated("limit", "N m", POSITIVE, (1e-3, 1000.0), "largest true torque")
         .of_size(Size::NeverNothing)
         .within(NEAR)],
     law: Law::TrueTorque("clip(reading, -limit, limit)"),
@@ -214,7 +214,7 @@ pub static TORQUE_RIPPLE: Kind = Kind {
     title: "Torque ripple",
     place: Place::Joint,
     parameters: &[
-        estimated("amplitude", "N m", POSITIVE, (0.0, 100.0), "amplitude"),
+        estimated("amplitude", "N m", POSITIVE, (0.0, 10.0), "amplitude"),
         estimated("periods_per_turn", "1", (0.5, 2000.0), (1.0, 500.0), "periods in one turn of the joint")
             .of_size(Size::Place),
         estimated("phase", "rad", INFINITE, (-6.3, 6.3), "phase at position 0").of_size(Size::Place),

@@ -10,7 +10,7 @@ pub static VISCOUS_FRICTION: Kind = Kind {
     name: "viscous_friction",
     title: "Viscous friction",
     place: Place::Joint,
-    parameters: &[estimated("damping", "N m s/rad", POSITIVE, (0.0, 500.0), "damping coefficient")],
+    parameters: &[estimated("damping", "N m s/rad", POSITIVE, (0.0, 20.0), "damping coefficient")],
     law: Law::Torque("damping * velocity"),
     simulation: Simulation::Damping("damping"),
     search: Search::linear(MOTION),
@@ -34,7 +34,7 @@ pub static QUADRATIC_DRAG: Kind = Kind {
     name: "quadratic_drag",
     title: "Quadratic drag",
     place: Place::Joint,
-    parameters: &[estimated("drag", "N m s²/rad²", POSITIVE, (0.0, 500.0), "drag coefficient")],
+    parameters: &[estimated("drag", "N m s²/rad²", POSITIVE, (0.0, 10.0), "drag coefficient")],
     law: Law::Torque("drag * abs(velocity) * velocity"),
     simulation: Simulation::Formula,
     search: Search::linear(MOTION),
@@ -51,7 +51,7 @@ pub static COULOMB_FRICTION: Kind = Kind {
     name: "coulomb_friction",
     title: "Coulomb friction",
     place: Place::Joint,
-    parameters: &[estimated("torque", "N m", POSITIVE, (0.0, 300.0), "friction torque"), SMOOTHING],
+    parameters: &[estimated("torque", "N m", POSITIVE, (0.0, 30.0), "friction torque"), SMOOTHING],
     law: Law::Torque("torque * sign(velocity)"),
     simulation: Simulation::Dry(Dry::Constant { positive: "torque", negative: "torque" }),
     search: Search::linear(MOTION),
@@ -83,8 +83,8 @@ pub static ASYMMETRIC_COULOMB_FRICTION: Kind = Kind {
     title: "Asymmetric Coulomb friction",
     place: Place::Joint,
     parameters: &[
-        estimated("positive", "N m", POSITIVE, (0.0, 300.0), "friction torque at positive velocity"),
-        estimated("negative", "N m", POSITIVE, (0.0, 300.0), "friction torque at negative velocity"),
+        estimated("positive", "N m", POSITIVE, (0.0, 30.0), "friction torque at positive velocity"),
+        estimated("negative", "N m", POSITIVE, (0.0, 30.0), "friction torque at negative velocity"),
         SMOOTHING,
     ],
     law: Law::Torque(
@@ -118,8 +118,8 @@ pub static STRIBECK_FRICTION: Kind = Kind {
     title: "Stribeck friction",
     place: Place::Joint,
     parameters: &[
-        estimated("coulomb", "N m", POSITIVE, (0.0, 300.0), "friction torque at speed"),
-        estimated("static", "N m", POSITIVE, (0.0, 600.0), "friction torque near rest"),
+        estimated("coulomb", "N m", POSITIVE, (0.0, 30.0), "friction torque at speed"),
+        estimated("static", "N m", POSITIVE, (0.0, 60.0), "friction torque near rest"),
         estimated(
             "stribeck_velocity",
             "rad/s",

@@ -38,7 +38,7 @@ pub static PAYLOAD: Kind = Kind {
     title: "Payload",
     place: Place::Link,
     parameters: &[
-        estimated("mass", "kg", POSITIVE, (0.0, 100.0), "point mass"),
+        estimated("mass", "kg", POSITIVE, (0.0, 20.0), "point mass"),
         estimated("x", "m", INFINITE, (-0.5, 0.5), "its position in the link frame").of_size(Size::Place),
         estimated("y", "m", INFINITE, (-0.5, 0.5), "its position in the link frame").of_size(Size::Place),
         estimated("z", "m", INFINITE, (-0.5, 0.5), "its position in the link frame").of_size(Size::Place),
