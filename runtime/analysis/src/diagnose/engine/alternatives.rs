@@ -1,6 +1,6 @@
 //! Explanations that the data cannot tell from the one that stands.
 use super::parallel::parallel;
-use super::parsimony::{ALIKE, SCATTER, rows_alike};
+use super::parsimony::{ALIKE, SCATTER, rows_nearly_alike};
 use super::regression::ScoredFit;
 use super::run::Conclusion;
 use crate::diagnose::FoundEffect;
@@ -93,7 +93,7 @@ impl Conclusion<'_> {
     fn as_well(&self, scored: &ScoredFit, set: &[usize], more: f64, removed: f64) -> bool {
         let chance = || self.regression.scatter(&self.outcome.scored, &self.outcome.active, scored, set);
         more <= 4.0
-            || (more <= ALIKE * removed && rows_alike(self.regression, &self.outcome.scored, scored))
+            || (more <= ALIKE * removed && rows_nearly_alike(self.regression, &self.outcome.scored, scored))
             || (more <= SCATTER * removed && more <= chance())
     }
 
