@@ -1,6 +1,6 @@
 //! Explanations that the data cannot tell from the one that stands.
 use super::parallel::parallel;
-use super::parsimony::{ALIKE, SCATTER, rows_nearly_alike};
+use super::parsimony::{ALIKE, SCATTER};
 use super::regression::ScoredFit;
 use super::run::Conclusion;
 use crate::diagnose::FoundEffect;
@@ -92,9 +92,7 @@ impl Conclusion<'_> {
     /// what blocks of the judging data disagree by.
     fn as_well(&self, scored: &ScoredFit, set: &[usize], more: f64, removed: f64) -> bool {
         let chance = || self.regression.scatter(&self.outcome.scored, &self.outcome.active, scored, set);
-        more <= 4.0
-            || (more <= ALIKE * removed && rows_nearly_alike(self.regression, &self.outcome.scored, scored))
-            || (more <= SCATTER * removed && more <= chance())
+        more <= (ALIKE * removed).max(4.0) || (more <= SCATTER * removed && more <= chance())
     }
 
     /// A candidate in the place of an effect, with the values that fit there.

@@ -12,21 +12,10 @@ const AS_GOOD: f64 = 0.001;
 /// No row's held-out squared error may grow by more than this part of it then: of an effect that removed a thousand times what noise leaves, a
 /// hundredth is more than noise.
 const GROWTH: f64 = 0.03;
-/// The same for alternatives that are named beside each other: a tenth of the error, which other data may well turn round.
-const NAMED_GROWTH: f64 = 0.2;
 
 /// Whether no row is told worse, to speak of, by one explanation than by another. Tables of some ten postures or impacts scatter more.
 pub(super) fn rows_alike(regression: &Regression<'_>, better: &ScoredFit, other: &ScoredFit) -> bool {
-    grow_less(regression, (better, other), GROWTH)
-}
-
-/// Whether one explanation may be named beside a better one, as far as rows are concerned.
-pub(super) fn rows_nearly_alike(regression: &Regression<'_>, better: &ScoredFit, other: &ScoredFit) -> bool {
-    grow_less(regression, (better, other), NAMED_GROWTH)
-}
-
-fn grow_less(regression: &Regression<'_>, (better, other): (&ScoredFit, &ScoredFit), part: f64) -> bool {
-    let alike = |(better, other): (&f64, &f64)| *other <= (1.0 + part) * better;
+    let alike = |(better, other): (&f64, &f64)| *other <= (1.0 + GROWTH) * better;
     regression.is_table() || better.errors.iter().zip(&other.errors).all(alike)
 }
 
