@@ -311,7 +311,9 @@ mod tests {
             [wanted(t) + noise, rounded]
         });
         let [found, half] = hinge.estimated(&kinds::TORQUE_SATURATION, &[("limit", 1.9)], "limit");
-        assert!((found - 2.0).abs() < half && half < 0.01, "{found} ± {half}");
+        assert!((found - 2.0).abs() < 0.002, "{found}");
+        // What filters do to limits is stated besides the scatter.
+        assert!(half > CLIPPED * found && half < 1.1 * CLIPPED * found, "{half}");
     }
 
     #[test]
