@@ -191,3 +191,43 @@ fn mistakes_are_named_with_their_place() {
     );
     simulate(&folder, "fixed", events, &["--base", "fixed"]).fails_with(&["fixed base", "time_stepping"]);
 }
+
+/// The shipped gait with an effect, its log, and what is found in that.
+fn diagnosed(name: &str, effect: &str) -> serde_json::Value {
+    let folder = scratch(name);
+    simulate(&folder, "walk", &format!("{}\n{effect}\n", gait()), &[]).ok();
+    bipedc(&["diagnose", "robots/five_link", text(&folder.join("walk.csv")), "--json"]).ok().json()
+}
+
+/// Filtered across impacts, five inertias and two frictions were claimed of this log.
+#[test]
+fn a_walk_with_impacts_as_modelled_is_missing_nothing() {
+    let found = diagnosed("walk_clean", "");
+    assert!(found["effects"].as_array().unwrap().is_empty(), "{found:#}");
+    assert!(found["inertial_corrections"].as_array().is_none_or(Vec::is_empty), "{found:#}");
+}
+
+/// Legs change their roles with every step; the effects stay where they are.
+#[test]
+fn effects_of_one_leg_are_found_in_a_walk_with_impacts() {
+    let cases = [
+        ("viscous_friction", "joint", "left_knee_pitch", &[("damping", 0.4, 0.01)][..]),
+        ("rotor_inertia", "joint", "right_hip_pitch", &[("inertia", 0.08, 0.01)]),
+        ("payload", "link", "left_tibia", &[("mass", 0.3, 0.01), ("x", 0.0, 0.002), ("z", -0.2, 0.01)]),
+    ];
+    for (kind, place, name, parameters) in cases {
+        let mut effect = format!("[[effect]]\nkind = \"{kind}\"\n{place} = \"{name}\"\n");
+        if kind == "payload" {
+            effect += "y = 0.0\n";
+        }
+        effect.extend(parameters.iter().map(|(name, value, _)| format!("{name} = {value:?}\n")));
+        let answer = diagnosed(&format!("walk_{kind}"), &effect);
+        let effects = answer["effects"].as_array().unwrap();
+        let [found] = effects.as_slice() else { panic!("{kind}: {answer:#}") };
+        assert_eq!((found["kind"].as_str(), found[place].as_str()), (Some(kind), Some(name)), "{found:#}");
+        for (name, value, tolerance) in parameters {
+            let known = found["parameters"][name].as_f64().unwrap();
+            assert!((known - value).abs() < *tolerance, "{kind}: {name} is {known}, not {value}");
+        }
+    }
+}

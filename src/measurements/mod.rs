@@ -194,16 +194,19 @@ impl Measured {
             Ok(bias(&ContactExperiment::read(self.robot(), log, &options)?))
         };
         let mut best = CONTACT_CUTOFF_HZ;
-        let mut least = error(best)?;
+        let mut least = error(best);
         while best < HIGHEST_CONTACT_CUTOFF_HZ {
-            // Too high for the log's rate.
-            let Ok(next) = error(2.0 * best) else { break };
-            if next >= least {
-                break;
+            let next = error(2.0 * best);
+            match (&least, &next) {
+                // Short steps leave nothing of a slow filter.
+                (Err(_), Ok(_)) => {}
+                (Ok(least), Ok(next)) if next < least => {}
+                // Too high for the log's rate.
+                _ => break,
             }
             (best, least) = (2.0 * best, next);
         }
-        Ok(best)
+        least.map(|_| best)
     }
 
     /// A log with forces at the feet, with the joints' efforts if they are wanted and logged.

@@ -2,6 +2,7 @@
 pub mod absolute;
 mod chosen;
 mod energies;
+mod exchanged;
 mod footsteps;
 mod gait;
 mod log;
@@ -21,8 +22,8 @@ pub use trial::{Trial, WalkedMargins};
 use crate::robot::{feet, joint_layout};
 use bipedc_analysis::robot::Foot;
 use bipedc_analysis::simulate::control::POINT_FUNCTIONS;
-use bipedc_analysis::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind};
-use bipedc_analysis::simulate::{FUNCTIONS, Plant, World};
+use bipedc_analysis::simulate::phases::{Ending, Landing, PhaseSpec, Row, RowKind, Walking};
+use bipedc_analysis::simulate::{FUNCTIONS, Plant, Scenario, World};
 use bipedc_compiler::compile::{CompiledModel, Function, FunctionRequest, ProgramModel};
 use bipedc_compiler::description::model::{
     Contact, ContactPart, Foot as DescribedFoot, Phase, RobotDescription,
@@ -31,6 +32,7 @@ use bipedc_compiler::robot::Robot;
 use bipedc_compiler::tree::{BaseKind, Tree};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Acts, Effect, Law};
+use bipedc_runtime::model::Model;
 
 /// Names, places and limits of a robot.
 ///
@@ -166,12 +168,22 @@ fn actuated(description: &RobotDescription, tree: &Tree) -> Vec<usize> {
 pub struct Walker {
     /// Constrained dynamics, impacts, contact points.
     pub model: ProgramModel,
+    /// The same of the robot with its sides exchanged, where that is another one.
+    pub exchanged: Option<ProgramModel>,
     /// In the order of the description.
     pub phases: Vec<PhaseSpec>,
     /// In the order of the model's contact points.
     pub feet: Vec<Foot>,
     /// How it hangs in the world.
     pub base: BaseKind,
+}
+
+impl Walker {
+    /// What it shall do in a scenario.
+    pub fn walking<'a>(&'a self, plant: &'a Plant, scenario: &'a Scenario) -> Walking<'a> {
+        let exchanged = self.exchanged.as_ref().map(|model| model as &dyn Model<f64>);
+        Walking { model: &self.model, exchanged, phases: &self.phases, plant, scenario }
+    }
 }
 
 /// The phases of a description with their functions and endings.
@@ -192,9 +204,12 @@ fn walker_with(robot: &Robot, mut requests: Vec<FunctionRequest>) -> Result<Walk
     }
     let base = plant(description, &tree)?.layout.base;
     requests.extend(phase_wishes(description));
-    let compiled = robot.compile_only(&distinct(requests))?;
+    let requests = distinct(requests);
+    let compiled = robot.compile_only(&requests)?;
     let phases = phase_specs(description, &tree, &compiled);
-    Ok(Walker { phases, feet: feet(description), base, model: ProgramModel::new(compiled) })
+    let other = exchanged::exchanged(robot)?;
+    let exchanged = other.map(|other| other.compile_only(&requests)).transpose()?.map(ProgramModel::new);
+    Ok(Walker { phases, feet: feet(description), base, model: ProgramModel::new(compiled), exchanged })
 }
 
 /// The same of the robot as built: with hidden effects that make it another body, and smooth ones in its joints.

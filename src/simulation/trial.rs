@@ -122,7 +122,7 @@ impl Trial {
     }
 
     fn walking<'a>(&'a self, scenario: &'a Scenario) -> Walking<'a> {
-        Walking { model: &self.walker.model, phases: &self.walker.phases, plant: &self.plant, scenario }
+        self.walker.walking(&self.plant, scenario)
     }
 
     fn judged(&self, of: &Collocation, moments: &[Moment], summary: &WalkSummary) -> WalkedMargins {

@@ -45,7 +45,7 @@ impl Scene {
         let truth = self.truth(options.truth.as_deref())?;
         let mut log = Log::begin(out, &columns(&walker.model, plant, scenario)?)?;
         let start = Instant::now();
-        let walking = Walking { model: &walker.model, phases: &walker.phases, plant, scenario };
+        let walking = walker.walking(plant, scenario);
         let own_gait = self.gait.as_ref().filter(|_| own.is_none());
         let model = own_gait.and_then(|gait| gait.wishes.as_ref().and(gait.one_phase()));
         let model = model.map(|(bench, _)| bench.model()).transpose()?;

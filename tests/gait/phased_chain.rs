@@ -16,7 +16,7 @@ const PRECISION: Precision = Precision {
 
 /// Ten steps of the whole robot.
 fn whole(walker: &Walker, controller: PhasedProgramController, [q, v]: &[Vec<f64>; 2]) -> Walk {
-    let Walker { model, phases, feet, base } = walker;
+    let Walker { model, phases, feet, base, .. } = walker;
     let assumptions = Assumptions { friction: f64::INFINITY, ..Assumptions::default() };
     let robot = PhasedRobot::new(model, *base, feet, phases.clone(), assumptions, controller).unwrap();
     robot.begin_phase(0, 0.0, &[q.clone(), v.clone()].concat());

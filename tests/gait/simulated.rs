@@ -4,7 +4,7 @@ use super::{bent, gait, relative, robot};
 use bipedc::gait::{GaitBench, StepOptions};
 use bipedc::simulation::{in_world, plant, true_walker};
 use bipedc_analysis::gait::Course;
-use bipedc_analysis::simulate::phases::{WalkEnd, WalkSummary, Walking};
+use bipedc_analysis::simulate::phases::{WalkEnd, WalkSummary};
 use bipedc_analysis::simulate::{Run, Sample, Scenario};
 use bipedc_runtime::control::{Borrowed, Controller};
 use std::fmt::Write;
@@ -151,8 +151,7 @@ pub(super) fn walk(
         Scenario::parse(Path::new("scenario.toml"), text, &plant).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let robot = in_world(robot, &scenario.world);
     let walker = true_walker(&robot, &scenario.effects, false).unwrap();
-    let walking =
-        Walking { model: &walker.model, phases: &walker.phases, plant: &plant, scenario: &scenario };
+    let walking = walker.walking(&plant, &scenario);
     let mut samples = Vec::new();
     let mut run = Run { row: &mut |_| Ok(()), progress: &|_| (), stop: &|| false };
     let mut watch = |sample: &Sample| samples.push(sample.clone());

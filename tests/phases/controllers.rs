@@ -2,7 +2,6 @@
 use super::{described, scenario_text};
 use bipedc::simulation::{driven_model, plant, true_walker};
 use bipedc_analysis::simulate::control::{PhasedController, VirtualConstraints};
-use bipedc_analysis::simulate::phases::Walking;
 use bipedc_analysis::simulate::{Mechanics, Run, Sample, Scenario, Simulation};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -76,8 +75,7 @@ fn walked(
         let mut inner = VirtualConstraints::new(&walker.model, plant.layout.base, outputs, &names)?;
         let controller =
             |observed: &Observation<'_, f64>, commands: Commands<'_>| wrap(&mut inner, observed, commands);
-        let walking =
-            Walking { model: &walker.model, phases: &walker.phases, plant: &plant, scenario: &scenario };
+        let walking = walker.walking(&plant, &scenario);
         let mut run = Run { row: &mut |_| Ok(()), progress: &|_| (), stop: &|| false };
         walking.run_with(controller, &mut run, &mut keep)?;
     } else {

@@ -12,7 +12,7 @@ mod wheel;
 
 use bipedc::simulation::{Walker, driven_model, in_world, plant, true_walker, walker};
 use bipedc_analysis::simulate::control::PhasedController;
-use bipedc_analysis::simulate::phases::{Assumptions, PhasedRobot, WalkSummary, Walking};
+use bipedc_analysis::simulate::phases::{Assumptions, PhasedRobot, WalkSummary};
 use bipedc_analysis::simulate::{Mechanics, Run, Sample, Scenario, Simulation};
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -34,7 +34,7 @@ fn phased<'a>(
     assumptions: Assumptions,
     controller: impl Controller<f64> + 'a,
 ) -> PhasedRobot<'a> {
-    let Walker { model, phases, feet, base } = walker;
+    let Walker { model, phases, feet, base, .. } = walker;
     PhasedRobot::new(model, *base, feet, phases.clone(), assumptions, controller).unwrap()
 }
 
@@ -56,8 +56,7 @@ fn walked(folder: &str, text: &str) -> Result<(WalkSummary, Vec<Sample>), Diagno
         Scenario::parse(Path::new("scenario.toml"), text, &plant).unwrap_or_else(|e| panic!("{e}"));
     let robot = in_world(robot, &scenario.world);
     let walker = true_walker(&robot, &scenario.effects, false)?;
-    let walking =
-        Walking { model: &walker.model, phases: &walker.phases, plant: &plant, scenario: &scenario };
+    let walking = walker.walking(&plant, &scenario);
     let mut samples = Vec::new();
     let mut run = Run { row: &mut |_| Ok(()), progress: &|_| (), stop: &|| false };
     let summary = walking.run(&mut run, &mut |sample| samples.push(sample.clone()))?;

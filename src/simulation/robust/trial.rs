@@ -186,7 +186,7 @@ impl Trial<'_> {
         let Scene { plant, gait, .. } = self.scene;
         let (Some(gait), Met { walker, scenario, .. }) = (gait, met) else { return Err(String::new()) };
         let Some((bench, controller)) = gait.one_phase() else { return Err(String::new()) };
-        let walking = Walking { model: &walker.model, phases: &walker.phases, plant, scenario };
+        let walking = walker.walking(plant, scenario);
         let speeds = gait.wishes.as_ref().map_or(&[][..], |wishes| &wishes.speeds);
         let names = bench.gait.parameters.iter().map(|parameter| parameter.name.clone()).collect();
         let controllers = (self.model, self.chooser);

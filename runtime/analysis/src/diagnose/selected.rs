@@ -63,6 +63,9 @@ impl Experiment for Selected<'_> {
     fn smeared(&self) -> usize {
         self.inner.smeared()
     }
+    fn is_cut_at_impacts(&self) -> bool {
+        self.inner.is_cut_at_impacts()
+    }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let here = |(row, values)| Some((self.places.iter().position(|p| *p == row)?, values));
         self.inner.response(effects).into_iter().filter_map(here).collect()

@@ -105,6 +105,11 @@ pub trait Experiment: Sync {
         0
     }
 
+    /// Whether the motion is cut at impacts, beside which the filter has one side to look at.
+    fn is_cut_at_impacts(&self) -> bool {
+        false
+    }
+
     /// The nominal residual minus the residual under the effects, for the rows that change: what the effects
     /// together explain. Effects that do not apply change nothing.
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)>;

@@ -57,6 +57,9 @@ impl Experiment for Amended<'_> {
     fn smeared(&self) -> usize {
         self.inner.smeared()
     }
+    fn is_cut_at_impacts(&self) -> bool {
+        self.inner.is_cut_at_impacts()
+    }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         self.inner.response(effects)
     }

@@ -56,7 +56,7 @@ impl FootRecord {
     }
 
     /// The signals as reported, not filtered.
-    fn raw(&self, block: &Block<'_>, foot: &Foot) -> [Vec<f64>; SIGNALS] {
+    pub fn raw(&self, block: &Block<'_>, foot: &Foot) -> [Vec<f64>; SIGNALS] {
         let count = block.time.len();
         let column = |c: Option<usize>| c.map_or_else(|| vec![0.0; count], |c| block.columns[c].clone());
         let mut signals: [Vec<f64>; SIGNALS] = std::array::from_fn(|_| vec![0.0; count]);

@@ -19,7 +19,9 @@ use std::path::Path;
 /// Samples per period of the cut-off on which rows are computed and filtered: with fewer the filter is another one.
 const PER_PERIOD: f64 = 12.0;
 /// Stretches of fewer samples are left out: a spline needs so many.
-const SHORTEST: usize = 16;
+pub(super) const SHORTEST: usize = 16;
+/// m/s²
+const STANDARD_GRAVITY: f64 = 9.81;
 
 /// Motion and foot forces of a log; states as the model has them.
 #[derive(Debug, Clone, Default)]
@@ -28,6 +30,8 @@ pub struct ContactRecording {
     pub time: Vec<f64>,
     /// Stretches without gaps, as ranges of samples.
     pub segments: Vec<Range<usize>>,
+    /// Whether a segment begins and ends at an impact; one per segment.
+    pub(super) at_impacts: Vec<[bool; 2]>,
     /// Samples that count: within the times asked for, not near the ends of a stretch.
     pub kept: Vec<usize>,
     pub(super) trajectory: Trajectory,
@@ -104,7 +108,8 @@ impl ContactRecording {
         recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
         let mut raw_noise: Vec<f64> = Vec::new();
         let reach = (0.3 / cutoff_hz / step) as usize;
-        let passing = Passing { robot, columns: &columns, filter: &filter, step, stride, reach };
+        let weight = robot.link_inertias.parameters().mass() * STANDARD_GRAVITY;
+        let passing = Passing { robot, columns: &columns, filter: &filter, step, stride, reach, weight };
         while let Some(block) = blocks.next_block()? {
             if block.time.len() < SHORTEST {
                 continue;
@@ -114,7 +119,7 @@ impl ContactRecording {
             if raw_noise.is_empty() {
                 raw_noise = block.columns.iter().map(|c| white_noise(c)).collect();
             }
-            recording.add(&passing, &block).map_err(|e| unusable(e, &path))?;
+            recording.add(&passing, block).map_err(|e| unusable(e, &path))?;
             if recording.time.len() > HELD {
                 recording.warnings.push(recording.cut_off(&path));
                 break;
@@ -168,7 +173,13 @@ impl ContactRecording {
         }
     }
 
-    fn add(&mut self, passing: &Passing<'_, '_>, block: &Block<'_>) -> Result<(), Unusable> {
+    /// Adds what lies between two impacts or ends of the block; `impacts`: whether one is at its begin, at its end.
+    pub(super) fn add_stretch(
+        &mut self,
+        passing: &Passing<'_, '_>,
+        block: &Block<'_>,
+        impacts: [bool; 2],
+    ) -> Result<(), Unusable> {
         let range = block.core.clone();
         let even = Even::new(&passing.columns.plan, block, passing.step);
         let states = even.states(
@@ -183,8 +194,8 @@ impl ContactRecording {
         let first = self.time.len();
         let here = block.time[range.start];
         let step = passing.step;
-        let continues =
-            self.time.last().is_some_and(|last| here - last < (passing.stride as f64 + 0.5) * step);
+        let continues = !impacts[0]
+            && self.time.last().is_some_and(|last| here - last < (passing.stride as f64 + 0.5) * step);
         // The stride goes on where the last block left off.
         let skipped = self
             .time
@@ -192,9 +203,15 @@ impl ContactRecording {
             .filter(|_| continues)
             .map_or(0, |last| passing.stride.saturating_sub(((here - last) / step).round() as usize));
         let kept: Vec<usize> = (skipped..*count).step_by(passing.stride).collect();
-        match self.segments.last_mut() {
-            Some(last) if continues => last.end = first + kept.len(),
-            _ => self.segments.push(first..first + kept.len()),
+        match (self.segments.last_mut(), self.at_impacts.last_mut()) {
+            (Some(last), Some(ends)) if continues => {
+                last.end = first + kept.len();
+                ends[1] = impacts[1];
+            }
+            _ => {
+                self.segments.push(first..first + kept.len());
+                self.at_impacts.push(impacts);
+            }
         }
         for &i in &kept {
             self.time.push(block.time[range.start + i]);
@@ -211,18 +228,6 @@ impl ContactRecording {
             }
         }
         Ok(())
-    }
-
-    /// Chooses the samples that count.
-    fn keep(&mut self, options: &Options, stride: usize) {
-        let slack = 0.5 * self.step;
-        for segment in self.segments.iter().filter(|s| !s.is_empty()) {
-            let (first, last) = (self.time[segment.start], self.time[segment.end - 1]);
-            let from = options.from_s.unwrap_or(f64::NEG_INFINITY).max(first + options.trim_s - slack);
-            let to = options.to_s.unwrap_or(f64::INFINITY).min(last - options.trim_s + slack);
-            let inside = segment.clone().filter(|i| self.time[*i] >= from && self.time[*i] <= to);
-            self.kept.extend(inside.step_by(stride));
-        }
     }
 
     /// Values at the samples that count.
@@ -313,13 +318,15 @@ impl ContactRecording {
 
 /// What stays the same from block to block.
 pub(super) struct Passing<'a, 'r> {
-    robot: &'a Robot<'r>,
-    columns: &'a Columns,
+    pub robot: &'a Robot<'r>,
+    pub columns: &'a Columns,
     filter: &'a Butterworth,
     step: f64,
     stride: usize,
     /// Samples over which the filter smears a sensor that stays at its limit.
     pub reach: usize,
+    /// Of the robot, N.
+    pub weight: f64,
 }
 
 /// Roll, pitch, yaw as a quaternion, after the file's columns.

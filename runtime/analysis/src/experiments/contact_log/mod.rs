@@ -11,6 +11,9 @@
 //! A log without any `base/…` column is one of a robot that stands on the foot that carries its base (root link: that
 //! foot, or a point of its sole), as in thesis 5.4.2; see `standing`.
 //!
+//! At an impact velocities jump: nothing is filtered across one, and what lies within two periods of the cut-off beside it
+//! (one where steps are short) does not count; see `strikes`, `stretches`.
+//!
 //! While the feet carry less than a twentieth of the weight there is no centre of pressure: its rows are zero.
 //!
 //! Foot forces are in world axes at the centre of pressure in the sole frame, or, where the mapping file says
@@ -41,6 +44,8 @@ mod rows;
 mod simpler;
 mod soles;
 mod standing;
+mod stretches;
+mod strikes;
 mod vertical_moment;
 mod walking;
 
@@ -129,6 +134,9 @@ impl Experiment for ContactExperiment<'_> {
     }
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.support()
+    }
+    fn is_cut_at_impacts(&self) -> bool {
+        self.recording.at_impacts.as_flattened().contains(&true)
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let inertial_only = effects.iter().all(|e| e.kind.law.acts() == Acts::Body);

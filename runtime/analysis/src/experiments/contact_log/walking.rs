@@ -287,6 +287,9 @@ impl Experiment for WalkingExperiment<'_> {
             None => self.base.measured(row),
         }
     }
+    fn is_cut_at_impacts(&self) -> bool {
+        self.base.is_cut_at_impacts()
+    }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let mut out = self.base.response(effects);
         out.extend(self.joint_response(effects).into_iter().filter(|(_, v)| v.iter().any(|x| *x != 0.0)));

@@ -4,6 +4,7 @@ mod assumptions;
 mod begin;
 mod integrate;
 mod mirror;
+mod phased;
 mod points;
 mod project;
 mod robot;

@@ -1,11 +1,9 @@
 //! A robot with the phases of its description.
 use super::assumptions::Assumptions;
-use super::integrate::{Phased, Violation};
 use super::points::PointForces;
-use super::spec::{Ending, LandingGuard, PhaseSpec};
-use super::support::{Load, before_line};
+use super::spec::{LandingGuard, PhaseSpec};
+use super::support::Load;
 use crate::robot::{BaseKind, Foot};
-use crate::simulate::mechanics::rotate;
 use crate::simulate::scenario::Push;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
@@ -15,6 +13,9 @@ use std::cell::{Cell, RefCell};
 /// A robot that walks through its phases (4.23).
 pub struct PhasedRobot<'a> {
     pub(super) model: &'a dyn Model<f64>,
+    exchanged: Option<&'a dyn Model<f64>>,
+    /// Left and right have exchanged their roles.
+    pub(super) swapped: Cell<bool>,
     pub(super) base: BaseKind,
     pub(super) feet: &'a [Foot],
     pub(super) phases: Vec<(PhaseSpec, Functions)>,
@@ -22,28 +23,28 @@ pub struct PhasedRobot<'a> {
     positions: usize,
     pub(super) normals: usize,
     spread: PointForces,
-    relabelled: Option<[usize; 2]>,
+    pub(super) relabelled: Option<[usize; 2]>,
     pub(super) assumptions: Assumptions,
     pub(super) stops: Vec<Option<[f64; 2]>>,
-    pushes: Vec<Push>,
+    pub(super) pushes: Vec<Push>,
     /// Rise of the ground from each foothold to the next, m; flat behind the last.
-    rises: Vec<f64>,
+    pub(super) rises: Vec<f64>,
     /// Footholds that were reached.
-    reached: Cell<usize>,
+    pub(super) reached: Cell<usize>,
     /// Positive until a foot is taken to land, of a configuration.
-    ending: Option<&'a LandingGuard<'a>>,
-    controller: RefCell<Box<dyn Controller<f64> + 'a>>,
+    pub(super) ending: Option<&'a LandingGuard<'a>>,
+    pub(super) controller: RefCell<Box<dyn Controller<f64> + 'a>>,
     /// Phase and time of the first state for which the controller had no command, and why.
-    refusal: Cell<Option<(usize, f64, Refusal)>>,
+    pub(super) refusal: Cell<Option<(usize, f64, Refusal)>>,
     pub(super) work: RefCell<Work>,
-    memory: RefCell<Memory>,
+    pub(super) memory: RefCell<Memory>,
 }
 
 /// Indices of a phase's functions.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Functions {
-    dynamics: usize,
-    impact: Option<usize>,
+    pub dynamics: usize,
+    pub impact: Option<usize>,
 }
 
 #[derive(Debug, Default)]
@@ -56,7 +57,7 @@ pub(super) struct Work {
 
 /// The last evaluations: a state is asked for by the integrator, then by the guard, then by the assumptions.
 #[derive(Debug, Default)]
-struct Memory {
+pub(super) struct Memory {
     entries: [Entry; 5],
     next: usize,
 }
@@ -106,6 +107,8 @@ impl<'a> PhasedRobot<'a> {
         };
         Ok(Self {
             model,
+            exchanged: None,
+            swapped: Cell::new(false),
             base,
             feet,
             distances: find("contact_distances")?,
@@ -160,6 +163,31 @@ impl<'a> PhasedRobot<'a> {
         Self { ending, ..self }
     }
 
+    /// The same robot whose sides are not each other's image: `exchanged` has the same functions of it with its sides exchanged.
+    ///
+    /// # Errors
+    /// They are not the same functions.
+    pub fn exchanging(self, exchanged: Option<&'a dyn Model<f64>>) -> Result<Self, Diagnostic> {
+        let functions = |model: &dyn Model<f64>| {
+            (0..).map_while(|f| model.signature(f).map(|s| format!("{s:?}"))).collect()
+        };
+        let own: Vec<String> = functions(self.model);
+        let differs = |other: &dyn Model<f64>| own != functions(other);
+        if exchanged.is_some_and(differs) {
+            return Err(Diagnostic::error("the robot with its sides exchanged has other functions"));
+        }
+        Ok(Self { exchanged, ..self })
+    }
+
+    /// The robot as the phases see it.
+    fn here(&self) -> &'a dyn Model<f64> {
+        self.on(self.swapped.get())
+    }
+
+    fn on(&self, swapped: bool) -> &'a dyn Model<f64> {
+        self.exchanged.filter(|_| swapped).unwrap_or(self.model)
+    }
+
     /// Phase, time (s) and reason of the first state for which the controller had no command, since this was last asked.
     pub fn refusal(&self) -> Option<(usize, f64, Refusal)> {
         self.refusal.take()
@@ -179,7 +207,7 @@ impl<'a> PhasedRobot<'a> {
         out.clear();
         out.resize(size, 0.0);
         // Lengths come from the model itself; a refusal would be a fault of this crate, seen in the numbers.
-        if self.model.evaluate(function, state, out).is_err() {
+        if self.here().evaluate(function, state, out).is_err() {
             out.fill(f64::NAN);
         }
     }
@@ -270,15 +298,18 @@ impl<'a> PhasedRobot<'a> {
         v: &[f64],
         work: &Work,
     ) -> Vec<[f64; 3]> {
-        let sum = self.spread.generalised(self.model, [q, v, &work.out[..v.len()], &work.tau]);
+        let sum = self.spread.generalised(self.here(), [q, v, &work.out[..v.len()], &work.tau]);
         self.spread.spread(self.model, q, (&spec.standing, self.assumptions.friction), &sum)
     }
 
-    /// Impulses on the contact points (world axes, N s) of the jump from `before` to `after`, two states of one configuration.
+    /// Impulses on the contact points (world axes, N s) of the jump from `before` to `after`, two states of one configuration, at the
+    /// end of the phase that was left last.
     pub fn impulses(&self, phase: usize, q: &[f64], before: &[f64], after: &[f64]) -> Vec<[f64; 3]> {
         let jump: Vec<f64> = after.iter().zip(before).map(|(after, before)| after - before).collect();
         let standing = self.phases[phase].0.impact.as_ref().map_or(&[][..], |landing| &landing.standing);
-        let sum = self.spread.impulse(self.model, q, &jump);
+        // The sides are exchanged after the impact.
+        let swapped = self.swapped.get() != self.phases[phase].0.relabel;
+        let sum = self.spread.impulse(self.on(swapped), q, &jump);
         self.spread.spread(self.model, q, (standing, self.assumptions.friction), &sum)
     }
 
@@ -307,7 +338,7 @@ impl<'a> PhasedRobot<'a> {
     }
 
     /// Positive until these points land, m.
-    fn above(&self, spec: &PhaseSpec, q: &[f64], points: &[usize], work: &mut Work) -> f64 {
+    pub(super) fn above(&self, spec: &PhaseSpec, q: &[f64], points: &[usize], work: &mut Work) -> f64 {
         if let Some(ending) = self.ending {
             return ending(q);
         }
@@ -348,118 +379,5 @@ impl<'a> PhasedRobot<'a> {
         let middle = [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / count);
         let relative = load.pressure();
         ([middle[0] + relative[0], middle[1] + relative[1]], points, middle)
-    }
-}
-
-impl Phased for PhasedRobot<'_> {
-    fn derivative(&self, phase: usize, time: f64, x: &[f64], out: &mut [f64]) {
-        let mut work = self.work.borrow_mut();
-        self.dynamics(phase, time, x, &mut work);
-        let (q, v) = self.split(x);
-        let (rates, accelerations) = out.split_at_mut(q.len());
-        accelerations.copy_from_slice(&work.out[..v.len()]);
-        let joints = self.model.joints();
-        rates[q.len() - joints..].copy_from_slice(&v[v.len() - joints..]);
-        match self.base {
-            BaseKind::Fixed => {}
-            BaseKind::Planar | BaseKind::Pivot => {
-                rates[..self.base.nv()].copy_from_slice(&v[..self.base.nv()]);
-            }
-            BaseKind::Floating => {
-                let turn = [q[3], q[4], q[5], q[6]];
-                rates[..3].copy_from_slice(&rotate(turn, [v[0], v[1], v[2]]));
-                let [x, y, z, w] = turn;
-                let [a, b, c] = [0.5 * v[3], 0.5 * v[4], 0.5 * v[5]];
-                rates[3] = w * a + y * c - z * b;
-                rates[4] = w * b + z * a - x * c;
-                rates[5] = w * c + x * b - y * a;
-                rates[6] = -x * a - y * b - z * c;
-            }
-        }
-    }
-
-    fn guard(&self, phase: usize, time: f64, x: &[f64]) -> f64 {
-        let spec = &self.phases[phase].0;
-        let (q, v) = self.split(x);
-        let mut work = self.work.borrow_mut();
-        match &spec.ending {
-            Ending::Never => f64::INFINITY,
-            Ending::Touch(points) => self.above(spec, q, points, &mut work),
-            Ending::Release(foot) => {
-                self.dynamics(phase, time, x, &mut work);
-                Load::of(*foot, &spec.rows, &work.out[v.len()..]).force[2]
-            }
-            Ending::Tip(foot, edge) => {
-                self.dynamics(phase, time, x, &mut work);
-                let load = Load::of(*foot, &spec.rows, &work.out[v.len()..]);
-                let sole = self.sole(*foot, &spec.standing);
-                let (place, _, middle) = self.pressure(q, &load, &sole, &mut work);
-                let edge = self.places(q, edge, &mut work);
-                before_line(place, &edge, middle, self.base == BaseKind::Planar)
-            }
-        }
-    }
-
-    fn violation(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
-        // Taken out, so that what is called can use the shared workspace too.
-        let mut work = self.work.take();
-        let found = self.broken(phase, time, x, &mut work);
-        self.work.replace(work);
-        found
-    }
-
-    fn glimpse(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
-        self.broken_in_the_air(phase, time, x)
-    }
-
-    fn before_event(&self, phase: usize, time: f64, x: &[f64]) -> Option<f64> {
-        let (q, v) = self.split(x);
-        self.controller.borrow_mut().before_event(&Observation::new(time, phase, q, v))
-    }
-
-    fn at_event(&self, phase: usize, time: f64, x: &[f64]) {
-        let (q, v) = self.split(x);
-        *self.memory.borrow_mut() = Memory::default();
-        let told = self.controller.borrow_mut().at_event(&Observation::new(time, phase, q, v));
-        if let (Err(refusal), None) = (told, self.refusal.get()) {
-            self.refusal.set(Some((phase, time, refusal)));
-        }
-    }
-
-    fn change(
-        &self,
-        phase: usize,
-        time: f64,
-        x: &mut [f64],
-        impulse: &mut Vec<f64>,
-    ) -> Result<usize, Violation> {
-        let (spec, functions) = &self.phases[phase];
-        let nq = self.model.nq();
-        let mut out = Vec::new();
-        *self.memory.borrow_mut() = Memory::default();
-        if let (Some(impact), Some(landing)) = (functions.impact, &spec.impact) {
-            if !self.rises.is_empty() {
-                // From here on heights are those above the new foothold.
-                x[1] -= self.ground()[1];
-                self.reached.set(self.reached.get() + 1);
-            }
-            let (q, v) = x.split_at_mut(nq);
-            self.call(impact, &State::new().with(Argument::Q, q).with(Argument::V, v), &mut out);
-            impulse.extend_from_slice(&out[v.len()..]);
-            v.copy_from_slice(&out[..v.len()]);
-            let found = self.broken_by_impact(phase, time, (q, v), (&landing.rows, impulse));
-            if let Some(found) = found {
-                return Err(found);
-            }
-        }
-        if let (true, Some([configuration, velocity])) = (spec.relabel, self.relabelled) {
-            let (q, v) = x.split_at_mut(nq);
-            self.call(configuration, &State::new().with(Argument::Q, q), &mut out);
-            q.copy_from_slice(&out);
-            self.call(velocity, &State::new().with(Argument::V, v), &mut out);
-            v.copy_from_slice(&out);
-        }
-        self.begin_phase(spec.next, time, x);
-        Ok(spec.next)
     }
 }

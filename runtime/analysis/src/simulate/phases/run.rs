@@ -86,6 +86,9 @@ pub struct WalkSummary {
 pub struct Walking<'a> {
     /// Constrained dynamics, impacts, contact points.
     pub model: &'a dyn Model<f64>,
+    /// The same functions of the robot with its sides exchanged, where that is another one: what the phases walk on while they call
+    /// the left leg the right one.
+    pub exchanged: Option<&'a dyn Model<f64>>,
     /// As the description has them.
     pub phases: &'a [PhaseSpec],
     /// Names, limits, feet.
@@ -156,7 +159,7 @@ impl Walking<'_> {
         run: &mut Run<'_>,
         watch: &mut dyn FnMut(&Sample),
     ) -> Result<WalkSummary, Diagnostic> {
-        let Self { model, phases, plant, scenario } = *self;
+        let Self { model, exchanged, phases, plant, scenario } = *self;
         let Some(events) = &scenario.events else {
             return Err(Diagnostic::error("the scenario is not of method = \"event_driven\""));
         };
@@ -177,7 +180,8 @@ impl Walking<'_> {
                 .with_stops(stops)
                 .pushed(scenario.pushes.clone())
                 .on_steps(scenario.rises.clone())
-                .landing_where(ending);
+                .landing_where(ending)
+                .exchanging(exchanged)?;
         let (x, projected) = robot.standing(plant, scenario)?;
         robot.begin_phase(scenario.phase, 0.0, &x);
         let mut log = Log::new(self, (&robot, events), (mirror.as_ref(), &swapped), (run, watch))?;
