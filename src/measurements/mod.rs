@@ -9,7 +9,7 @@ use bipedc_analysis::compare::compare_file;
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, WalkingExperiment};
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
-use bipedc_analysis::experiments::{Channel, Experiment, MotionExperiment};
+use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::measure::{DataSource, Options, Recording};
 use bipedc_analysis::robot::inertial_parameters;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
@@ -191,7 +191,7 @@ impl Measured {
     fn contact_cutoff(&self, log: &Log, options: &Options) -> Result<f64, Diagnostics> {
         let error = |cutoff: f64| -> Result<f64, Diagnostics> {
             let options = Options { cutoff_hz: Some(cutoff), ..options.clone() };
-            Ok(bias(&ContactExperiment::read(self.robot(), log, &options)?))
+            Ok(ContactExperiment::read(self.robot(), log, &options)?.misfit())
         };
         let mut best = CONTACT_CUTOFF_HZ;
         let mut least = error(best);
@@ -277,21 +277,4 @@ fn requests(robot: &Described) -> Vec<FunctionRequest> {
         }
     }
     requests
-}
-
-/// Logarithm of the mean errors of the base's rows. Fits suffer from what is wrong in all samples alike; noise averages out, so
-/// that only a part of it counts.
-fn bias(experiment: &ContactExperiment<'_>) -> f64 {
-    const NOISE: f64 = 0.25;
-    let rows = experiment.rows();
-    let base =
-        |row: &usize| matches!(rows[*row].channel, Channel::BaseForce | Channel::BaseMoment | Channel::Cop);
-    let of_row = |row: usize| {
-        let residual = experiment.residual(row);
-        let square = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
-        let noise = rows[row].noise.powi(2);
-        ((square - noise).max(0.0) + NOISE * noise).max(f64::MIN_POSITIVE).ln()
-    };
-    let logarithms: Vec<f64> = (0..rows.len()).filter(base).map(of_row).collect();
-    logarithms.iter().sum::<f64>() / logarithms.len().max(1) as f64
 }

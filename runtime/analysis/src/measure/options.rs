@@ -29,6 +29,8 @@ pub struct Options {
     pub to_s: Option<f64>,
     /// For the joints.
     pub velocity: VelocitySource,
+    /// Logs of robots on their feet are filtered from impact to impact.
+    pub cut_at_impacts: bool,
 }
 
 impl Default for Options {
@@ -40,6 +42,7 @@ impl Default for Options {
             from_s: None,
             to_s: None,
             velocity: VelocitySource::Positions,
+            cut_at_impacts: true,
         }
     }
 }

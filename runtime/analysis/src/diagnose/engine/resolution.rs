@@ -13,8 +13,8 @@ const OF_JOINTS: f64 = 2e-4;
 /// And where the ground's forces, which make most of the joints' torques then, are measured by sensors of their own.
 const OF_JOINTS_ON_GROUND: f64 = 2e-3;
 /// All of these so many times as large where the motion is cut at impacts, because filters know one side only there (simulated walks
-/// of a five-link and a seven-link robot: 0.3 to 0.9 % of a joint's torque were wrong).
-const BETWEEN_IMPACTS: f64 = 5.0;
+/// of a five-link and a seven-link robot: 0.3 to 2 % of a joint's torque were wrong).
+const BETWEEN_IMPACTS: f64 = 10.0;
 
 /// Root mean squares below which errors say nothing, by row.
 pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {

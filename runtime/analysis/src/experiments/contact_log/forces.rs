@@ -109,7 +109,8 @@ impl ContactRecording {
         let mut raw_noise: Vec<f64> = Vec::new();
         let reach = (0.3 / cutoff_hz / step) as usize;
         let weight = robot.link_inertias.parameters().mass() * STANDARD_GRAVITY;
-        let passing = Passing { robot, columns: &columns, filter: &filter, step, stride, reach, weight };
+        let cut = options.cut_at_impacts;
+        let passing = Passing { robot, columns: &columns, filter: &filter, step, stride, reach, weight, cut };
         while let Some(block) = blocks.next_block()? {
             if block.time.len() < SHORTEST {
                 continue;
@@ -327,6 +328,8 @@ pub(super) struct Passing<'a, 'r> {
     pub reach: usize,
     /// Of the robot, N.
     pub weight: f64,
+    /// At impacts.
+    pub cut: bool,
 }
 
 /// Roll, pitch, yaw as a quaternion, after the file's columns.

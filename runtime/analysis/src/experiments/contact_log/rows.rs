@@ -3,7 +3,7 @@ use super::effects::Change;
 use super::foot::SIGNALS;
 use super::predict::BaseWrench;
 use super::{ContactExperiment, ContactRecording};
-use crate::experiments::{Channel, Inertial, Row};
+use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::log::{Log, Reader};
 use crate::measure::Options;
 use crate::robot::Robot;
@@ -18,6 +18,11 @@ pub(super) const NOISE_SAMPLES: usize = 16;
 pub(super) const LOADED: f64 = 0.05;
 /// Smallest noise that is believed, N, N m; m for centres of pressure.
 const SMALLEST: [f64; 2] = [1e-4, 1e-6];
+
+/// Part of the noise that counts in a misfit.
+const NOISE: f64 = 0.25;
+/// Half the error, as a difference of logarithms of squares.
+const CLEARLY: f64 = 2.0 * std::f64::consts::LN_2;
 
 /// What a row is, with its axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,12 +90,31 @@ impl Component {
 }
 
 impl<'a> ContactExperiment<'a> {
-    /// Reads a log; see [`ContactRecording::read`]. About six samples per period of the cut-off count.
+    /// Reads a log; see [`ContactRecording::read`]. About six samples per period of the cut-off count. It is cut at impacts unless it
+    /// fits clearly better as a whole: feet that slip and stick make small jumps whose forces were measured.
     ///
     /// # Errors
     /// As [`ContactRecording::read`], and a model that lacks functions or is another robot's.
     pub fn read(robot: Robot<'a>, log: &Log, options: &Options) -> Result<Self, Diagnostics> {
-        Self::from_reader(robot, log.rows(), options)
+        let cut = Self::from_reader(robot, log.rows(), options)?;
+        if !cut.is_cut_at_impacts() {
+            return Ok(cut);
+        }
+        let options = Options { cut_at_impacts: false, ..options.clone() };
+        let whole = Self::from_reader(robot, log.rows(), &options)?;
+        Ok(if whole.misfit() < cut.misfit() - CLEARLY { whole } else { cut })
+    }
+
+    /// Logarithm of the mean squares of the base's rows. Fits suffer from what is wrong in all samples alike; noise averages out, so that
+    /// only a part of it counts.
+    pub fn misfit(&self) -> f64 {
+        let of_row = |(row, residual): (&Row, &Vec<f64>)| {
+            let square = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
+            let noise = row.noise.powi(2);
+            ((square - noise).max(0.0) + NOISE * noise).max(f64::MIN_POSITIVE).ln()
+        };
+        let rows = self.rows.iter().zip(&self.residual).take(self.kinds.len());
+        rows.map(of_row).sum::<f64>() / self.kinds.len().max(1) as f64
     }
 
     /// The same from any source.

@@ -15,7 +15,7 @@ const LEFT: f64 = 0.4;
 impl ContactRecording {
     /// Adds a block, between impacts: nothing is filtered across one.
     pub(super) fn add(&mut self, passing: &Passing<'_, '_>, block: Block<'_>) -> Result<(), Unusable> {
-        let impacts = impacts(passing, &block, &self.feet);
+        let impacts = if passing.cut { impacts(passing, &block, &self.feet) } else { Vec::new() };
         if impacts.is_empty() {
             return self.add_stretch(passing, &block, [false; 2]);
         }
