@@ -66,7 +66,7 @@ pub(super) fn impacts(passing: &Passing<'_, '_>, block: &Block<'_>, feet: &[Foot
 fn jumps(positions: &[f64]) -> Vec<usize> {
     let (least, most) =
         positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
-    if positions.len() < 2 * BESIDE[1] || !(most - least > STILL) {
+    if positions.len() < 2 * BESIDE[1] || most - least <= STILL {
         return Vec::new();
     }
     let first = positions.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
