@@ -26,6 +26,9 @@ const DEVIATIONS: f64 = 3.0;
 const BEYOND: usize = 50;
 /// The parameter of friction's sign.
 const SMOOTHING: &str = "smoothing";
+/// A coupling's friction, and the part of the joint's own speed in its sign.
+const COULOMB: &str = "coulomb";
+const DIFFERENTIAL: &str = "differential";
 /// Beyond the corner the width of the sign is this part of what is stated.
 const SHARP: f64 = 0.02;
 
@@ -93,7 +96,7 @@ pub(super) fn inexactness(experiment: &dyn Experiment, effect: &Effect, corners:
     let here = corners.iter().enumerate().find(of_joint).map(|(_, corners)| corners);
     match (effect.kind.law, effect.kind.simulation) {
         (Law::SeriesElasticity | Law::Backlash, _) => SIMILAR,
-        (_, Simulation::Dry(_)) => here.map_or(0.0, Corners::inexactness),
+        (_, Simulation::Dry(_) | Simulation::Coupling { .. }) => here.map_or(0.0, Corners::inexactness),
         (_, Simulation::Limit(_)) => CLIPPED,
         _ => 0.0,
     }
@@ -125,8 +128,25 @@ pub(super) fn sharpened(
     sharp
 }
 
+/// Whether an effect has a sign of a speed at this joint.
 fn rubs(effect: &Effect, joint: Option<&str>) -> bool {
-    matches!(effect.kind.simulation, Simulation::Dry(_)) && effect.location.joint.as_deref() == joint
+    let signed = match effect.kind.simulation {
+        Simulation::Dry(_) => true,
+        Simulation::Coupling { .. } => effect.value(COULOMB) != 0.0,
+        _ => false,
+    };
+    signed && effect.location.joint.as_deref() == joint
+}
+
+/// The speed whose sign an effect has.
+fn rubbing_speed(experiment: &dyn Experiment, row: usize, effect: &Effect) -> Option<Vec<f64>> {
+    let own = velocity_of(experiment, row)?;
+    let Simulation::Coupling { .. } = effect.kind.simulation else { return Some(own) };
+    let mut other =
+        signal_of(experiment, row, &format!("{}/velocity", effect.location.other_joint.as_ref()?))?;
+    let part = effect.value(DIFFERENTIAL);
+    other.iter_mut().zip(own).for_each(|(other, own)| *other += part * own);
+    Some(other)
 }
 
 fn is_play(effect: &Effect, joint: Option<&str>) -> bool {
@@ -144,17 +164,20 @@ fn crossings(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Cor
     enough_beside(&small, experiment.smeared(), &REACHES)
 }
 
-/// Samples at which a joint with dry friction turns about; empty where it has none, or moves so slowly that too few others were left.
+/// Samples at which a joint with dry friction, or one that rubs in it, turns about; empty where it has none, or moves so slowly that too few others were left.
 fn reversals(experiment: &dyn Experiment, row: usize, effects: &[Effect], reaches: &[usize]) -> Corners {
     let what = &experiment.rows()[row];
     let joint = what.joint.as_deref().filter(|_| what.channel == Channel::Effort);
-    let widths = effects.iter().filter(|effect| rubs(effect, joint)).map(|effect| effect.value(SMOOTHING));
-    let width = WIDTHS * widths.fold(0.0, f64::max);
-    if joint.is_none() || width <= 0.0 {
+    let mut slow: Vec<bool> = Vec::new();
+    for effect in effects.iter().filter(|effect| joint.is_some() && rubs(effect, joint)) {
+        let width = WIDTHS * effect.value(SMOOTHING);
+        let Some(speed) = rubbing_speed(experiment, row, effect).filter(|_| width > 0.0) else { continue };
+        slow.resize(speed.len(), false);
+        slow.iter_mut().zip(speed).for_each(|(slow, speed)| *slow |= speed.abs() < width);
+    }
+    if slow.is_empty() {
         return Corners::default();
     }
-    let Some(velocity) = velocity_of(experiment, row) else { return Corners::default() };
-    let slow: Vec<bool> = velocity.iter().map(|v| v.abs() < width).collect();
     // Friction that turns about jumps, and so does the acceleration, which is known as smooth as the filter made it.
     enough_beside(&slow, experiment.smeared(), reaches)
 }
