@@ -80,3 +80,44 @@ fn the_faces_agree() {
     three_link::mass_matrix_into(&q, &mut in_place);
     assert_eq!(by_value, in_place);
 }
+
+/// Entries of packed matrices are those of the dense ones, and all others are 0.
+#[test]
+fn nonzeros_stand_where_the_pattern_says() {
+    use bipedc_runtime::nalgebra::SVector;
+    macro_rules! check {
+        ($robot:ident::$dense:ident, $nonzeros:ident, $into:ident, $pattern:ident) => {{
+            let mut random = Random(SEED);
+            let q = SVector::from_fn(|_, _| random.next());
+            let (v, a) = (SVector::from_fn(|_, _| random.next()), SVector::from_fn(|_, _| random.next()));
+            let (mut dense, entries) = ($robot::$dense(&q, &v, &a), $robot::$nonzeros(&q, &v, &a));
+            let mut in_place = entries.map(|_| f64::NAN);
+            $robot::$into(&q, &v, &a, &mut in_place);
+            assert_eq!(entries, in_place);
+            assert_eq!(dense.shape(), ($robot::$pattern.rows, $robot::$pattern.columns));
+            assert_eq!(entries.len(), $robot::$pattern.places().count());
+            for (place, entry) in $robot::$pattern.places().zip(&entries) {
+                let found: f64 = std::mem::replace(&mut dense[place], 0.0);
+                assert!(same(found, *entry), "{} {place:?}", stringify!($dense));
+            }
+            assert!(dense.iter().all(|x| x.to_bits() == 0));
+        }};
+        ($robot:ident) => {
+            check!(
+                $robot::inverse_dynamics_regressor,
+                inverse_dynamics_regressor_nonzeros,
+                inverse_dynamics_regressor_nonzeros_into,
+                INVERSE_DYNAMICS_REGRESSOR_SPARSITY
+            );
+            check!(
+                $robot::ground_wrench_regressor,
+                ground_wrench_regressor_nonzeros,
+                ground_wrench_regressor_nonzeros_into,
+                GROUND_WRENCH_REGRESSOR_SPARSITY
+            );
+        };
+    }
+    use super::models::three_link;
+    check!(three_link);
+    check!(tulip);
+}

@@ -42,6 +42,7 @@ fn centre_of_mass_velocity_and_acceleration_are_its_rates() {
         "center_of_mass_with_jacobian",
         "center_of_mass_velocity",
         "center_of_mass_acceleration",
+        "center_of_mass_motion",
     ]);
     in_random_states(&robots, |robot, values| {
         let velocity = robot.call("center_of_mass_velocity", values);
@@ -51,8 +52,24 @@ fn centre_of_mass_velocity_and_acceleration_are_its_rates() {
         robot.close("J v", &times(&jacobian, values.of(V)), &velocity, 1e-12);
         let acceleration = robot.time_derivative("center_of_mass_velocity", values, values.of(A));
         robot.close("acceleration", &robot.call("center_of_mass_acceleration", values), &acceleration, 1e-12);
+        let motion = ["center_of_mass", "center_of_mass_velocity", "center_of_mass_acceleration"];
+        let motion = motion.map(|name| robot.call(name, values)).concat();
+        robot.close("motion", &robot.call("center_of_mass_motion", values), &motion, 1e-12);
         let both = [robot.call("center_of_mass", values), jacobian].concat();
         robot.close("with Jacobian", &robot.call("center_of_mass_with_jacobian", values), &both, 1e-12);
+    });
+}
+
+#[test]
+fn centroidal_momentum_is_its_matrix_times_the_velocity() {
+    let robots =
+        subjects(&["centroidal_momentum", "centroidal_momentum_matrix", "centroidal_momentum_with_matrix"]);
+    in_random_states(&robots, |robot, values| {
+        let (momentum, matrix) =
+            (robot.call("centroidal_momentum", values), robot.call("centroidal_momentum_matrix", values));
+        robot.close("matrix", &times(&matrix, values.of(V)), &momentum, 1e-12);
+        let both = robot.call("centroidal_momentum_with_matrix", values);
+        robot.close("with matrix", &both, &[momentum, matrix].concat(), 1e-12);
     });
 }
 

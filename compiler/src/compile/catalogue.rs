@@ -55,6 +55,8 @@ pub struct Entry {
     pub order: Order,
     /// Not emitted unless the description names it: another function holds it already.
     pub on_demand: bool,
+    /// Most entries are zero in every state: code holds the others alone, too.
+    pub packed: bool,
     derivation: Derivation,
 }
 
@@ -72,6 +74,7 @@ impl Entry {
             scope: Scope::Robot,
             order: Order::Derivation,
             on_demand: false,
+            packed: false,
             derivation: Derivation::Robot(derive),
         }
     }
@@ -89,6 +92,7 @@ impl Entry {
             scope: Scope::Robot,
             order: Order::DepthFirst,
             on_demand: false,
+            packed: false,
             derivation,
         }
     }
@@ -105,6 +109,7 @@ impl Entry {
             scope: Scope::Contacts,
             order: Order::Derivation,
             on_demand: false,
+            packed: false,
             derivation: Derivation::Robot(derive),
         }
     }
@@ -121,12 +126,18 @@ impl Entry {
             scope: Scope::Frame,
             order: Order::Derivation,
             on_demand: false,
+            packed: false,
             derivation: Derivation::Frame(derive),
         }
     }
 
     const fn on_demand(mut self) -> Self {
         self.on_demand = true;
+        self
+    }
+
+    const fn packed(mut self) -> Self {
+        self.packed = true;
         self
     }
 
@@ -148,7 +159,16 @@ impl Entry {
         derive: for<'g, 't> fn(&Context<'g, 't>, &Phase) -> Result<Quantity<'g>, Diagnostic>,
     ) -> Self {
         let derivation = Derivation::Phase(derive);
-        Self { name, summary, source, scope, order: Order::DepthFirst, on_demand: false, derivation }
+        Self {
+            name,
+            summary,
+            source,
+            scope,
+            order: Order::DepthFirst,
+            on_demand: false,
+            packed: false,
+            derivation,
+        }
     }
 
     /// Whether it depends on more than the base parameters of the equations of motion on any base.

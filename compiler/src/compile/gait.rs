@@ -274,6 +274,7 @@ fn function(graph: &Graph, (name, source, summary): Head, quantity: Quantity<'_>
         rows: quantity.row_names,
         columns: quantity.column_names,
         row_units: quantity.row_units,
+        packed: false,
         operations: Operations::of(&program),
         program,
         notes: Vec::new(),

@@ -30,7 +30,7 @@ use crate::derive::effects::JointLaws;
 use crate::derive::{InertiaMode, RobotModel};
 use crate::description::model::RobotDescription;
 use crate::expression::{Expr, Graph};
-use crate::program::{Operations, Program, lower};
+use crate::program::{Operand, Operations, Program, lower};
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::Argument;
@@ -54,6 +54,8 @@ pub struct Function {
     pub columns: Vec<String>,
     /// Unit of each row (of its first column's kind for matrices).
     pub row_units: Vec<String>,
+    /// Most entries are zero in every state: code computes and stores the others alone, with a dense matrix on top.
+    pub packed: bool,
     /// What it computes.
     pub program: Program,
     /// How much work that is.
@@ -231,6 +233,12 @@ fn run_time_parameters(
     Ok(Some(regressors::leading(tree, &regressors::analysis(tree)?)))
 }
 
+/// Places in the dense matrix are of 16 bits, and there has to be an entry.
+fn can_be_packed(program: &Program) -> bool {
+    let outputs = &program.outputs;
+    outputs.len() <= usize::from(u16::MAX) && outputs.iter().any(|&o| o != Operand::Constant(0.0))
+}
+
 fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quantity<'_>) -> Function {
     let outputs: Vec<Expr> = quantity.columns.iter().flatten().map(|x| x.expr).collect();
     let program = lower(graph, &outputs, entry.order);
@@ -247,6 +255,7 @@ fn finish(graph: &Graph, entry: &Entry, subject: Option<String>, quantity: Quant
         rows: quantity.row_names,
         columns: quantity.column_names,
         row_units: quantity.row_units,
+        packed: entry.packed && can_be_packed(&program),
         operations: Operations::of(&program),
         program,
         notes: Vec::new(),

@@ -113,19 +113,27 @@ pub fn reduced<'g>(graph: &'g Graph, tree: &Tree, leading: &[usize]) -> Vec<Body
 }
 
 fn parametric<'g>(graph: &'g Graph, tree: &Tree, parameter: impl Fn(usize) -> Expr) -> Vec<BodyInertia<'g>> {
-    let body = |index: usize| {
-        let p = |k: usize| Sym::new(graph, parameter(10 * index + k));
-        let [xx, xy, xz, yy, yz, zz] = [4, 5, 6, 7, 8, 9].map(p);
-        let in_link = BodyInertia {
-            mass: p(0),
-            first_moment: Vector3([p(1), p(2), p(3)]),
-            second_moment: Matrix3([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
-        };
-        let Placement { rotation, translation } = &tree.bodies[index].main_link;
-        in_link.turned_constant(graph, rotation).shifted(Vector3::constant(graph, *translation))
-    };
     let zero = folded(graph, &[Inertia::default()])[0];
+    let body = |index: usize| stated(graph, tree, index, |k| Sym::new(graph, parameter(10 * index + k)));
     (0..tree.bodies.len()).map(|i| if tree.bodies[i].is_virtual { zero } else { body(i) }).collect()
+}
+
+/// A body of the ten parameters `p` in the frame of its main link, moved to the body frame.
+fn stated<'g>(graph: &'g Graph, tree: &Tree, index: usize, p: impl Fn(usize) -> Sym<'g>) -> BodyInertia<'g> {
+    let [xx, xy, xz, yy, yz, zz] = [4, 5, 6, 7, 8, 9].map(&p);
+    let in_link = BodyInertia {
+        mass: p(0),
+        first_moment: Vector3([p(1), p(2), p(3)]),
+        second_moment: Matrix3([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
+    };
+    let Placement { rotation, translation } = &tree.bodies[index].main_link;
+    in_link.turned_constant(graph, rotation).shifted(Vector3::constant(graph, *translation))
+}
+
+/// A body of which one parameter is 1 and the others are 0.
+pub fn unit<'g>(graph: &'g Graph, tree: &Tree, index: usize, parameter: usize) -> BodyInertia<'g> {
+    let one = |k| if k == parameter { Expr::ONE } else { Expr::ZERO };
+    stated(graph, tree, index, |k| Sym::new(graph, one(k)))
 }
 
 /// Moves everything that a joint cannot tell from its parent's inertia to the parent, from the leaves to

@@ -54,13 +54,24 @@ impl<'g> BodyMotion<'g> {
 
 /// Motions of all bodies.
 pub fn forward<'g>(model: &RobotModel<'g, '_>, motions: Motions) -> Vec<BodyMotion<'g>> {
+    forward_each(model, motions, |_, _| ())
+}
+
+/// The same; each body is visited as soon as its motion is derived, before the next one's.
+pub fn forward_each<'g>(
+    model: &RobotModel<'g, '_>,
+    motions: Motions,
+    mut visit: impl FnMut(usize, &BodyMotion<'g>),
+) -> Vec<BodyMotion<'g>> {
     let mut out: Vec<BodyMotion<'g>> = Vec::new();
     let zero = model.zero3();
     let world = BodyMotion::new(zero, zero, if motions.gravity { -model.gravity() } else { zero });
     for index in 0..model.tree.bodies.len() {
-        let _work = model.work(index, "motion");
+        let work = model.work(index, "motion");
         let parent = model.tree.bodies[index].parent.map_or(&world, |p| &out[p]);
         let body = step(model, motions, index, parent);
+        drop(work);
+        visit(index, &body);
         out.push(body);
     }
     out

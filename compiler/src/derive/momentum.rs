@@ -135,6 +135,40 @@ pub fn center_of_mass_jacobian<'g>(model: &RobotModel<'g, '_>) -> Vec<Vector3<'g
     columns
 }
 
+/// Centroidal momentum per unit of each element of `v`: linear momentum, and angular momentum about the centre of mass, world
+/// axes.
+pub fn centroidal_momentum_matrix<'g>(model: &RobotModel<'g, '_>) -> Vec<Wrench<'g>> {
+    let poses = world_poses(model);
+    let composite = composites(model);
+    let com = center_of_mass(model);
+    let zero = Wrench { linear: model.zero3(), angular: model.zero3() };
+    let mut columns = vec![zero; model.tree.nv];
+    for (index, body) in model.tree.bodies.iter().enumerate() {
+        let _work = model.work(index, "centroidal momentum matrix");
+        let inertia = &composite[index];
+        let arm = poses[index].position - com;
+        let mut column = |k: usize, (linear, angular): (Vector3<'g>, Vector3<'g>)| {
+            let linear = poses[index].rotation * linear;
+            let angular = poses[index].rotation * angular + arm.cross(linear);
+            columns[body.v_index + k] = Wrench { linear, angular };
+        };
+        if body.motion == JointMotion::Free {
+            for k in 0..3 {
+                let unit = model.along(k, model.constant(1.0));
+                column(k, inertia.momentum(unit, model.zero3()));
+                column(3 + k, inertia.momentum(model.zero3(), unit));
+            }
+        } else {
+            column(0, unit_momentum(model, index, inertia));
+        }
+    }
+    // A robot that moves as one without turning does not turn about its centre of mass.
+    if let Some(root) = model.tree.bodies.iter().find(|body| body.motion == JointMotion::Free) {
+        columns[root.v_index..][..3].iter_mut().for_each(|column| column.angular = model.zero3());
+    }
+    columns
+}
+
 /// Velocity of the centre of mass, m/s.
 pub fn center_of_mass_velocity<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
     momentum(model).linear.scale(model.constant(1.0) / model.total_mass())

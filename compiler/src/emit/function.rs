@@ -1,5 +1,6 @@
 //! One function: its public faces on nalgebra's matrices, by value and in place.
 use super::names::Names;
+use super::packed::Packed;
 use super::program::{Head, program};
 use super::sizes::Size;
 use super::text::Text;
@@ -84,6 +85,27 @@ fn documentation(model: &CompiledModel, f: &Function, text: &mut Text) {
 
 /// The program and its public functions on nalgebra's static matrices.
 pub fn function(model: &CompiledModel, names: &Names, f: &Function, limit: usize, text: &mut Text) {
+    documentation(model, f, text);
+    let Some(packed) = Packed::of(f) else {
+        public(model, f, str::to_owned, text);
+        return program(model, names, f, limit, text);
+    };
+    let entries = &packed.entries;
+    text.doc("///", "");
+    text.doc(
+        "///",
+        &format!("Most entries are always zero: [`{}`] computes the others alone.", entries.name),
+    );
+    public(model, f, str::to_owned, text);
+    packed.documentation(f, text);
+    public(model, entries, |out| format!("{out}[0]").replacen("&mut ", "&mut |k, x| ", 1) + "[k] = x", text);
+    packed.sparsity(model, f, text);
+    packed.dense(model, f, text);
+    program(model, names, entries, limit, text);
+}
+
+/// By value, and in place; `stored`: how the program is told to write into such an `&mut …`.
+fn public(model: &CompiledModel, f: &Function, stored: impl Fn(&str) -> String, text: &mut Text) {
     let (rows, columns) = Size::of_result(model, f);
     let matrix = format!("SMatrix<R, {}, {}>", rows.generic(), columns.generic());
     let mut parameters: Vec<String> = f
@@ -93,12 +115,11 @@ pub fn function(model: &CompiledModel, names: &Names, f: &Function, limit: usize
         .collect();
     let passed = |out: &str| -> Vec<String> {
         let arguments = f.program.arguments().map(|a| format!("&{}.data.0[0]", a.name()));
-        arguments.chain([out.to_owned()]).collect()
+        arguments.chain([stored(out)]).collect()
     };
     let call = format!("{}_program(", f.name);
     let (name, into) = (&f.name, format!("{}_into", f.name));
     let result = format!(" -> {matrix}");
-    documentation(model, f, text);
     text.line("#[inline]");
     Head { visibility: "pub ", name, parameters: parameters.clone(), result: &result }.open(text);
     text.line(&format!("let mut out = [[R::constant(0.0); {rows}]; {columns}];"));
@@ -113,5 +134,4 @@ pub fn function(model: &CompiledModel, names: &Names, f: &Function, limit: usize
     text.list(&call, &passed("&mut out.data.0"), ");");
     text.close("}");
     text.line("");
-    program(model, names, f, limit, text);
 }

@@ -6,6 +6,7 @@ mod layout;
 mod model;
 mod names;
 mod package;
+mod packed;
 mod program;
 mod sizes;
 mod split;

@@ -2,6 +2,7 @@
 use super::function::{function, ident};
 use super::layout;
 use super::names::Names;
+use super::packed::Packed;
 use super::sizes::Size;
 use super::text::{Text, quoted};
 use crate::compile::{CompiledModel, Function};
@@ -84,7 +85,8 @@ fn imports(compiled: &CompiledModel, family: &[Function], text: &mut Text) {
     }
     let takes = family.iter().any(|f| f.program.arguments().next().is_some());
     let vector = if takes { ", SVector" } else { "" };
-    text.line("use ::bipedc_runtime::Real;");
+    let packed = family.iter().any(|f| Packed::of(f).is_some());
+    text.line(if packed { "use ::bipedc_runtime::{Real, Sparsity};" } else { "use ::bipedc_runtime::Real;" });
     text.line(&format!("use ::bipedc_runtime::nalgebra::{{ArrayStorage, SMatrix{vector}}};"));
 }
 

@@ -39,22 +39,26 @@ pub fn parameters(model: &CompiledModel, arguments: impl Iterator<Item = Argumen
     arguments.map(|a| format!("{}: &[R; {}]", a.name(), Size::of(model, a))).collect()
 }
 
-/// `out: &mut [[R; ROWS]; COLUMNS]`
-pub fn output_parameter(model: &CompiledModel, function: &Function) -> String {
+/// Where results go, as a parameter and as an argument: `out: &mut [[R; ROWS]; COLUMNS]`, or a function that stores an entry.
+pub fn output_parameter(model: &CompiledModel, function: &Function) -> (String, &'static str) {
+    if function.packed {
+        return ("set: &mut impl FnMut(usize, R)".to_owned(), "set");
+    }
     let (rows, columns) = Size::of_result(model, function);
-    format!("out: &mut [[R; {rows}]; {columns}]")
+    (format!("out: &mut [[R; {rows}]; {columns}]"), "out")
 }
 
 /// The program as one function, or as several when it has more than `limit` instructions.
 pub fn program(model: &CompiledModel, names: &Names, f: &Function, limit: usize, text: &mut Text) {
     let (code, p) = (Code::new(model, names, &f.program), &f.program);
     let mut parameters = parameters(model, p.arguments());
-    parameters.push(output_parameter(model, f));
+    parameters.push(output_parameter(model, f).0);
     let name = format!("{}_program", f.name);
     let head = Head { visibility: "pub(super) ", name: &name, parameters, result: "" };
     if p.instructions.len() > limit {
         return split::program(&code, f, limit, &head, text);
     }
+    let code = if f.packed { code.storing() } else { code };
     let operands = p.instructions.iter().flat_map(Instruction::operands);
     let reads = Reads::of(operands.chain(p.outputs.iter().copied()).chain(p.angles.iter().copied()));
     text.line("#[inline]");
@@ -63,8 +67,21 @@ pub fn program(model: &CompiledModel, names: &Names, f: &Function, limit: usize,
     code.statements(text, 0..p.angles_ready);
     reads.sines_and_cosines(&code, text);
     code.statements(text, p.angles_ready..p.instructions.len());
-    outputs(&code, f, text);
+    if f.packed {
+        others(&code, text)
+    } else {
+        outputs(&code, f, text)
+    }
     text.close("}");
+}
+
+/// Elements of a packed result that no instruction computes.
+fn others(code: &Code<'_>, text: &mut Text) {
+    for (place, &operand) in code.program.outputs.iter().enumerate() {
+        if !matches!(operand, Operand::Value(_)) {
+            text.line(&format!("set({place}, {});", code.operand(operand)));
+        }
+    }
 }
 
 /// `*out = [[…], …];`, a line for each column with its name behind.

@@ -131,12 +131,13 @@ fn part(code: &Code<'_>, f: &Function, plan: &Plan, index: usize, text: &mut Tex
     let mut taken = parameters(code.model, reads.arguments());
     let mut passed: Vec<&str> = reads.arguments().map(|a| a.name()).collect();
     let count = p.angles.len();
+    let (output, out) = output_parameter(code.model, f);
     let (loaded, stored) = (!part.loads.is_empty(), !part.stores.is_empty());
     for (taken_too, parameter, argument) in [
         (reads.any_sine(), format!("sin: &[R; {count}]"), "&sin"),
         (reads.any_cosine(), format!("cos: &[R; {count}]"), "&cos"),
         (loaded || stored, format!("w: &mut [R; {}]", plan.places), "&mut w"),
-        (!part.outputs.is_empty(), output_parameter(code.model, f), "out"),
+        (!part.outputs.is_empty(), output, out),
     ] {
         if taken_too {
             taken.push(parameter);
@@ -169,6 +170,10 @@ fn part_body(code: &Code<'_>, f: &Function, part: &FunctionPart, text: &mut Text
             text.line(&format!("// {}", harmless(&f.columns[o / rows])));
         }
         let value = code.operand(code.program.outputs[o]);
+        if f.packed {
+            text.line(&format!("set({o}, {value});"));
+            continue;
+        }
         text.line(&format!("out[{}][{}] = {value};", o / rows, o % rows));
     }
 }

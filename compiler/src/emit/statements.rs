@@ -4,7 +4,7 @@ use super::text::{Text, WIDTH, harmless};
 use crate::compile::CompiledModel;
 use crate::expression::{Call, Purpose};
 use crate::program::{Instruction, Operand, Program};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Values declared at once. Each `let` opens a scope within the scope before it, and LLVM's debug information
@@ -20,11 +20,48 @@ pub struct Code<'a> {
     pub names: &'a Names,
     pub program: &'a Program,
     angles: Vec<String>,
+    stores: Stores,
+}
+
+/// Elements of the result that are written as soon as they are known.
+#[derive(Debug, Default)]
+struct Stores {
+    /// Of a value, its places in the result.
+    places: BTreeMap<usize, Vec<usize>>,
+    /// Values that nothing else needs: they get no name.
+    unnamed: BTreeSet<usize>,
+}
+
+impl Stores {
+    fn of(program: &Program) -> Self {
+        let mut stores = Self::default();
+        for (place, &output) in program.outputs.iter().enumerate() {
+            if let Operand::Value(k) = output {
+                stores.places.entry(k as usize).or_default().push(place);
+            }
+        }
+        let once = stores.places.iter().filter(|(_, places)| places.len() == 1);
+        stores.unnamed = once.map(|(&k, _)| k).collect();
+        let read = program.instructions.iter().flat_map(Instruction::operands);
+        for operand in read.chain(program.angles.iter().copied()) {
+            if let Operand::Value(k) = operand {
+                stores.unnamed.remove(&(k as usize));
+            }
+        }
+        stores
+    }
 }
 
 impl<'a> Code<'a> {
     pub fn new(model: &'a CompiledModel, names: &'a Names, program: &'a Program) -> Self {
-        Self { model, names, program, angles: names::angles(names, &program.angles) }
+        let angles = names::angles(names, &program.angles);
+        Self { model, names, program, angles, stores: Stores::default() }
+    }
+
+    /// With each entry of the result stored by `set` as soon as it is known: of many results most would wait in memory until all
+    /// of them are.
+    pub fn storing(self) -> Self {
+        Self { stores: Stores::of(self.program), ..self }
     }
 
     pub fn operand(&self, operand: Operand) -> String {
@@ -67,9 +104,13 @@ impl<'a> Code<'a> {
     pub fn statements(&self, text: &mut Text, range: Range<usize>) {
         let mut comments = Comments::new(self, &range);
         self.bindings(text, range, |this, text, k, start| {
-            let (name, value) = (format!("t{k}"), this.instruction(&this.program.instructions[k]));
+            let value = this.instruction(&this.program.instructions[k]);
             let behind = comments.before(this, text, k);
-            let statement = format!("{start}{name} = {value};");
+            let places = this.stores.places.get(&k).map_or(&[][..], Vec::as_slice);
+            let statement = match places {
+                [place] if this.stores.unnamed.contains(&k) => format!("set({place}, {value});"),
+                _ => format!("{start}t{k} = {value};"),
+            };
             match behind.map(|purpose| [comment(this.model, purpose), short_comment(this.model, purpose)]) {
                 Some([long, _]) if text.fits(&format!("{statement} // {long}")) => {
                     text.line(&format!("{statement} // {long}"));
@@ -77,6 +118,8 @@ impl<'a> Code<'a> {
                 Some([_, short]) => text.line(&format!("{statement} // {short}")),
                 None => text.line(&statement),
             }
+            let places = places.iter().filter(|_| !this.stores.unnamed.contains(&k));
+            places.for_each(|place| text.line(&format!("set({place}, t{k});")));
         });
     }
 
@@ -90,9 +133,10 @@ impl<'a> Code<'a> {
     ) {
         let values: Vec<usize> = values.into_iter().collect();
         for chunk in values.chunks(SCOPE) {
-            let declared = values.len() > SCOPE && chunk.len() > 1;
+            let named = chunk.iter().filter(|k| !self.stores.unnamed.contains(k));
+            let names: Vec<String> = named.map(|k| format!("t{k}")).collect();
+            let declared = values.len() > SCOPE && names.len() > 1;
             if declared {
-                let names: Vec<String> = chunk.iter().map(|k| format!("t{k}")).collect();
                 text.list("let (", &names, ");");
             }
             chunk.iter().for_each(|&k| write(self, text, k, if declared { "" } else { "let " }));

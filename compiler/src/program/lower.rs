@@ -30,11 +30,13 @@ pub fn lower(graph: &Graph, outputs: &[Expr], order: Order) -> Program {
         instructions: Vec::new(),
         purposes: Vec::new(),
         value_of: FxHashMap::default(),
+        negative_of: FxHashMap::default(),
+        negated: negated_outputs(nodes.len(), outputs),
         arguments: Vec::new(),
     };
     let angles = angle_nodes(&nodes, &uses);
     for &angle in &angles {
-        let operand = lowering.value(Expr::positive(angle));
+        let operand = lowering.signed_value(Expr::positive(angle));
         lowering.angle_of.insert(angle, lowering.angles.len() as u32);
         lowering.angles.push(operand);
     }
@@ -88,6 +90,17 @@ fn angle_nodes(nodes: &[Node], uses: &[u32]) -> Vec<usize> {
     angles
 }
 
+/// Nodes that stand among the outputs with a minus sign alone: their sums are written with the signs of all terms exchanged.
+fn negated_outputs(nodes: usize, outputs: &[Expr]) -> Vec<bool> {
+    let mut negated = vec![false; nodes];
+    outputs.iter().filter(|e| e.is_negated()).for_each(|e| negated[e.node()] = true);
+    outputs.iter().filter(|e| !e.is_negated()).for_each(|e| negated[e.node()] = false);
+    negated
+}
+
+/// An operand and whether it stands for its negative.
+type Signed = (Operand, bool);
+
 struct Lowering<'a> {
     nodes: &'a [Node],
     purpose_of: &'a [Purpose],
@@ -96,7 +109,12 @@ struct Lowering<'a> {
     angles: Vec<Operand>,
     instructions: Vec<Instruction>,
     purposes: Vec<Purpose>,
-    value_of: FxHashMap<usize, Operand>,
+    /// Of each node, which can be the negative of its value: a sign is no operation of its own.
+    value_of: FxHashMap<usize, Signed>,
+    /// Negatives that were needed as operands.
+    negative_of: FxHashMap<usize, Operand>,
+    /// Nodes whose negatives are wanted.
+    negated: Vec<bool>,
     arguments: Vec<Argument>,
 }
 
@@ -108,10 +126,25 @@ impl Lowering<'_> {
         Operand::Value(self.instructions.len() as u32 - 1)
     }
 
+    /// The operand of an edge whose node has a value.
+    fn signed(&self, e: Expr) -> Signed {
+        let (operand, negative) = self.value_of[&e.node()];
+        (operand, negative != e.is_negated())
+    }
+
+    /// An edge as an operand, negated where it has to be.
     fn signed_value(&mut self, e: Expr) -> Operand {
-        match (self.value(e.abs()), e.is_negated()) {
+        self.compute(e);
+        match self.signed(e) {
             (Operand::Constant(x), true) => Operand::Constant(-x),
-            (operand, true) => self.push(e.node(), Instruction::Neg(operand)),
+            (operand, true) => {
+                if let Some(&negative) = self.negative_of.get(&e.node()) {
+                    return negative;
+                }
+                let negative = self.push(e.node(), Instruction::Neg(operand));
+                self.negative_of.insert(e.node(), negative);
+                negative
+            }
             (operand, false) => operand,
         }
     }
@@ -130,13 +163,13 @@ impl Lowering<'_> {
         }
         for (index, fused) in fused.into_iter().enumerate() {
             if self.uses[index] > 0 && !fused {
-                self.value(Expr::positive(index));
+                self.compute(Expr::positive(index));
             }
         }
     }
 
-    /// The value of a positive edge; depth first with an explicit stack, since chains grow long.
-    fn value(&mut self, e: Expr) -> Operand {
+    /// Gives a node its value; depth first with an explicit stack, since chains grow long.
+    fn compute(&mut self, e: Expr) {
         let mut stack = vec![e.node()];
         while let Some(&top) = stack.last() {
             if self.value_of.contains_key(&top) {
@@ -146,15 +179,14 @@ impl Lowering<'_> {
             let missing: Vec<usize> =
                 self.needs(top).into_iter().filter(|n| !self.value_of.contains_key(n)).collect();
             if missing.is_empty() {
-                let operand = self.emit(top);
-                self.value_of.insert(top, operand);
+                let signed = self.emit(top);
+                self.value_of.insert(top, signed);
                 stack.pop();
             } else {
                 // The last one pushed is computed first.
                 stack.extend(missing.into_iter().rev());
             }
         }
-        self.value_of[&e.node()]
     }
 
     /// A product that only this sum uses can be fused into it.
@@ -178,9 +210,8 @@ impl Lowering<'_> {
         }
     }
 
-    fn emit(&mut self, index: usize) -> Operand {
-        let value = |lowering: &Self, e: Expr| lowering.value_of[&e.node()];
-        match self.nodes[index] {
+    fn emit(&mut self, index: usize) -> Signed {
+        let operand = match self.nodes[index] {
             Node::Constant(x) => Operand::Constant(x),
             Node::Input(input) => {
                 self.arguments.push(input.argument);
@@ -188,8 +219,8 @@ impl Lowering<'_> {
             }
             Node::Sin(e) => Operand::Sin(self.angle_of[&e.node()]),
             Node::Cos(e) => Operand::Cos(self.angle_of[&e.node()]),
-            Node::Mul(a, b) => self.push(index, Instruction::Mul(value(self, a), value(self, b))),
-            Node::Div(a, b) => self.push(index, Instruction::Div(value(self, a), value(self, b))),
+            Node::Mul(a, b) => return self.emit_product(index, (a, b), Instruction::Mul),
+            Node::Div(a, b) => return self.emit_product(index, (a, b), Instruction::Div),
             Node::Sqrt(a) => {
                 let operand = self.signed_value(a);
                 self.push(index, Instruction::Sqrt(operand))
@@ -202,30 +233,48 @@ impl Lowering<'_> {
                 let (a, b) = (self.signed_value(a), self.signed_value(b));
                 self.push(index, Instruction::Larger(a, b))
             }
-            Node::Add(a, b) => self.emit_sum(index, a, b),
-        }
+            Node::Add(a, b) => return self.emit_sum(index, a, b),
+        };
+        (operand, false)
     }
 
-    fn emit_sum(&mut self, index: usize, a: Expr, b: Expr) -> Operand {
-        let value = |e: Expr| self.value_of[&e.node()];
-        let instruction = match (self.fusible(a), self.fusible(b)) {
-            (_, Some((x, y))) => Instruction::Fused {
-                a: value(x),
-                b: value(y),
-                c: value(a),
-                minus_product: b.is_negated(),
-                minus_addend: false,
-            },
-            (Some((x, y)), None) => Instruction::Fused {
-                a: value(x),
-                b: value(y),
-                c: value(b),
-                minus_product: false,
-                minus_addend: b.is_negated(),
-            },
-            (None, None) if b.is_negated() => Instruction::Sub(value(a), value(b)),
-            (None, None) => Instruction::Add(value(a), value(b)),
+    fn emit_product(
+        &mut self,
+        index: usize,
+        (a, b): (Expr, Expr),
+        of: fn(Operand, Operand) -> Instruction,
+    ) -> Signed {
+        let ((a, minus_a), (b, minus_b)) = (self.signed(a), self.signed(b));
+        (self.push(index, of(a, b)), minus_a != minus_b)
+    }
+
+    fn emit_sum(&mut self, index: usize, a: Expr, b: Expr) -> Signed {
+        let (product, addend) = match (self.fusible(a), self.fusible(b)) {
+            (_, Some(factors)) => ((factors, b.is_negated()), a),
+            (Some(factors), None) => ((factors, a.is_negated()), b),
+            (None, None) => return self.emit_plain_sum(index, a, b),
         };
-        self.push(index, instruction)
+        let ((x, y), minus) = product;
+        let ((x, minus_x), (y, minus_y), (c, minus_c)) =
+            (self.signed(x), self.signed(y), self.signed(addend));
+        let negative = self.negated[index];
+        let instruction = Instruction::Fused {
+            a: x,
+            b: y,
+            c,
+            minus_product: negative ^ minus ^ minus_x ^ minus_y,
+            minus_addend: negative ^ minus_c,
+        };
+        (self.push(index, instruction), negative)
+    }
+
+    fn emit_plain_sum(&mut self, index: usize, a: Expr, b: Expr) -> Signed {
+        let ((a, minus_a), (b, minus_b)) = (self.signed(a), self.signed(b));
+        if minus_a == minus_b {
+            return (self.push(index, Instruction::Add(a, b)), minus_a);
+        }
+        let negative = self.negated[index];
+        let difference = if minus_b != negative { Instruction::Sub(a, b) } else { Instruction::Sub(b, a) };
+        (self.push(index, difference), negative)
     }
 }

@@ -9,6 +9,7 @@ pub mod lanes;
 pub mod math;
 pub mod model;
 pub mod real;
+pub mod sparsity;
 pub mod walking;
 
 #[cfg(feature = "source")]
@@ -17,5 +18,6 @@ pub mod source;
 pub use format::{FORMAT, require_format};
 pub use model::{Argument, Arguments, CallError, Model, Signature, State};
 pub use real::{Real, Scalar};
+pub use sparsity::Sparsity;
 
 pub use nalgebra;

@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 53] = [
+const FILES: [(&str, &str); 54] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -31,6 +31,7 @@ const FILES: [(&str, &str); 53] = [
     ("src/math/scalar.rs", include_str!("math/scalar.rs")),
     ("src/model.rs", include_str!("model.rs")),
     ("src/real.rs", include_str!("real.rs")),
+    ("src/sparsity.rs", include_str!("sparsity.rs")),
     ("src/walking/adjustment.rs", include_str!("walking/adjustment.rs")),
     ("src/walking/carrying.rs", include_str!("walking/carrying.rs")),
     ("src/walking/controller.rs", include_str!("walking/controller.rs")),
@@ -120,7 +121,10 @@ mod tests {
     fn the_root_has_the_core_alone() {
         let root = root();
         let modules: Vec<&str> = root.lines().filter_map(|line| line.strip_prefix("pub mod ")).collect();
-        assert_eq!(modules, ["control;", "format;", "lanes;", "math;", "model;", "real;", "walking;"]);
+        assert_eq!(
+            modules,
+            ["control;", "format;", "lanes;", "math;", "model;", "real;", "sparsity;", "walking;"]
+        );
         assert!(root.starts_with("//!") && root.contains("no_std"));
     }
 

@@ -126,6 +126,13 @@ pub(super) const CATALOGUE: &[Entry] = &[
     )
     .on_demand(),
     Entry::robot(
+        "center_of_mass_motion",
+        "(4.35)",
+        "Position, velocity and acceleration of the centre of mass, together, world axes.",
+        families::center_of_mass_motion,
+    )
+    .on_demand(),
+    Entry::robot(
         "center_of_mass_velocity",
         "(4.35)",
         "Velocity of the centre of mass, world axes.",
@@ -155,6 +162,20 @@ pub(super) const CATALOGUE: &[Entry] = &[
         "Linear momentum, and angular momentum about the centre of mass, world axes.",
         families::centroidal_momentum,
     ),
+    Entry::robot(
+        "centroidal_momentum_matrix",
+        "(4.38), (4.39)",
+        "Centroidal momentum per unit of each element of `v`: `matrix · v = centroidal_momentum`.",
+        families::centroidal_momentum_matrix,
+    )
+    .on_demand(),
+    Entry::robot(
+        "centroidal_momentum_with_matrix",
+        "(4.38), (4.39)",
+        "Centroidal momentum (first column) and its matrix with respect to `v`, together.",
+        families::centroidal_momentum_with_matrix,
+    )
+    .on_demand(),
     Entry::robot(
         "centroidal_momentum_rate",
         "(4.40), (4.41 corrected)",
@@ -190,13 +211,15 @@ pub(super) const CATALOGUE: &[Entry] = &[
         "(5.1)",
         "Regressor of the inverse dynamics: `regressor · inertial_parameters = tau`.",
         regressors::inverse_dynamics,
-    ),
+    )
+    .packed(),
     Entry::analysed(
         "inverse_dynamics_base_regressor",
         "(5.2)",
         "Base regressor of the inverse dynamics: `regressor · base_parameters = tau`, of full column rank.",
         regressors::inverse_dynamics_base,
-    ),
+    )
+    .packed(),
     Entry::analysed(
         "energy_regressor",
         "(5.1), (4.36), (4.37)",
@@ -214,7 +237,8 @@ pub(super) const CATALOGUE: &[Entry] = &[
         "(5.26)–(5.29)",
         "Regressor of the ground's wrench about the world's origin, whose ratios are the zero moment point.",
         regressors::ground_wrench,
-    ),
+    )
+    .packed(),
     Entry::contacts(
         "contact_distances",
         "κ_N of (4.2)",

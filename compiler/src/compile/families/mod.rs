@@ -149,6 +149,17 @@ pub fn center_of_mass_velocity<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
 pub fn center_of_mass_acceleration<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     Quantity::xyz("m/s²", whole::center_of_mass_acceleration(&c.folded))
 }
+pub fn center_of_mass_motion<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let motion = [center_of_mass(c), center_of_mass_velocity(c), center_of_mass_acceleration(c)];
+    let names = ["position", "velocity", "acceleration"].map(str::to_owned).to_vec();
+    let rows = ["x", "y", "z"].map(str::to_owned).to_vec();
+    Quantity::matrix(
+        rows,
+        vec!["m, m/s, m/s²".to_owned(); 3],
+        names,
+        motion.map(|mut q| q.columns.swap_remove(0)).to_vec(),
+    )
+}
 pub fn center_of_mass_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let columns = whole::center_of_mass_jacobian(&c.folded).into_iter().map(|v| v.0.to_vec()).collect();
     let rows = ["x", "y", "z"].map(str::to_owned).to_vec();
@@ -174,6 +185,19 @@ pub fn momentum_rate<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
 pub fn centroidal_momentum<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::about_center_of_mass(&c.folded, whole::momentum(&c.folded));
     Quantity::pair(MOMENTUM, w.linear, w.angular)
+}
+pub fn centroidal_momentum_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let columns = whole::centroidal_momentum_matrix(&c.folded);
+    let columns = columns.into_iter().map(|w| w.linear.0.into_iter().chain(w.angular.0).collect()).collect();
+    let zero = c.folded.zero3();
+    let names = Quantity::pair(["kg, kg m", "kg m, kg m²"], zero, zero);
+    Quantity::matrix(names.row_names, names.row_units, c.folded.tree.row_names(), columns)
+}
+pub fn centroidal_momentum_with_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
+    let mut both = centroidal_momentum_matrix(c);
+    both.columns.insert(0, centroidal_momentum(c).columns.swap_remove(0));
+    both.column_names.insert(0, "momentum".to_owned());
+    both
 }
 pub fn centroidal_momentum_rate<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::about_center_of_mass(&c.folded, whole::momentum_rate(&c.folded, false));

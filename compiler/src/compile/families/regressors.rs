@@ -4,7 +4,7 @@ use super::super::Context;
 use super::super::quantity::Quantity;
 use super::force_units;
 use crate::derive::newton_euler::generalised_forces;
-use crate::derive::{InertiaMode, Motions, RobotModel, momentum as whole};
+use crate::derive::{InertiaMode, Motions, RobotModel, momentum as whole, regressor, shared_columns};
 use crate::exact::{BaseParameters, ParameterList, StateSpace, base_parameters as analyse};
 use crate::expression::{Expr, Graph, Sym, separate};
 use crate::tree::Tree;
@@ -39,14 +39,16 @@ fn separated<'g>(
     let coefficient = |form: &crate::expression::LinearForm, k: u32| {
         form.coefficients.get(&k).map_or(zero, |&e| Sym::new(model.graph, e))
     };
-    let columns =
+    let mut columns: Vec<Vec<Sym<'g>>> =
         (0..names.len() as u32).map(|k| forms.iter().map(|form| coefficient(form, k)).collect()).collect();
+    (0..model.tree.bodies.len()).for_each(|body| shared_columns::share(model, body, &mut columns, false));
     Ok(Quantity::matrix(row_names, units, names, columns))
 }
 
 pub fn inverse_dynamics<'g>(c: &Context<'g, '_>) -> Result<Quantity<'g>, Diagnostic> {
     let tree = c.symbolic.tree;
-    separated(c, tree.row_names(), force_units(tree), &generalised_forces(&c.symbolic, Motions::ALL, false))
+    let columns = regressor::inverse_dynamics(&c.symbolic);
+    Ok(Quantity::matrix(tree.row_names(), force_units(tree), parameter_names(tree), columns))
 }
 
 fn named(rows: &[&str], unit: &str) -> (Vec<String>, Vec<String>) {
