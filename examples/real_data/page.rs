@@ -28,11 +28,11 @@ pub fn part(part: &Part) -> String {
             rest["signals"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
         let share = 100.0 * rest["share"].as_f64().unwrap_or(0.0);
         let joint = rest["joint"].as_str().unwrap_or_default();
-        let _ = writeln!(
-            out,
-            "- Left unexplained in {joint}: {share:.0} % of what remains; goes with {}.",
-            signals.join(", ")
-        );
+        let with = match signals.as_slice() {
+            [] => "what it goes with was not found".to_owned(),
+            found => format!("goes with {}", found.join(", ")),
+        };
+        let _ = writeln!(out, "- Left unexplained in {joint}: {share:.0} % of what remains; {with}.");
     }
     for warning in list("warnings") {
         // Gaps between joined logs are no news.
