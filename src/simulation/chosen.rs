@@ -1,12 +1,12 @@
 //! A walk whose parameters are chosen at each mid-stance, and the speeds that it reaches.
+use super::choosers::{Choosers, Walked};
 use super::gait::Walker;
-use crate::gait::choice::{Choosing, StepPart, StepSpeed, chooser};
-use crate::progress::Run;
-use bipedc_analysis::gait::{Chooser, GaitModel};
+use crate::gait::choice::{StepPart, StepSpeed};
+use bipedc_analysis::gait::GaitModel;
 use bipedc_analysis::report::{CurveFigure, CurveKind, PlottedCurve, Table as PageTable};
 use bipedc_analysis::simulate::phases::{LandingGuard, WalkSummary, Walking};
 use bipedc_analysis::simulate::{self, Sample};
-use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::Borrowed;
 use comfy_table::{CellAlignment, Table};
 use serde::Serialize;
@@ -48,90 +48,65 @@ pub struct StepEnergy {
     pub potential: f64,
 }
 
-/// What a walk chooses by.
-pub(super) struct Chosen<'c> {
-    gait: &'c Walker,
-    model: &'c GaitModel<'c>,
-    chooser: Chooser<'c, 'c>,
+/// Walks with parameters that are chosen at each mid-stance; `drawn`: with the energies of the zero dynamics, of gaits of one phase.
+pub(super) fn walk(
+    (gait, choosers): (&Walker, &Choosers<'_, '_>),
+    walking: &Walking<'_>,
+    (run, watch): (&mut simulate::Run<'_>, &mut dyn FnMut(&Sample)),
+    drawn: bool,
+) -> (Result<WalkSummary, Diagnostic>, Option<WalkedSpeeds>) {
+    let mut samples: Vec<State> = Vec::new();
+    let mut watch = |sample: &Sample| {
+        if drawn {
+            samples.push((sample.time, sample.q.clone(), sample.v.clone()));
+        }
+        watch(sample);
+    };
+    let walked = choosers.walk(gait, |controller, present| {
+        let ending = gait.ending(present);
+        let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
+        walking.run_until(Borrowed(controller), ending, run, &mut watch)
+    });
+    let (summary, Walked { steps, parts }) = match walked {
+        Ok(walked) => walked,
+        Err(error) => return (Err(error), None),
+    };
+    let mut speeds = WalkedSpeeds::of(gait.speed_unit(), steps);
+    if let Choosers::OnePhase(model, _) = choosers {
+        speeds.energies = energies(model, &parts, &samples);
+    }
+    (summary, Some(speeds))
 }
 
-impl<'c> Chosen<'c> {
-    /// Computes the steps that are chosen from.
-    ///
-    /// # Errors
-    /// There is nothing to choose; an interruption.
-    pub fn begin(gait: &'c Walker, model: &'c GaitModel<'c>, run: &Run<'_>) -> Result<Self, Diagnostics> {
-        let interrupted = || Diagnostic::error("interrupted before the walk began");
-        let wished = gait.wishes.as_ref().ok_or_else(interrupted)?;
-        let chooser = chooser(model, wished.settings.clone(), run).ok_or_else(interrupted)?;
-        Ok(Self { gait, model, chooser })
-    }
+/// Time, q and v.
+type State = (f64, Vec<f64>, Vec<f64>);
 
-    /// Walks.
-    pub fn walk(
-        &self,
-        walking: &Walking<'_>,
-        (run, watch): (&mut simulate::Run<'_>, &mut dyn FnMut(&Sample)),
-        drawn: bool,
-    ) -> (Result<WalkSummary, Diagnostic>, Option<WalkedSpeeds>) {
-        let (Some((bench, controller)), Some(wished)) = (self.gait.one_phase(), &self.gait.wishes) else {
-            return (Err(Diagnostic::error("there is nothing to choose")), None);
-        };
-        let names = bench.gait.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-        let mut choosing = Choosing::new(
-            controller.clone(),
-            (self.model, &self.chooser),
-            (names, self.gait.values()),
-            &wished.speeds,
-        );
-        let ending = self.gait.ending(choosing.present());
-        let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
-        let mut samples: Vec<(f64, Vec<f64>, Vec<f64>)> = Vec::new();
-        let mut watch = |sample: &Sample| {
-            if drawn {
-                samples.push((sample.time, sample.q.clone(), sample.v.clone()));
-            }
-            watch(sample);
-        };
-        let summary = walking.run_until(Borrowed(&mut choosing), ending, run, &mut watch);
-        let energies = self.energies(&choosing.take_parts(), &samples);
-        let mut speeds = WalkedSpeeds::of(format!("{}/s", bench.gait.phase.unit), choosing.steps());
-        speeds.energies = energies;
-        (summary, Some(speeds))
-    }
-
-    /// What was walked, as energies of the zero dynamics; every second step stands on the other leg.
-    fn energies(&self, parts: &[StepPart], samples: &[(f64, Vec<f64>, Vec<f64>)]) -> Vec<StepEnergy> {
-        let mut found = Vec::new();
-        let mut offset = 0.0;
-        for (index, part) in parts.iter().enumerate() {
-            let Ok(course) = self.model.course_from(&part.parameters, &part.q, &part.v) else { continue };
-            let next = parts.get(index + 1);
-            let end = next.map_or(f64::INFINITY, |next| next.time);
-            for (time, q, v) in samples.iter().filter(|(time, ..)| (part.time..end).contains(time)) {
-                let [q, v] = match part.step % 2 {
-                    0 => [q.clone(), v.clone()],
-                    _ => self.model.relabelled(q, v),
-                };
-                let Ok(potential) = course.potential(self.model.phase_at(&q, &v)[0]) else { continue };
-                let kinetic = 0.5 * self.model.momentum(&q, &v).powi(2);
-                found.push(StepEnergy {
-                    step: part.step,
-                    time: *time,
-                    kinetic,
-                    potential: offset + potential,
-                });
-            }
-            offset = match next.filter(|next| next.step == part.step) {
-                Some(next) => {
-                    let phase = self.model.phase_at(&next.q, &next.v)[0];
-                    offset + course.potential(phase).unwrap_or(0.0)
-                }
-                None => 0.0,
+/// What was walked, as energies of the zero dynamics; every second step stands on the other leg.
+fn energies(model: &GaitModel<'_>, parts: &[StepPart], samples: &[State]) -> Vec<StepEnergy> {
+    let mut found = Vec::new();
+    let mut offset = 0.0;
+    for (index, part) in parts.iter().enumerate() {
+        let Ok(course) = model.course_from(&part.parameters, &part.q, &part.v) else { continue };
+        let next = parts.get(index + 1);
+        let end = next.map_or(f64::INFINITY, |next| next.time);
+        for (time, q, v) in samples.iter().filter(|(time, ..)| (part.time..end).contains(time)) {
+            let [q, v] = match part.step % 2 {
+                0 => [q.clone(), v.clone()],
+                _ => model.relabelled(q, v),
             };
+            let Ok(potential) = course.potential(model.phase_at(&q, &v)[0]) else { continue };
+            let kinetic = 0.5 * model.momentum(&q, &v).powi(2);
+            found.push(StepEnergy { step: part.step, time: *time, kinetic, potential: offset + potential });
         }
-        found
+        offset = match next.filter(|next| next.step == part.step) {
+            Some(next) => {
+                let phase = model.phase_at(&next.q, &next.v)[0];
+                offset + course.potential(phase).unwrap_or(0.0)
+            }
+            None => 0.0,
+        };
     }
+    found
 }
 
 impl WalkedSpeeds {

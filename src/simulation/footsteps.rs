@@ -169,7 +169,7 @@ impl Footsteps {
         let Some(walk) = scenario.walking.clone() else { return Ok(None) };
         let (line, column) = walk.position;
         let placed = |error: Diagnostic| error.or_in_file(file).at(line, column);
-        let known = walk.model.as_ref().map(|folder| known(folder, robot)).transpose()?;
+        let known = walk.model.as_ref().map(|folder| known_robot(folder, robot)).transpose()?;
         let known = known.as_ref().unwrap_or(robot);
         let (stated, settings) = match &walk.settings {
             Some(own) => (read_settings(own)?, Some(own.clone())),
@@ -242,7 +242,7 @@ impl Footsteps {
 }
 
 /// The robot as its controller knows it: its joints have to be those of the robot.
-fn known(folder: &Path, robot: &Robot) -> Result<Robot, Diagnostics> {
+pub(super) fn known_robot(folder: &Path, robot: &Robot) -> Result<Robot, Diagnostics> {
     let known = Robot::read(folder)?;
     let names = |robot: &Robot| -> Result<Vec<String>, Diagnostic> {
         Ok(robot.tree()?.joints.into_iter().map(|joint| joint.name).collect())

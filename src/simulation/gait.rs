@@ -1,13 +1,16 @@
 //! Scenarios that walk by a gait: its file, its controller, where the robot begins.
-use super::{in_world, walker};
-use crate::gait::choice::{ChoiceOptions, Present};
+use super::footsteps::known_robot;
+use super::{in_world, true_walker, walker};
+use crate::gait::choice::{ChoiceOptions, PhasedChoices, Present};
 use crate::gait::{
-    AnyBench, Assignment, Chain, GaitBench, PhasedBench, PhasedProgramController, ProgramController,
+    AnyBench, Assignment, Chain, GaitBench, Parametrised, PhasedBench, PhasedProgramController,
+    ProgramController,
 };
 use crate::progress::Silent;
 use bipedc_analysis::gait::ChoiceSettings;
-use bipedc_analysis::simulate::{Choosable, GaitControl, Scenario, Wishes, World};
+use bipedc_analysis::simulate::{GaitControl, Scenario, Wishes, World};
 use bipedc_compiler::Robot;
+use bipedc_compiler::description::gait::gait_path;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
@@ -27,10 +30,18 @@ pub(super) struct Walker {
     pub wishes: Option<Wished>,
 }
 
+/// What parameters are chosen from.
+#[derive(Debug, Clone)]
+pub(super) enum ChosenFrom {
+    OnePhase(ChoiceSettings),
+    /// With the robot as the gait knows it, in which steps are followed.
+    Phased(PhasedChoices, Box<super::Walker>),
+}
+
 /// Speeds of steps, and what may be chosen to meet them.
 #[derive(Debug, Clone)]
 pub(super) struct Wished {
-    pub settings: ChoiceSettings,
+    pub from: ChosenFrom,
     /// Of the second step, the third, …, per s.
     pub speeds: Vec<f64>,
 }
@@ -72,9 +83,13 @@ impl Walker {
         let Some(control) = scenario.gait.clone() else { return Ok(None) };
         // The gait knows how strong gravity is, but not that the ground slopes.
         let level = World { slope: 0.0, ..scenario.world };
-        let robot = in_world(robot.clone(), &level);
-        let bench = AnyBench::open(&robot, &control.name, &Silent)
-            .map_err(|errors| placed(errors, file, control.position))?;
+        let at = |errors: Diagnostics| placed(errors, file, control.position);
+        let model =
+            control.model.as_ref().map(|folder| known_robot(folder, robot)).transpose().map_err(at)?;
+        // Gaits stand beside the robot, whatever its controller knows of it.
+        let gait = gait_path(&robot.sources, &control.name).map_err(|error| at(error.into()))?;
+        let robot = in_world(model.unwrap_or_else(|| robot.clone()), &level);
+        let bench = AnyBench::open(&robot, &gait.to_string_lossy(), &Silent).map_err(at)?;
         match bench {
             AnyBench::OnePhase(bench) => Self::of_one_phase(*bench, scenario, &control, file).map(Some),
             AnyBench::Phased(bench) => Self::of_phases(&robot, *bench, scenario, (&control, file)).map(Some),
@@ -94,16 +109,18 @@ impl Walker {
         let values = bench.values(&set)?;
         let controller = bench.controller(control.feedback.unwrap_or_default(), &set)?;
         let controller = if control.limited { controller } else { controller.unlimited() };
-        let wishes =
-            control.wishes.as_ref().map(|wishes| wished(&bench, &values, (wishes, file))).transpose()?;
+        let wished = |wishes: &Wishes| {
+            bench.choosable().map_err(|error| placed(error.into(), file, wishes.position))?;
+            let from =
+                |options: &ChoiceOptions| bench.choice_settings(&values, options).map(ChosenFrom::OnePhase);
+            wished(&bench, from, (wishes, file))
+        };
+        let wishes = control.wishes.as_ref().map(wished).transpose()?;
         if let Some((speed, place)) = control.speed {
             let state = bench.beginning(&values, speed);
             begin_at(scenario, state.map_err(|error| error.in_file(file).at(place.0, place.1))?, place);
         }
-        if let (Some(wishes), Some(events)) = (&wishes, &mut scenario.events) {
-            // Until the last one that is wished has passed its mid-stance and has landed.
-            events.steps = events.steps.or(Some(wishes.speeds.len() + 1));
-        }
+        ends_with_wishes(scenario, wishes.as_ref());
         let controller = GaitDriver::OnePhase(Box::new(controller));
         let bench = AnyBench::OnePhase(Box::new(bench));
         Ok(Self { guarded: control.guarded.is_some(), bench, controller, values, wishes })
@@ -121,12 +138,6 @@ impl Walker {
             let help = "leave `step_length` out";
             return Err(Diagnostic::error(message).in_file(file).at(line, column).help(help).into());
         }
-        if let Some(wishes) = &control.wishes {
-            let message = "parameters of a gait of several phases are not chosen while it walks";
-            let help = "leave `speeds` out";
-            let (line, column) = wishes.position;
-            return Err(Diagnostic::error(message).in_file(file).at(line, column).help(help).into());
-        }
         if scenario.world.gravity.is_none() {
             scenario.world.gravity = bench.gait.gravity;
         }
@@ -141,10 +152,19 @@ impl Walker {
             begin_at(scenario, state, place);
             scenario.phase = chain.first().map_err(at)?;
         }
+        let wished = |wishes: &Wishes| {
+            let from = |options: &ChoiceOptions| {
+                let settings = bench.choice_settings(&values, options)?;
+                Ok(ChosenFrom::Phased(settings, Box::new(true_walker(robot, &[], false)?)))
+            };
+            wished(&bench, from, (wishes, file))
+        };
+        let wishes = control.wishes.as_ref().map(wished).transpose()?;
+        ends_with_wishes(scenario, wishes.as_ref());
         let controller = if control.limited { controller } else { controller.unlimited() };
         let controller = GaitDriver::Phased(Box::new(controller));
         let bench = AnyBench::Phased(Box::new(bench));
-        Ok(Self { guarded: false, bench, controller, values, wishes: None })
+        Ok(Self { guarded: false, bench, controller, values, wishes })
     }
 
     /// Notes the gait's file.
@@ -172,6 +192,31 @@ impl Walker {
         }
     }
 
+    /// The gait and its controller, if it has several phases.
+    pub fn phased(&self) -> Option<(&PhasedBench, &PhasedProgramController)> {
+        match (&self.bench, &self.controller) {
+            (AnyBench::Phased(bench), GaitDriver::Phased(controller)) => Some((bench, controller)),
+            _ => None,
+        }
+    }
+
+    /// Names of the gait's parameters.
+    pub fn names(&self) -> Vec<String> {
+        let parameters = match &self.bench {
+            AnyBench::OnePhase(bench) => bench.parameters(),
+            AnyBench::Phased(bench) => bench.parameters(),
+        };
+        parameters.iter().map(|parameter| parameter.name.clone()).collect()
+    }
+
+    /// Unit of its speeds.
+    pub fn speed_unit(&self) -> String {
+        match &self.bench {
+            AnyBench::OnePhase(bench) => bench.speed_unit(),
+            AnyBench::Phased(bench) => bench.speed_unit(),
+        }
+    }
+
     /// Whether steps end where the gait's guard vanishes.
     pub fn ends_by_guard(&self) -> bool {
         self.guarded
@@ -196,31 +241,33 @@ impl Walker {
 
 /// What a scenario wishes of a gait, each part of it known to the gait.
 fn wished(
-    bench: &GaitBench,
-    values: &[f64],
+    gait: &impl Parametrised,
+    from: impl FnOnce(&ChoiceOptions) -> Result<ChosenFrom, Diagnostics>,
     (wishes, file): (&Wishes, &Path),
 ) -> Result<Wished, Diagnostics> {
-    bench.choosable().map_err(|error| placed(error.into(), file, wishes.position))?;
-    let options = |parameters: &[Choosable]| ChoiceOptions {
-        parameters: parameters.iter().map(|found| (found.name.clone(), found.between)).collect(),
+    // One by one, so that each has its place.
+    let unknown = wishes.parameters.iter().filter(|found| gait.index(&found.name).is_none());
+    let wrong: Vec<Diagnostic> =
+        unknown.flat_map(|found| placed(gait.unknown(&found.name).into(), file, found.position).0).collect();
+    if !wrong.is_empty() {
+        return Err(Diagnostics(wrong));
+    }
+    let options = ChoiceOptions {
+        parameters: wishes.parameters.iter().map(|found| (found.name.clone(), found.between)).collect(),
         keep: wishes.keep.clone(),
         friction: wishes.friction,
         reserve: wishes.reserve,
         values: wishes.values,
     };
-    // One by one, so that each has its place.
-    let mut wrong = Vec::new();
-    for found in &wishes.parameters {
-        if let Err(error) = bench.values(&[(found.name.clone(), 0.0)]) {
-            wrong.extend(placed(error, file, found.position).0);
-        }
+    let from = from(&options).map_err(|errors| placed(errors, file, wishes.position))?;
+    Ok(Wished { from, speeds: wishes.speeds.clone() })
+}
+
+/// A walk that says no number of steps goes on until the last one that is wished has passed its mid-stance and has landed.
+fn ends_with_wishes(scenario: &mut Scenario, wishes: Option<&Wished>) {
+    if let (Some(wishes), Some(events)) = (wishes, &mut scenario.events) {
+        events.steps = events.steps.or(Some(wishes.speeds.len() + 1));
     }
-    if !wrong.is_empty() {
-        return Err(Diagnostics(wrong));
-    }
-    let settings = bench.choice_settings(values, &options(&wishes.parameters));
-    let settings = settings.map_err(|errors| placed(errors, file, wishes.position))?;
-    Ok(Wished { settings, speeds: wishes.speeds.clone() })
 }
 
 /// A scenario begins in this state; `place` is where that is said.

@@ -1,5 +1,6 @@
 //! Robots ready for [`bipedc_analysis::simulate`]: what is built into the true model, and what a simulation knows beside it.
 pub mod absolute;
+mod choosers;
 mod chosen;
 mod energies;
 mod exchanged;

@@ -1,5 +1,5 @@
 //! From event to event (thesis 4.4): phases, their changes, the verdict.
-use super::chosen::{Chosen, WalkedSpeeds};
+use super::chosen::{self, WalkedSpeeds};
 use super::log::Log;
 use super::stepping::at_place;
 use super::{Options, Outcome, Scene, Simulated, true_walker};
@@ -46,24 +46,27 @@ impl Scene {
         let mut log = Log::begin(out, &columns(&walker.model, plant, scenario)?)?;
         let start = Instant::now();
         let walking = walker.walking(plant, scenario);
-        let own_gait = self.gait.as_ref().filter(|_| own.is_none());
-        let model = own_gait.and_then(|gait| gait.wishes.as_ref().and(gait.one_phase()));
-        let model = model.map(|(bench, _)| bench.model()).transpose()?;
-        let choosing = own_gait.zip(model.as_ref());
-        let choosing = choosing.map(|(gait, model)| Chosen::begin(gait, model, run)).transpose()?;
-        let (summary, speeds) = run.progress.counted("walking", |progress| {
-            let mut row = |values: &[f64]| log.row(values);
-            let mut run = simulate::Run { row: &mut row, progress, stop: run.stop };
-            let mut watch = |sample: &Sample| {
-                if let Some(recorder) = &mut recorder {
-                    recorder.take(sample);
-                }
-            };
-            match &choosing {
-                Some(chosen) => chosen.walk(&walking, (&mut run, &mut watch), options.energies),
-                None => (self.walked_by(&walking, own, (&mut run, &mut watch)), None),
+        let own_gait = self.gait.as_ref().filter(|gait| own.is_none() && gait.wishes.is_some());
+        let mut row = |values: &[f64]| log.row(values);
+        let mut watch = |sample: &Sample| {
+            if let Some(recorder) = &mut recorder {
+                recorder.take(sample);
             }
-        });
+        };
+        let progress = run.progress;
+        let (summary, speeds) = match own_gait {
+            Some(gait) => self.with_choosers(gait, run, |choosers| {
+                Ok(progress.counted("walking", |progress| {
+                    let mut run = simulate::Run { row: &mut row, progress, stop: run.stop };
+                    let watched = (&mut run, &mut watch as &mut dyn FnMut(&Sample));
+                    chosen::walk((gait, choosers), &walking, watched, options.energies)
+                }))
+            })?,
+            None => progress.counted("walking", |progress| {
+                let mut run = simulate::Run { row: &mut row, progress, stop: run.stop };
+                (self.walked_by(&walking, own, (&mut run, &mut watch)), None)
+            }),
+        };
         let summary = summary.map_err(in_file)?;
         log.commit_with(truth)?;
         let film = recorder.map(|recorder| self.walked(recorder.finish(), events, out, &summary));

@@ -238,7 +238,7 @@ fn chosen_steps_keep_their_limits_with_the_reserve() {
     let bench = gait("robots/three_link", "thesis");
     let (model, values) = (bench.model().unwrap(), bench.values(&[]).unwrap());
     // So much that limits count.
-    let options = ChoiceOptions { reserve: 0.2, ..ChoiceOptions::default() };
+    let options = ChoiceOptions { reserve: Some(0.2), ..ChoiceOptions::default() };
     let settings = bench.choice_settings(&values, &options).unwrap();
     let quiet = Progressing { progress: &Silent, stop: &|| false };
     let chooser = chooser(&model, settings, &quiet).unwrap();

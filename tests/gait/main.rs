@@ -11,6 +11,7 @@ mod optimised;
 mod oracle;
 mod page;
 mod phased_chain;
+mod phased_choices;
 mod phased_files;
 mod phased_lie;
 mod phased_speeds;

@@ -83,6 +83,17 @@ impl Chain<'_> {
         Ok(MidStance { q: point.q, slope: point.slope, phi, speed })
     }
 
+    /// φ_m of a step with these parameters that begins in this state of the whole robot.
+    ///
+    /// # Errors
+    /// There is no such step.
+    pub fn dead_centre_from(&self, values: &[f64], q: &[f64], v: &[f64]) -> Result<f64, Refused> {
+        self.ask(values)?;
+        let first = self.first()?;
+        let [start, _] = self.begin(first, q, v)?;
+        self.dead_centre(first, start).map(|[phi, ..]| phi)
+    }
+
     /// φ_m, ψ(φ₊, φ_m) and P(φ_m) of the present phase, which begins at `start`.
     fn dead_centre(&self, phase: usize, start: f64) -> Result<[f64; 3], Refused> {
         let end = self.end_of_present();

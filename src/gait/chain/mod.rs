@@ -48,6 +48,9 @@ struct ChainPhase {
     dynamics: usize,
     impact: Option<usize>,
     feet: [Option<StandingFoot>; MOST_FEET],
+    /// φ and the outputs, then their rates.
+    controlled: usize,
+    outputs: usize,
 }
 
 /// What the beginning of a phase settled.
@@ -104,6 +107,8 @@ impl<'b> Chain<'b> {
                 dynamics: need(&spec.dynamics)?,
                 impact: spec.impact.as_ref().map(|impact| need(&impact.map)).transpose()?,
                 feet: layout.feet,
+                controlled: layout.controlled,
+                outputs: layout.outputs,
                 spec,
             });
         }
@@ -153,6 +158,16 @@ impl<'b> Chain<'b> {
         present.near = q.to_vec();
         let status = present.controller.status();
         Ok([status.phase, status.rate])
+    }
+
+    /// φ and φ̇ of the whole robot in a phase.
+    ///
+    /// # Errors
+    /// The gait does not have the phase.
+    pub fn phase_at(&self, phase: usize, q: &[f64], v: &[f64]) -> Result<[f64; 2], Diagnostic> {
+        let of = self.phase(phase)?;
+        let found = self.call(of.controlled, &State::new().with(Argument::Q, q).with(Argument::V, v));
+        Ok([found[0], found[1 + of.outputs]])
     }
 
     /// T and T′ at φ in the present phase.

@@ -1,15 +1,26 @@
 //! Parameters of a gait chosen while it walks: at mid-stance, from the measured state, so that the next step has a wished speed (thesis 6.23).
+mod foresight;
+mod notes;
+mod phased;
+mod phased_walking;
+mod stance;
 mod walking;
 
-pub use walking::{Choosing, Present, StepPart, StepSpeed};
+pub use foresight::{Foresight, KnownRobot, Passed};
+pub use notes::{Present, StepPart, StepSpeed};
+pub use phased::{PhasedChoices, PhasedChooser};
+pub use phased_walking::PhasedChoosing;
+pub use walking::Choosing;
 
-use super::{GaitBench, Parametrised};
+use super::{GaitBench, Parametrised, PhasedBench};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Assumptions, ChoiceSettings, Choices, Chooser, GaitModel, Kept, Watch};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
 /// Values of each parameter on the grid, by the number of parameters, if nothing else is asked for.
 const VALUES: [usize; 3] = [31, 9, 5];
+/// Part of every limit that is left over unless something else is asked for.
+const RESERVE: f64 = 0.05;
 /// Most combinations of values.
 pub const MOST_CHOICES: usize = 500;
 
@@ -22,8 +33,8 @@ pub struct ChoiceOptions {
     pub keep: Option<Vec<String>>,
     /// Coulomb's coefficient; `None`: that of the gait's limits.
     pub friction: Option<f64>,
-    /// Part of every limit that is left over.
-    pub reserve: f64,
+    /// Part of every limit that is left over; `None`: a twentieth.
+    pub reserve: Option<f64>,
     /// Values of each parameter on the grid that ways of several steps go over.
     pub values: Option<usize>,
 }
@@ -63,56 +74,16 @@ impl GaitBench {
         options: &ChoiceOptions,
     ) -> Result<ChoiceSettings, Diagnostics> {
         self.choosable()?;
-        let mut wrong = Vec::new();
-        let mut ranges = Vec::new();
-        let all = || self.gait.parameters.iter().map(|parameter| (parameter.name.clone(), None)).collect();
-        let named: Vec<(String, Option<[f64; 2]>)> =
-            if options.parameters.is_empty() { all() } else { options.parameters.clone() };
-        for (name, between) in &named {
-            match self.index(name) {
-                None => wrong.push(self.unknown(name)),
-                Some(index) => {
-                    let [low, high] = between.unwrap_or(self.gait.parameters[index].bounds);
-                    // Bounds of one value leave nothing to choose.
-                    if low < high {
-                        ranges.push((index, [low, high]));
-                    }
-                }
+        let choices = grid(self, values, options);
+        let kept = self.kept(options);
+        match (choices, kept) {
+            (Ok(choices), Ok(kept)) => Ok(ChoiceSettings { choices, usual: values.to_vec(), kept }),
+            (Err(Diagnostics(mut wrong)), kept) => {
+                wrong.extend(kept.err());
+                Err(Diagnostics(wrong))
             }
+            (Ok(_), Err(error)) => Err(error.into()),
         }
-        let kept = self.kept(options).map_err(|error| wrong.push(error)).ok();
-        if wrong.is_empty() {
-            let choices = self.grid(values, &ranges, options.values).map_err(Diagnostics::from)?;
-            if let Some(kept) = kept {
-                return Ok(ChoiceSettings { choices, usual: values.to_vec(), kept });
-            }
-        }
-        Err(Diagnostics(wrong))
-    }
-
-    fn grid(
-        &self,
-        values: &[f64],
-        ranges: &[(usize, [f64; 2])],
-        count: Option<usize>,
-    ) -> Result<Choices, Diagnostic> {
-        let Some(&usual) = VALUES.get(ranges.len().wrapping_sub(1)) else {
-            let message = format!("{} parameters could be chosen for each step", ranges.len());
-            return Err(Diagnostic::error(message).help("name one to three of them"));
-        };
-        let count = count.unwrap_or(usual);
-        let all = count.saturating_pow(ranges.len() as u32);
-        if all > MOST_CHOICES {
-            let message = format!("{all} combinations of parameters are too many");
-            let help = format!("ask for fewer values: at most {MOST_CHOICES} combinations in all");
-            return Err(Diagnostic::error(message).help(help));
-        }
-        let axis = |&(index, [low, high]): &(usize, [f64; 2])| {
-            let last = (count - 1) as f64;
-            let at = |k: usize| if k + 1 == count { high } else { low + (high - low) * k as f64 / last };
-            (index, (0..count).map(at).collect())
-        };
-        Ok(Choices { values: values.to_vec(), axes: ranges.iter().map(axis).collect() })
     }
 
     fn kept(&self, options: &ChoiceOptions) -> Result<Kept, Diagnostic> {
@@ -131,8 +102,80 @@ impl GaitBench {
             let help = "say `friction`, or leave it out of `keep`";
             return Err(Diagnostic::error(message).help(help));
         }
-        Ok(Kept { assumptions, friction, reserve: options.reserve })
+        Ok(Kept { assumptions, friction, reserve: options.reserve.unwrap_or(RESERVE) })
     }
+}
+
+impl PhasedBench {
+    /// What choices of a gait of several phases are made from; the usual parameters are `values`. What the walk assumes is kept, whatever it is.
+    ///
+    /// # Errors
+    /// Parameters that the gait does not have, or too many; ranges that are none; limits that are chosen.
+    pub fn choice_settings(
+        &self,
+        values: &[f64],
+        options: &ChoiceOptions,
+    ) -> Result<PhasedChoices, Diagnostics> {
+        if options.keep.is_some() || options.friction.is_some() || options.reserve.is_some() {
+            let message = "in a gait of several phases choices keep all that the scenario assumes";
+            let help = "leave keep, friction and reserve out of [control.choice]; [assumptions] and the gait's [limits] say what is kept";
+            return Err(Diagnostic::error(message).help(help).into());
+        }
+        if self.gait.parameters.is_empty() {
+            let message = format!("the gait `{}` has no parameters to choose", self.gait.name);
+            return Err(Diagnostic::error(message).help("give it [parameters]").into());
+        }
+        Ok(PhasedChoices { choices: grid(self, values, options)?, usual: values.to_vec() })
+    }
+}
+
+/// The values that parameters are chosen from.
+fn grid(of: &impl Parametrised, values: &[f64], options: &ChoiceOptions) -> Result<Choices, Diagnostics> {
+    let (mut wrong, mut ranges) = (Vec::new(), Vec::new());
+    let all = || of.parameters().iter().map(|parameter| (parameter.name.clone(), None)).collect();
+    let named: Vec<(String, Option<[f64; 2]>)> =
+        if options.parameters.is_empty() { all() } else { options.parameters.clone() };
+    for (name, between) in &named {
+        match of.index(name) {
+            None => wrong.push(of.unknown(name)),
+            Some(index) => {
+                let [low, high] = between.unwrap_or(of.parameter(index).bounds);
+                // Bounds of one value leave nothing to choose.
+                if low < high {
+                    ranges.push((index, [low, high]));
+                }
+            }
+        }
+    }
+    if wrong.is_empty() {
+        Ok(combinations(values, &ranges, options.values)?)
+    } else {
+        Err(Diagnostics(wrong))
+    }
+}
+
+fn combinations(
+    values: &[f64],
+    ranges: &[(usize, [f64; 2])],
+    count: Option<usize>,
+) -> Result<Choices, Diagnostic> {
+    let Some(&usual) = VALUES.get(ranges.len().wrapping_sub(1)) else {
+        let message = format!("{} parameters could be chosen for each step", ranges.len());
+        return Err(Diagnostic::error(message).help("name one to three of them"));
+    };
+    let count = count.unwrap_or(usual);
+    let all = count.saturating_pow(ranges.len() as u32);
+    if all > MOST_CHOICES {
+        let message = format!("{all} combinations of parameters are too many");
+        let help = format!("ask for fewer values: at most {MOST_CHOICES} combinations in all");
+        return Err(Diagnostic::error(message).help(help));
+    }
+    let axis = |&(index, [low, high]): &(usize, [f64; 2])| {
+        let last = (count - 1) as f64;
+        let at = |k: usize| if k + 1 == count { high } else { low + (high - low) * k as f64 / last };
+        (index, (0..count).map(at).collect())
+    };
+    Ok(Choices { values: values.to_vec(), axes: ranges.iter().map(axis).collect() })
 }
 
 /// All steps between the values of a grid; `None`: an end was asked for.

@@ -134,7 +134,12 @@ impl Ways<'_> {
             pairs.map(|(a, b)| if part == 1.0 { *b } else { a + part * (b - a) }).collect()
         };
         let square = |speed: f64| speed * speed.abs();
-        let miss = |part: f64| self.hop(now, &place(part)).map_or(f64::NAN, |hop| hop.square - to * to);
+        // Near enough is met: every place costs a step.
+        let enough = if to > 0.0 { [-MEETS * to * to, MEETS * to * to] } else { [0.0, 0.1 * RESTS * RESTS] };
+        let miss = |part: f64| {
+            let miss = self.hop(now, &place(part)).map_or(f64::NAN, |hop| hop.square - to * to);
+            if (enough[0]..=enough[1]).contains(&miss) { 0.0 } else { miss }
+        };
         let ends = [square(slow.speed) - to * to, square(fast.speed) - to * to];
         let part = zero(miss, (0.0, ends[0]), (1.0, ends[1]));
         // On the fast side by the least that counts.

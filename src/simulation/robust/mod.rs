@@ -7,7 +7,6 @@ mod trial;
 pub use trial::{Disturbance, DisturbanceKind};
 
 use super::Scene;
-use crate::gait::choice::chooser;
 use crate::progress::Run;
 use bipedc_analysis::gait::{Watch, in_parallel};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -120,8 +119,7 @@ impl Scene {
     /// # Errors
     /// The scenario is not one of a gait with wished speeds; the undisturbed walk itself does not come to its end.
     pub fn robust(&self, options: &RobustOptions, run: &Run<'_>) -> Result<Robust, Diagnostics> {
-        let wished = self.gait.as_ref().and_then(|gait| gait.wishes.as_ref().zip(gait.one_phase()));
-        let Some((wishes, (bench, _))) = wished else {
+        let Some(gait) = self.gait.as_ref().filter(|gait| gait.wishes.is_some()) else {
             let message = "the scenario has no wished speeds to choose parameters for";
             let help = "name a gait in [control] and give it speeds, such as speeds = [1.5, 1.5, 1.5]";
             return Err(Diagnostic::error(message).in_file(&self.file).help(help).into());
@@ -137,11 +135,15 @@ impl Scene {
             let help = "leave --disturb height out, or take a gait that lifts its foot, without step_length = \"gait\"";
             return Err(Diagnostic::error(message).in_file(&self.file).help(help).into());
         }
-        let model = bench.model()?;
-        let chooser = chooser(&model, wishes.settings.clone(), run)
-            .ok_or_else(|| Diagnostic::error("interrupted before the first walk began"))?;
-        let trial = Trial { scene: self, model: &model, chooser: &chooser, seed: options.seed };
-        trial.undisturbed()?;
+        self.with_choosers(gait, run, |choosers| {
+            let trial = Trial { scene: self, gait, choosers, seed: options.seed };
+            trial.undisturbed()?;
+            Ok(self.tried(&trial, options, run))
+        })
+    }
+
+    /// All trials.
+    fn tried(&self, trial: &Trial<'_, '_>, options: &RobustOptions, run: &Run<'_>) -> Robust {
         let count = options.trials * options.disturbances.len();
         let mut ended = run.progress.counted("walking", |advance| {
             in_parallel(count, &Watch { advance, stop: run.stop }, |job| {
@@ -163,14 +165,14 @@ impl Scene {
             }
         };
         let events = self.scenario.events.as_ref();
-        Ok(Robust {
+        Robust {
             robot: self.robot.description.name.clone(),
             scenario: self.file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             steps: events.and_then(|events| events.steps).unwrap_or(0),
             seed: options.seed,
             complete,
             tried: options.disturbances.iter().enumerate().map(|(index, d)| of(index, d)).collect(),
-        })
+        }
     }
 }
 

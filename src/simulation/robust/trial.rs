@@ -1,9 +1,9 @@
 //! One disturbed walk, with fixed and with chosen parameters.
 use super::sampled::{Instruments, Sampled};
-use crate::gait::choice::Choosing;
-use crate::simulation::gait::GaitDriver;
+use crate::gait::choice::Present;
+use crate::simulation::choosers::Choosers;
+use crate::simulation::gait::Walker as GaitWalker;
 use crate::simulation::{Scene, Walker, in_world, true_walker};
-use bipedc_analysis::gait::{Chooser, GaitModel};
 use bipedc_analysis::simulate::phases::{LandingGuard, WalkEnd, WalkSummary, Walking};
 use bipedc_analysis::simulate::{Push, Run, Scenario, World};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -91,10 +91,10 @@ pub struct Disturbance {
 pub(super) type Ended = Result<(), String>;
 
 /// What trials share.
-pub(super) struct Trial<'t> {
+pub(super) struct Trial<'t, 'f> {
     pub scene: &'t Scene,
-    pub model: &'t GaitModel<'t>,
-    pub chooser: &'t Chooser<'t, 't>,
+    pub gait: &'t GaitWalker,
+    pub choosers: &'t Choosers<'t, 'f>,
     pub seed: u64,
 }
 
@@ -106,7 +106,7 @@ struct Met {
     seed: u64,
 }
 
-impl Trial<'_> {
+impl Trial<'_, '_> {
     /// The walk without any disturbance has to come to its end both ways.
     pub fn undisturbed(&self) -> Result<(), Diagnostics> {
         let walker = true_walker(&self.scene.robot, &self.scene.scenario.effects, false)?;
@@ -183,23 +183,18 @@ impl Trial<'_> {
     }
 
     fn walk(&self, met: &Met, chosen: bool) -> Ended {
-        let Scene { plant, gait, .. } = self.scene;
-        let (Some(gait), Met { walker, scenario, .. }) = (gait, met) else { return Err(String::new()) };
-        let Some((bench, controller)) = gait.one_phase() else { return Err(String::new()) };
+        let Self { scene: Scene { plant, .. }, gait, .. } = self;
+        let Met { walker, scenario, .. } = met;
         let walking = walker.walking(plant, scenario);
-        let speeds = gait.wishes.as_ref().map_or(&[][..], |wishes| &wishes.speeds);
-        let names = bench.gait.parameters.iter().map(|parameter| parameter.name.clone()).collect();
-        let controllers = (self.model, self.chooser);
-        if chosen {
-            let mut choosing = Choosing::new(controller.clone(), controllers, (names, gait.values()), speeds);
-            let ending = gait.ending(choosing.present());
+        let walk = |controller: &mut dyn Controller<f64>, present: Present| {
+            let ending = gait.ending(present);
             let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
-            return ended(met.instrumented(&mut choosing, &walking, ending));
+            ended(met.instrumented(controller, &walking, ending))
+        };
+        if chosen {
+            return self.choosers.walk(gait, walk).map_err(|error| error.message)?.0;
         }
-        let ending = gait.ending(Rc::new(RefCell::new(gait.values().to_vec())));
-        let ending = ending.as_ref().map(|ending| ending as &LandingGuard<'_>);
-        let mut fixed = GaitDriver::OnePhase(Box::new(controller.clone()));
-        ended(met.instrumented(&mut fixed, &walking, ending))
+        walk(&mut gait.controller.clone(), Rc::new(RefCell::new(gait.values().to_vec())))
     }
 }
 

@@ -92,6 +92,7 @@ pub(super) struct Start {
 #[serde(deny_unknown_fields, default)]
 pub(super) struct Control {
     pub gait: Option<Spanned<String>>,
+    pub model: Option<Spanned<String>>,
     pub stiffness: Option<Number>,
     pub damping: Option<Number>,
     pub effort_limits: Option<bool>,

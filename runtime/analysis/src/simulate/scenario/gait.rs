@@ -4,6 +4,7 @@ use super::reading::{POSITIVE, Reading};
 use super::wishes::Wishes;
 use crate::simulate::Plant;
 use crate::simulate::control::Feedback;
+use std::path::PathBuf;
 
 /// A gait that drives the robot.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +13,8 @@ pub struct GaitControl {
     pub name: String,
     /// Line and column of the name.
     pub position: (usize, usize),
+    /// Folder of the robot as the controller knows it; `None`: as it is described.
+    pub model: Option<PathBuf>,
     /// Gait parameters that are not the gait's own.
     pub parameters: Vec<GaitValue>,
     /// What makes its outputs vanish, if the scenario says it.
@@ -65,6 +68,7 @@ impl Reading<'_> {
         Some(GaitControl {
             name,
             position: self.place(at),
+            model: control.model.as_ref().map(|name| self.beside(name.get_ref())),
             parameters: self.gait_values(control),
             feedback: control.feedback.as_ref().map(|feedback| self.feedback(Some(feedback))),
             limited: control.effort_limits.unwrap_or(true),
@@ -93,6 +97,14 @@ impl Reading<'_> {
         if let Some((at, key)) = speeds.or(choice) {
             let help = "name a gait in [control], or leave it out";
             self.wrong::<()>(at, format!("{key} is about the steps of a gait; there is none"), help);
+        }
+        if let Some(model) = &control.model {
+            let help = "name a gait in [control], or leave it out";
+            self.wrong::<()>(
+                model.span().start,
+                "`model` is what the controller of a gait knows; there is none",
+                help,
+            );
         }
         if let Some(speed) = &start.mid_stance_speed {
             let help = "name a gait in [control], or leave it out";

@@ -10,8 +10,6 @@ use toml::{Spanned, Value};
 const MOST_STEPS: i64 = 1_000_000;
 /// Most values of a parameter on the grid of choices.
 const MOST_VALUES: i64 = 500;
-/// Part of every limit that choices leave over unless the scenario says otherwise.
-const RESERVE: f64 = 0.05;
 /// What a choice can keep.
 const KEPT: [&str; 4] = ["friction", "pull", "clearance", "torque"];
 
@@ -28,8 +26,8 @@ pub struct Wishes {
     pub keep: Option<Vec<String>>,
     /// Coulomb's coefficient that choices keep to; `None`: that of the gait.
     pub friction: Option<f64>,
-    /// Part of every limit that is left over.
-    pub reserve: f64,
+    /// Part of every limit that is left over, if it is said.
+    pub reserve: Option<f64>,
     /// Values of each parameter on the grid that ways of several steps go over.
     pub values: Option<usize>,
 }
@@ -75,7 +73,10 @@ impl Reading<'_> {
                 .friction
                 .as_ref()
                 .map(|friction| self.number("friction", Some(friction), 1.0, POSITIVE, "1")),
-            reserve: self.number("reserve", choice.reserve.as_ref(), RESERVE, (0.0, 0.9), "1"),
+            reserve: choice
+                .reserve
+                .as_ref()
+                .map(|reserve| self.number("reserve", Some(reserve), 0.0, (0.0, 0.9), "1")),
             values: choice.values.as_ref().and_then(|values| self.values(values)),
         })
     }

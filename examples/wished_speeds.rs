@@ -1,0 +1,144 @@
+//! A robot that is other than its model misses the speeds it is asked for; its walking log tells what the model lacks; amended, it meets them again.
+//!
+//! `cargo run --release --example wished_speeds [PICTURE.svg]` prints a Markdown table. For each hidden change of the five-link robot:
+//! 1. it walks with wished speeds; at each mid-stance the parameters of the next step are chosen by a model that does not know the change;
+//! 2. `diagnose` is given the log of that walk, and what it finds is written into a copy of the description by `amend`;
+//! 3. the same changed robot walks for the same speeds, with the gait's controller and the choice of the amended model.
+//!
+//! The picture shows the speeds of the first change.
+use bipedc::simulation::{Options, WalkedSpeeds};
+use bipedc::{Diagnostic, Diagnostics, Workbench};
+use bipedc_analysis::diagnose::FoundEffect;
+use bipedc_analysis::report::{CurveFigure, CurveKind, PlottedCurve, curves_svg};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What the model is not told, and how.
+const CHANGES: [(&str, &str); 3] = [
+    (
+        "viscous friction of 1 N m s/rad in both knees",
+        "[[effect]]\nkind = \"viscous_friction\"\njoint = \"left_knee_pitch\"\ndamping = 1.0\n\
+         [[effect]]\nkind = \"viscous_friction\"\njoint = \"right_knee_pitch\"\ndamping = 1.0\n",
+    ),
+    (
+        "2 kg more on the torso, 0.3 m above the hips",
+        "[[effect]]\nkind = \"payload\"\nlink = \"torso\"\nmass = 2.0\nx = 0.0\ny = 0.0\nz = 0.3\n",
+    ),
+    ("nothing", ""),
+];
+
+const SCENARIO: &str = "method = \"event_driven\"\nduration = 60.0\nlog_step = 0.002\n\
+    [assumptions]\nfriction = 0.8\n\
+    [initial]\nmid_stance_speed = 0.7109\n\
+    [control]\ngait = \"lifting\"\n\
+    speeds = { random = 5, between = [0.66, 0.78], change = 0.03, steps = 24 }\n";
+
+const CHOICE: &str = "[control.parameters]\nknee = 0.3\nlift = 0.6\n\
+    [control.choice]\nkeep = [\"friction\", \"pull\", \"torque\", \"clearance\"]\n\
+    [control.choice.parameters]\nstep_length = [0.25, 0.55]\ntorso_lean = true\n";
+
+fn main() {
+    let picture = std::env::args().nth(1).map(PathBuf::from);
+    if let Err(errors) = story(picture.as_deref()) {
+        eprintln!("{errors}");
+        std::process::exit(1);
+    }
+}
+
+fn story(picture: Option<&Path>) -> Result<(), Diagnostics> {
+    println!(
+        "| hidden | speeds missed by, rad/s | found in the log of that walk | amended, speeds missed by, rad/s |\n|---|---|---|---|"
+    );
+    for (k, (words, hidden)) in CHANGES.into_iter().enumerate() {
+        let folder = PathBuf::from("target/wished_speeds").join(k.to_string());
+        copied(&folder);
+        let before = walked(&folder, "before", "", hidden)?;
+        let found = explained(&folder)?;
+        let after = walked(&folder, "after", "model = \"robot\"\n", hidden)?;
+        println!("| {words} | {} | {found} | {} |", missed(&before), missed(&after));
+        if let (0, Some(picture)) = (k, picture) {
+            fs::write(picture, curves_svg(&drawn(words, &before, &after)))
+                .expect("the picture can be written");
+        }
+    }
+    Ok(())
+}
+
+/// A copy of the robot that may be amended.
+fn copied(folder: &Path) {
+    let robot = folder.join("robot");
+    // What an earlier run amended.
+    let _ = fs::remove_dir_all(&robot);
+    fs::create_dir_all(&robot).expect("target/ can be written");
+    for name in ["robot.urdf", "biped.toml"] {
+        fs::copy(Path::new("robots/five_link").join(name), robot.join(name))
+            .expect("the robot can be copied");
+    }
+}
+
+/// A walk of the changed robot for wished speeds.
+fn walked(folder: &Path, name: &str, model: &str, hidden: &str) -> Result<WalkedSpeeds, Diagnostics> {
+    let file = folder.join(format!("{name}.toml"));
+    fs::write(&file, format!("{SCENARIO}{model}{CHOICE}{hidden}")).expect("target/ can be written");
+    let robot = Workbench::open("robots/five_link")?;
+    let log = folder.join(format!("{name}.csv"));
+    let run = robot.simulate(&robot.scene(&file)?, log, &Options::default())?;
+    match run.speeds() {
+        Some(speeds) if !run.is_refuted() => Ok(speeds.clone()),
+        _ => Err(run.messages.first().cloned().unwrap_or_else(|| Diagnostic::error("no speeds")).into()),
+    }
+}
+
+/// What the log of the first walk says, written into the copy.
+fn explained(folder: &Path) -> Result<String, Diagnostics> {
+    let robot = Workbench::open(folder.join("robot"))?;
+    let log = robot.log(folder.join("before.csv"))?;
+    let diagnosis = robot.diagnose(&log, None)?.diagnosis;
+    if diagnosis.effects.is_empty() {
+        return Ok("nothing".to_owned());
+    }
+    robot.amend(&diagnosis)?;
+    Ok(diagnosis.effects.iter().map(named).collect::<Vec<_>>().join("; "))
+}
+
+/// Kind, place, values.
+fn named(found: &FoundEffect) -> String {
+    let effect = &found.effect;
+    let place = [&effect.location.joint, &effect.location.link].into_iter().flatten().next();
+    let place = place.map_or(String::new(), |place| format!(" at {place}"));
+    let values =
+        effect.kind.parameters.iter().map(|p| format!("{} {:.4} {}", p.name, effect.value(p.name), p.unit));
+    format!("{}{place}: {}", effect.kind.name.replace('_', " "), values.collect::<Vec<_>>().join(", "))
+}
+
+/// The root mean square of what wished speeds are missed by.
+fn missed(walk: &WalkedSpeeds) -> String {
+    let off = walk.steps.iter().filter_map(|step| Some((step.wished? - step.reached?).powi(2)));
+    let rms = (off.sum::<f64>() / walk.wished.max(1) as f64).sqrt();
+    format!("{rms:.1e}")
+}
+
+fn drawn(words: &str, before: &WalkedSpeeds, after: &WalkedSpeeds) -> CurveFigure {
+    let curve = |kind, words: &str, walk: &WalkedSpeeds, wished: bool| {
+        let point = |step: &bipedc::gait::choice::StepSpeed| {
+            Some([
+                step.step as f64,
+                if wished { step.wished? } else { step.reached.filter(|_| step.wished.is_some())? },
+            ])
+        };
+        PlottedCurve { kind, words: words.to_owned(), points: walk.steps.iter().filter_map(point).collect() }
+    };
+    CurveFigure {
+        title: format!("wished speeds with {words}"),
+        robot: "five_link".to_owned(),
+        x: "step".to_owned(),
+        y: "speed at mid-stance (rad/s)".to_owned(),
+        counted: [true, false],
+        curves: vec![
+            curve(CurveKind::Wish, "wished", before, true),
+            curve(CurveKind::Other, "model as described", before, false),
+            curve(CurveKind::Third, "model amended by the walk's log", after, false),
+        ],
+        ..CurveFigure::default()
+    }
+}
