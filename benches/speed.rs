@@ -17,25 +17,27 @@ const LANES: usize = size_of::<F64Native>() / 8;
 #[derive(Biped)]
 #[biped(description = "benches/robots/lower12", functions = [
     "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
-    "center_of_mass_with_jacobian", "centroidal_momentum", "zero_moment_point", "jacobian",
-    "inverse_dynamics_regressor", "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
-    "constrained_dynamics", "impact_map",
+    "center_of_mass_with_jacobian", "center_of_mass_motion", "centroidal_momentum",
+    "centroidal_momentum_with_matrix", "zero_moment_point", "jacobian", "inverse_dynamics_regressor",
+    "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "constrained_dynamics", "impact_map",
 ])]
 pub struct Lower12;
 
 #[derive(Biped)]
 #[biped(description = "benches/robots/rabbit5", functions = [
     "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
-    "center_of_mass_with_jacobian", "centroidal_momentum", "inverse_dynamics_regressor",
-    "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
+    "center_of_mass_with_jacobian", "center_of_mass_motion", "centroidal_momentum",
+    "centroidal_momentum_with_matrix", "inverse_dynamics_regressor", "inverse_dynamics_derivatives",
+    "forward_dynamics_derivatives", "constrained_dynamics", "impact_map_of_right_support",
 ])]
 pub struct Rabbit5;
 
 #[derive(Biped)]
 #[biped(description = "benches/robots/biped7", functions = [
     "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
-    "center_of_mass_with_jacobian", "centroidal_momentum", "inverse_dynamics_regressor",
-    "inverse_dynamics_derivatives", "forward_dynamics_derivatives",
+    "center_of_mass_with_jacobian", "center_of_mass_motion", "centroidal_momentum",
+    "centroidal_momentum_with_matrix", "inverse_dynamics_regressor", "inverse_dynamics_derivatives",
+    "forward_dynamics_derivatives", "constrained_dynamics", "impact_map_of_right_heel",
 ])]
 pub struct Biped7;
 
@@ -80,29 +82,53 @@ macro_rules! common {
         time!($bench, states, wide, "gravity", $module::gravity_into(q));
         time!($bench, states, wide, "aba", $module::forward_dynamics_into(q, v, tau));
         time!($bench, states, wide, "com_jac", $module::center_of_mass_with_jacobian_into(q));
+        time!($bench, states, wide, "com_pva", $module::center_of_mass_motion_into(q, v, a));
         time!($bench, states, wide, "centroidal", $module::centroidal_momentum_into(q, v));
-        time!($bench, states, "regressor", $module::inverse_dynamics_regressor_into(q, v, a));
+        time!($bench, states, wide, "ccrba", $module::centroidal_momentum_with_matrix_into(q, v));
+        time!($bench, states, wide, "regressor", $module::inverse_dynamics_regressor_nonzeros_into(q, v, a));
+        time!($bench, states, "regressor_dense", $module::inverse_dynamics_regressor_into(q, v, a));
         time!($bench, states, "d_rnea", $module::inverse_dynamics_derivatives_into(q, v, a));
         time!($bench, states, "d_aba", $module::forward_dynamics_derivatives_into(q, v, tau));
-        states
+        (states, wide)
     }};
+}
+
+/// One foot on one point; in the plane two of the three rows are there.
+macro_rules! on_a_point {
+    ($name:literal, $module:ident, $model:expr, $dynamics:ident, $impact:ident) => {
+        if let Some(bench) = Bench::new($name) {
+            let (states, wide) = common!(bench, $module, $model);
+            time!(bench, states, wide, "contact3_fd", $module::$dynamics(q, v, tau));
+            time!(bench, states, wide, "contact3_impulse", $module::$impact(q, v));
+        }
+    };
 }
 
 fn lower12_functions() {
     let Some(bench) = Bench::new("lower12") else { return };
-    let states = common!(bench, lower12, Lower12);
+    let (states, wide) = common!(bench, lower12, Lower12);
     time!(bench, states, "zmp", lower12::zero_moment_point_into(q, v, a));
     time!(bench, states, "joint_jac", lower12::jacobian_of_left_sole_into(q));
+    time!(bench, states, wide, "contact3_fd", lower12::constrained_dynamics_of_right_point_into(q, v, tau));
+    time!(bench, states, wide, "contact3_impulse", lower12::impact_map_of_right_point_into(q, v));
     time!(bench, states, "contact6_fd", lower12::constrained_dynamics_of_right_support_into(q, v, tau));
     time!(bench, states, "contact6_impulse", lower12::impact_map_of_right_support_into(q, v));
 }
 
 fn main() {
     lower12_functions();
-    if let Some(bench) = Bench::new("rabbit5") {
-        common!(bench, rabbit5, Rabbit5);
-    }
-    if let Some(bench) = Bench::new("biped7") {
-        common!(bench, biped7, Biped7);
-    }
+    on_a_point!(
+        "rabbit5",
+        rabbit5,
+        Rabbit5,
+        constrained_dynamics_of_right_support_into,
+        impact_map_of_right_support_into
+    );
+    on_a_point!(
+        "biped7",
+        biped7,
+        Biped7,
+        constrained_dynamics_of_right_heel_into,
+        impact_map_of_right_heel_into
+    );
 }
