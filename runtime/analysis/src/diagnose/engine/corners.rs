@@ -138,6 +138,10 @@ fn rubs(effect: &Effect, joint: Option<&str>) -> bool {
     signed && effect.location.joint.as_deref() == joint
 }
 
+fn is_coupling(effect: &Effect) -> bool {
+    matches!(effect.kind.simulation, Simulation::Coupling { .. })
+}
+
 /// The speed whose sign an effect has.
 fn rubbing_speed(experiment: &dyn Experiment, row: usize, effect: &Effect) -> Option<Vec<f64>> {
     let own = velocity_of(experiment, row)?;
@@ -168,18 +172,24 @@ fn crossings(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Cor
 fn reversals(experiment: &dyn Experiment, row: usize, effects: &[Effect], reaches: &[usize]) -> Corners {
     let what = &experiment.rows()[row];
     let joint = what.joint.as_deref().filter(|_| what.channel == Channel::Effort);
-    let mut slow: Vec<bool> = Vec::new();
-    for effect in effects.iter().filter(|effect| joint.is_some() && rubs(effect, joint)) {
-        let width = WIDTHS * effect.value(SMOOTHING);
-        let Some(speed) = rubbing_speed(experiment, row, effect).filter(|_| width > 0.0) else { continue };
-        slow.resize(speed.len(), false);
-        slow.iter_mut().zip(speed).for_each(|(slow, speed)| *slow |= speed.abs() < width);
-    }
-    if slow.is_empty() {
-        return Corners::default();
-    }
     // Friction that turns about jumps, and so does the acceleration, which is known as smooth as the filter made it.
-    enough_beside(&slow, experiment.smeared(), reaches)
+    let beside = |of: fn(&Effect) -> bool, reaches: &[usize]| {
+        let mut slow: Vec<bool> = Vec::new();
+        for effect in effects.iter().filter(|effect| joint.is_some() && rubs(effect, joint) && of(effect)) {
+            let width = WIDTHS * effect.value(SMOOTHING);
+            let Some(speed) = rubbing_speed(experiment, row, effect).filter(|_| width > 0.0) else {
+                continue;
+            };
+            slow.resize(speed.len(), false);
+            slow.iter_mut().zip(speed).for_each(|(slow, speed)| *slow |= speed.abs() < width);
+        }
+        if slow.is_empty() { Corners::default() } else { enough_beside(&slow, experiment.smeared(), reaches) }
+    };
+    let own = beside(|effect| !is_coupling(effect), reaches);
+    // Two joints turn about more often than one: what rings farther away costs less than the samples there.
+    let coupled = beside(is_coupling, &REACHES[2..]);
+    let reach = own.reach.or(coupled.reach);
+    Corners { reach, ..own.beside(coupled.left_out) }
 }
 
 /// Flags, and as many around them as leave enough others: `reaches` times so many samples, the farthest first, else none
