@@ -98,7 +98,16 @@ pub fn function(model: &CompiledModel, names: &Names, f: &Function, limit: usize
     );
     public(model, f, str::to_owned, text);
     packed.documentation(f, text);
-    public(model, entries, |out| format!("{out}[0]").replacen("&mut ", "&mut |k, x| ", 1) + "[k] = x", text);
+    public(
+        model,
+        entries,
+        |out| {
+            let entries = out.replacen("&mut ", "", 1);
+            // A place that is not there would be a fault of the compiler; code on a robot has no branch that panics.
+            format!("&mut |k, x| if let Some(entry) = {entries}[0].get_mut(k) {{ *entry = x }}")
+        },
+        text,
+    );
     packed.sparsity(model, f, text);
     packed.dense(model, f, text);
     program(model, names, entries, limit, text);

@@ -79,9 +79,15 @@ impl Packed {
         text.line("#[inline]");
         Head { visibility: "pub(super) ", name: &name, parameters, result: "" }.open(text);
         text.line(&format!("const POSITIONS: [u16; {count}] = {pattern}.positions();"));
-        text.line("out.as_flattened_mut().fill(R::constant(0.0));");
+        text.line("let out = out.as_flattened_mut();");
+        text.line("out.fill(R::constant(0.0));");
+        text.open("let mut set = |k: usize, x: R| {");
+        text.open("if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {");
+        text.line("*entry = x;");
+        text.close("}");
+        text.close("};");
         let mut passed: Vec<String> = f.program.arguments().map(|a| a.name().to_owned()).collect();
-        passed.push("&mut |k, x| out.as_flattened_mut()[usize::from(POSITIONS[k])] = x".to_owned());
+        passed.push("&mut set".to_owned());
         text.list(&format!("{}_program(", self.entries.name), &passed, ");");
         text.close("}");
         text.line("");

@@ -46,7 +46,9 @@ pub fn inverse_dynamics_regressor_nonzeros<R: Real>(
     a: &SVector<R, NV>,
 ) -> SMatrix<R, 67, 1> {
     let mut out = [[R::constant(0.0); 67]; 1];
-    inverse_dynamics_regressor_nonzeros_program(&q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| out[0][k] = x);
+    inverse_dynamics_regressor_nonzeros_program(
+        &q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x },
+    );
     SMatrix::from_array_storage(ArrayStorage(out))
 }
 
@@ -59,7 +61,8 @@ pub fn inverse_dynamics_regressor_nonzeros_into<R: Real>(
     out: &mut SMatrix<R, 67, 1>,
 ) {
     inverse_dynamics_regressor_nonzeros_program(
-        &q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| out.data.0[0][k] = x,
+        &q.data.0[0], &v.data.0[0], &a.data.0[0],
+        &mut |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
     );
 }
 
@@ -86,10 +89,14 @@ pub(super) fn inverse_dynamics_regressor_program<R: Real>(
     out: &mut [[R; NV]; 70],
 ) {
     const POSITIONS: [u16; 67] = INVERSE_DYNAMICS_REGRESSOR_SPARSITY.positions();
-    out.as_flattened_mut().fill(R::constant(0.0));
-    inverse_dynamics_regressor_nonzeros_program(
-        q, v, a, &mut |k, x| out.as_flattened_mut()[usize::from(POSITIONS[k])] = x,
-    );
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let mut set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    inverse_dynamics_regressor_nonzeros_program(q, v, a, &mut set);
 }
 
 #[inline]

@@ -46,7 +46,9 @@ pub fn ground_wrench_regressor_nonzeros<R: Real>(
     a: &SVector<R, NV>,
 ) -> SMatrix<R, 48, 1> {
     let mut out = [[R::constant(0.0); 48]; 1];
-    ground_wrench_regressor_nonzeros_program(&q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| out[0][k] = x);
+    ground_wrench_regressor_nonzeros_program(
+        &q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x },
+    );
     SMatrix::from_array_storage(ArrayStorage(out))
 }
 
@@ -59,7 +61,8 @@ pub fn ground_wrench_regressor_nonzeros_into<R: Real>(
     out: &mut SMatrix<R, 48, 1>,
 ) {
     ground_wrench_regressor_nonzeros_program(
-        &q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| out.data.0[0][k] = x,
+        &q.data.0[0], &v.data.0[0], &a.data.0[0],
+        &mut |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
     );
 }
 
@@ -80,10 +83,14 @@ pub const GROUND_WRENCH_REGRESSOR_SPARSITY: Sparsity<'static> = Sparsity {
 #[inline]
 pub(super) fn ground_wrench_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; NV], out: &mut [[R; 6]; 50]) {
     const POSITIONS: [u16; 48] = GROUND_WRENCH_REGRESSOR_SPARSITY.positions();
-    out.as_flattened_mut().fill(R::constant(0.0));
-    ground_wrench_regressor_nonzeros_program(
-        q, v, a, &mut |k, x| out.as_flattened_mut()[usize::from(POSITIONS[k])] = x,
-    );
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let mut set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    ground_wrench_regressor_nonzeros_program(q, v, a, &mut set);
 }
 
 #[inline]

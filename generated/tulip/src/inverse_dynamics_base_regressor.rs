@@ -47,7 +47,7 @@ pub fn inverse_dynamics_base_regressor_nonzeros<R: Real>(
 ) -> SMatrix<R, 654, 1> {
     let mut out = [[R::constant(0.0); 654]; 1];
     inverse_dynamics_base_regressor_nonzeros_program(
-        &q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| out[0][k] = x,
+        &q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x },
     );
     SMatrix::from_array_storage(ArrayStorage(out))
 }
@@ -61,7 +61,8 @@ pub fn inverse_dynamics_base_regressor_nonzeros_into<R: Real>(
     out: &mut SMatrix<R, 654, 1>,
 ) {
     inverse_dynamics_base_regressor_nonzeros_program(
-        &q.data.0[0], &v.data.0[0], &a.data.0[0], &mut |k, x| out.data.0[0][k] = x,
+        &q.data.0[0], &v.data.0[0], &a.data.0[0],
+        &mut |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
     );
 }
 
@@ -108,10 +109,14 @@ pub(super) fn inverse_dynamics_base_regressor_program<R: Real>(
     out: &mut [[R; NV]; 94],
 ) {
     const POSITIONS: [u16; 654] = INVERSE_DYNAMICS_BASE_REGRESSOR_SPARSITY.positions();
-    out.as_flattened_mut().fill(R::constant(0.0));
-    inverse_dynamics_base_regressor_nonzeros_program(
-        q, v, a, &mut |k, x| out.as_flattened_mut()[usize::from(POSITIONS[k])] = x,
-    );
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let mut set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    inverse_dynamics_base_regressor_nonzeros_program(q, v, a, &mut set);
 }
 
 #[inline]
