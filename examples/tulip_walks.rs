@@ -19,7 +19,11 @@ acceleration_bias = [0.1, -0.05, 0.1]
 angular_velocity_bias = [0.01, -0.01, 0.005]
 ";
 
-const SLOPE: &str = "[[effect]]\nkind = \"ground_slope\"\nroll = 0.0\npitch = 0.0524\n";
+/// 3°, along x and across.
+const SLOPES: [&str; 2] = [
+    "[[effect]]\nkind = \"ground_slope\"\nroll = 0.0\npitch = 0.0524\n",
+    "[[effect]]\nkind = \"ground_slope\"\nroll = 0.0524\npitch = 0.0\n",
+];
 
 fn main() {
     let trials = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(100);
@@ -70,14 +74,19 @@ fn walks() -> Result<(), Diagnostics> {
     let rows = [
         ("forward, 0.3 m/s", forward, ""),
         ("forward, 0.4 m/s", "forward = 0.4", ""),
+        ("forward, 0.5 m/s", "forward = 0.5", ""),
         ("backward, 0.2 m/s", "forward = -0.2", ""),
         ("to the side, 0.05 m/s", "left = 0.05", ""),
+        ("to the side, 0.1 m/s", "left = 0.1", ""),
         ("on the spot, turning by 0.4 rad/s", "turning = 0.4", ""),
         ("curve, 0.25 m/s and 0.3 rad/s", "forward = 0.25, turning = 0.3", ""),
         ("forward, 1° of play in the ankles", forward, play.as_str()),
         ("forward, 1 kg more than known at the torso", forward, heavy[0].as_str()),
         ("forward, 1 kg more than known, 50 mm ahead", forward, heavy[1].as_str()),
-        ("forward, 3° slope", forward, SLOPE),
+        ("forward, 3° slope along the way", forward, SLOPES[0]),
+        ("backward, 0.2 m/s, 3° slope along the way", "forward = -0.2", SLOPES[0]),
+        ("forward, 3° slope across the way", forward, SLOPES[1]),
+        ("curve, 3° slope", "forward = 0.25, turning = 0.3", SLOPES[0]),
     ];
     println!("| 60 s | true state | measured state |\n|---|---|---|");
     for (words, velocity, more) in rows {

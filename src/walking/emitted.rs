@@ -6,13 +6,21 @@ use bipedc_compiler::emit::{Package, Runtime, type_name};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Files of the crate, with names of the robot to be filled in.
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 11] = [
     ("src/walking.rs", include_str!("emitted/walking.rs.txt")),
     ("examples/replay.rs", include_str!("emitted/replay.rs.txt")),
     ("c/src/lib.rs", include_str!("emitted/c_lib.rs.txt")),
     ("c/include/@CRATE@.h", include_str!("emitted/header.h.txt")),
     ("c/example.c", include_str!("emitted/example.c.txt")),
     ("c/CMakeLists.txt", include_str!("emitted/CMakeLists.txt.txt")),
+    ("ros2_control/CMakeLists.txt", include_str!("emitted/ros2_control/CMakeLists.txt.txt")),
+    ("ros2_control/package.xml", include_str!("emitted/ros2_control/package.xml.txt")),
+    ("ros2_control/plugin.xml", include_str!("emitted/ros2_control/plugin.xml.txt")),
+    (
+        "ros2_control/include/@CRATE@_ros2_control/controller.hpp",
+        include_str!("emitted/ros2_control/controller.hpp.txt"),
+    ),
+    ("ros2_control/src/controller.cpp", include_str!("emitted/ros2_control/controller.cpp.txt")),
 ];
 
 /// Writes the crate: `source` is where the robot comes from, such as `robots/tulip`.
@@ -39,6 +47,8 @@ pub fn controller_crate(legs: &Legs, source: &str, runtime: Runtime) -> Result<P
     for (path, text) in FILES {
         let text = match path.rsplit_once('.') {
             Some((_, "rs")) => format!("{header}\n\n{}", names.fill(text)),
+            // XML begins with its version.
+            Some((_, "xml")) => names.fill(text).replace("@HEADER@", &xml_comment(&header)),
             Some((_, "txt")) => format!("{}\n{}", header.replace("// ", "# "), names.fill(text)),
             _ => format!(
                 "{}\n{}",
@@ -50,6 +60,12 @@ pub fn controller_crate(legs: &Legs, source: &str, runtime: Runtime) -> Result<P
     }
     package.files.insert("c/Cargo.toml".to_owned(), names.fill(&manifest(&header)));
     Ok(package)
+}
+
+fn xml_comment(header: &str) -> String {
+    // Two hyphens end a comment.
+    let line = |line: &str| format!("<!-- {} -->", line.trim_start_matches("// ").replace("--", "with its "));
+    header.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
 fn manifest(header: &str) -> String {

@@ -62,6 +62,33 @@ fn a_push_is_stepped_out() {
     assert!(limited(&pushed) > limited(&unpushed) + 0.005, "{} {}", pushed["walk"], unpushed["walk"]);
 }
 
+/// Away from the foot in the air there is nowhere to step: the step has to last longer, or to end at once. Instants of a step at which TUlip fell before it
+/// could choose the time; likewise pushes back.
+#[test]
+fn pushes_that_need_another_time_are_stepped_out() {
+    let walk = "duration = 7.5\nlog_step = 0.1\n[walking]\nvelocity = [{ time = 0.5, forward = 0.2 }]\n";
+    let pushes = [(5.0, 3.045, 90.0), (5.0, 3.195, 90.0), (5.0, 4.125, 90.0), (5.0, 3.255, 180.0)];
+    for (impulse, time, degrees) in pushes {
+        let direction = f64::to_radians(degrees);
+        let push = format!("[[push]]\ntime = {time}\nimpulse = {impulse}\ndirection = {direction}\n");
+        let found = simulated("timed", &format!("{walk}{push}"));
+        assert_eq!(found["walk"]["fell"], Value::Null, "{push}: {}", found["walk"]);
+    }
+}
+
+/// Ground that falls by 3° where nobody said so, by what sensors tell: gravity seems to pull along it.
+#[test]
+fn an_unknown_slope_is_walked_on() {
+    let told = WALK.replace("[walking]", "[walking]\nstate = \"measured\"").replace("6.0", "12.0");
+    let told = told.replace("time = 4.0", "time = 11.0");
+    for tilt in ["roll = 0.0\npitch = 0.0524", "roll = 0.0524\npitch = 0.0"] {
+        let slope = format!("[[effect]]\nkind = \"ground_slope\"\n{tilt}\n");
+        let found = simulated("slope", &format!("{told}{SENSORS}{slope}"));
+        assert_eq!(found["walk"]["fell"], Value::Null, "{tilt}: {}", found["walk"]);
+        assert!(found["walk"]["distance"].as_f64().unwrap() > 2.4, "{tilt}: {}", found["walk"]);
+    }
+}
+
 /// Which way is north makes no difference.
 #[test]
 fn a_robot_that_looks_elsewhere_walks_there() {

@@ -66,3 +66,75 @@ fn rust_and_c_print_the_same_torques() {
     let of_c = printed(Command::new(&example).arg(&log));
     assert!(of_rust.lines().count() == 3000 && of_rust == of_c);
 }
+
+/// The class for ros2_control: whole, and of types that headers state. Nothing here has ROS.
+#[test]
+fn the_class_for_ros_compiles_against_what_it_needs() {
+    if Command::new("g++").arg("--version").output().is_err() {
+        eprintln!("skipped: there is no g++");
+        return;
+    }
+    let folder = scratch("walking-ros").join("tulip_controller");
+    bipedc(&["generate", "robots/tulip", "--controller", "--out", text(&folder)]).ok();
+    let ros = folder.join("ros2_control");
+    let read = |name: &str| std::fs::read_to_string(ros.join(name)).unwrap();
+    for name in [
+        "CMakeLists.txt",
+        "package.xml",
+        "plugin.xml",
+        "src/controller.cpp",
+        "include/tulip_controller_ros2_control/controller.hpp",
+    ] {
+        let file = read(name);
+        assert!(file.to_lowercase().contains("never run on ros here"), "{name}");
+        let left =
+            ["@CRATE@", "@ROBOT@", "@JOINTS@", "@GUARD@", "@HEADER@", "@C_NAMES@", "@RIGHT@", "@LEFT@"];
+        assert!(left.iter().all(|mark| !file.contains(mark)), "{name}");
+    }
+    for name in ["package.xml", "plugin.xml"] {
+        roxmltree::Document::parse(&read(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+    for values in ["-DOLDER_VALUES", "-DOPTIONAL_VALUES"] {
+        printed(&mut ros_compiler(
+            &folder,
+            &["-fsyntax-only", values, text(&ros.join("src/controller.cpp"))],
+        ));
+    }
+}
+
+fn ros_compiler(made: &Path, more: &[&str]) -> Command {
+    let mut compiler = Command::new("g++");
+    compiler.args(["-std=c++17", "-O2", "-Wall", "-Wextra", "-Werror", "-Itests/walking/ros2_control/stubs"]);
+    for include in ["ros2_control/include", "c/include"] {
+        compiler.arg("-I").arg(made.join(include));
+    }
+    compiler.args(more);
+    compiler
+}
+
+/// Called as a controller manager calls it, it asks for what the library for C asks for.
+#[test]
+#[ignore = "builds crates; needs a C++ compiler"]
+fn the_class_for_ros_asks_for_the_same_torques() {
+    let folder = scratch("walking-ros-called");
+    let [made, scenario, log, called] =
+        ["tulip_controller", "walk.toml", "log.csv", "called"].map(|name| folder.join(name));
+    bipedc(&["generate", "robots/tulip", "--controller", "--out", text(&made)]).ok();
+    let walk = std::fs::read_to_string("robots/tulip/scenarios/walk.toml").unwrap();
+    let walk =
+        walk.replace("duration = 16.0", "duration = 3.0").replace("log_step = 0.005", "log_step = 0.001");
+    std::fs::write(&scenario, walk).unwrap();
+    bipedc(&["simulate", "robots/tulip", "--scenario", text(&scenario), "--out", text(&log)]).ok();
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.current_dir(made.join("c")).env("CARGO_TARGET_DIR", folder.join("target"));
+    printed(cargo.args(["build", "--quiet", "--release"]));
+    let library = folder.join("target/release/libtulip_controller_c.a");
+    let class = made.join("ros2_control/src/controller.cpp");
+    let files = ["tests/walking/ros2_control/called.cpp", text(&class), text(&library)];
+    for values in ["-DOLDER_VALUES", "-DOPTIONAL_VALUES"] {
+        let ends = [values, "-lm", "-lpthread", "-ldl", "-o", text(&called)];
+        printed(&mut ros_compiler(&made, &[&files[..], &ends].concat()));
+        let said = printed(Command::new(&called).arg(&log));
+        assert!(said.starts_with("3000 rows"), "{said}");
+    }
+}

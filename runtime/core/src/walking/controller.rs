@@ -1,6 +1,5 @@
 //! Walks by footsteps, zero moment point and divergent component: a state in, torques out.
-use super::adjustment::adjusted_goal;
-use super::divergent::Point;
+use super::divergent::{DivergentBias, Point};
 use super::gains::Gains;
 use super::ground_forces::{Limits, Shared, StandingFoot, share};
 use super::motion::{Motion, Wish};
@@ -9,7 +8,6 @@ use super::payload_observer::PayloadObserver;
 use super::robot::{BASE, Columns, Leg, MOST_VELOCITIES, Place, Sole, WalkingRobot};
 use super::space::{Vector, about_z, add, along, product, scale, subtract, turn_between, zero};
 use super::steps::{Foothold, Phase, Steps, Velocity, clamp};
-use super::support::Support;
 use super::swing::Moving;
 use crate::control::slices::get;
 use crate::control::{Controller, JointCommand, Observation, Refusal};
@@ -18,6 +16,9 @@ use crate::real::Scalar;
 
 /// Bend of a knee (rad) below which the robot goes down.
 const BENT: f64 = 0.35;
+
+/// A foot that has not found the ground goes down twice as fast after so long, s.
+const LATE: f64 = 0.05;
 
 /// What the controller does just now.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,8 +43,8 @@ pub struct WalkingController<M, R> {
     model: M,
     pub(super) robot: WalkingRobot<R>,
     pub(super) gains: Gains<R>,
-    steps: Option<Steps<R>>,
-    asked: Velocity<R>,
+    pub(super) steps: Option<Steps<R>>,
+    pub(super) asked: Velocity<R>,
     /// x, y, z, yaw of the swinging foot.
     swinging: [Moving<R>; 4],
     /// Of the torso.
@@ -51,7 +52,8 @@ pub struct WalkingController<M, R> {
     /// By how much the centre of mass is lower than it should be, so that no leg is stretched, m.
     lower: R,
     last: Option<R>,
-    walked: Option<Walked<R>>,
+    pub(super) bias: DivergentBias<R>,
+    pub(super) walked: Option<Walked<R>>,
     pub(super) motion: Motion<R>,
     room: Columns<R>,
     torques: [R; MOST_VELOCITIES],
@@ -59,11 +61,11 @@ pub struct WalkingController<M, R> {
     pub(super) observer: Option<PayloadObserver<R>>,
 }
 
-fn two<R: Scalar>(f: impl Fn(usize) -> R) -> Point<R> {
+pub(super) fn two<R: Scalar>(f: impl Fn(usize) -> R) -> Point<R> {
     [f(0), f(1)]
 }
 
-fn mean<R: Scalar>([a, b]: [R; 2]) -> R {
+pub(super) fn mean<R: Scalar>([a, b]: [R; 2]) -> R {
     R::constant(0.5) * (a + b)
 }
 
@@ -90,6 +92,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
             yaw: Moving::resting(o),
             lower: o,
             last: None,
+            bias: DivergentBias::new(),
             walked: None,
             motion: Motion::default(),
             room: [o; 6 * MOST_VELOCITIES],
@@ -144,7 +147,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
                 steps.start(&stride, stands, self.gains.start);
             }
             Phase::Stand => {}
-            Phase::Shift if over => {
+            Phase::Shift if over && self.may_lift(steps, place) => {
                 steps.lift(&stride, &self.asked);
                 let foot = steps.swings();
                 let from = steps.foot(foot);
@@ -157,11 +160,13 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
                 let foot = steps.swings();
                 let [right, left] = &place.soles;
                 let sole = if foot == 0 { right } else { left };
-                let late = steps.time > R::constant(0.6) * steps.duration;
+                let shorter = -(-steps.duration).larger(-steps.usual);
+                let late = steps.time > R::constant(0.6) * shorter;
                 let touches = loads.map(|loads| get(&loads, foot) > self.gains.touch);
                 // Without sensors the plan is believed.
                 if late && touches.unwrap_or(over) {
                     let at = Foothold::of(&sole.pose, steps.goal.yaw);
+                    self.bias.step();
                     steps.land(&stride, at, &self.asked);
                 }
             }
@@ -169,7 +174,13 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
     }
 
     /// Accelerations of soles, torso and height.
-    fn wish(&mut self, steps: &Steps<R>, place: &Place<R>, zmp: Point<R>, step: R) -> Wish<R> {
+    fn wish(
+        &mut self,
+        steps: &Steps<R>,
+        place: &Place<R>,
+        (zmp, beyond): (Point<R>, Point<R>),
+        step: R,
+    ) -> Wish<R> {
         let gains = self.gains;
         let swings = (steps.phase == Phase::Swing).then(|| steps.swings());
         let mut soles = [[zero(); 2]; 2];
@@ -181,7 +192,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
                 sole.velocity.map(|velocity| scale(-gains.brake, velocity))
             };
         }
-        let torso = self.torso(steps, place, step);
+        let torso = add(self.torso(steps, place, step), self.hip(beyond));
         let ground = self.ground(steps, place);
         let [center, velocity] = place.center;
         let missing = ground + gains.height - self.lower - get(&center, 2);
@@ -244,7 +255,10 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
         } else if left > R::constant(0.0) {
             to_z.toward(z, left, step);
         } else {
-            to_z.at_rate(-self.gains.lift / steps.duration, step);
+            // The ground is lower than it should be: faster and faster, within bounds.
+            let late = (steps.time - steps.duration) / R::constant(LATE);
+            let faster = R::constant(1.0) + clamp(late, R::constant(0.0), R::constant(4.0));
+            to_z.at_rate(-self.gains.lift / steps.duration * faster, step);
         }
     }
 }
@@ -267,9 +281,10 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
             _ => None,
         };
         self.follow(&mut steps, &place, loads, step);
-        let zmp = self.balance(&mut steps, &place);
+        let (zmp, beyond) = self.balance(&mut steps, &place, step);
+        self.bias.update(self.divergent(&place), zmp, self.gains.stride.omega, step);
         self.stoop(observed.q, step);
-        let wish = self.wish(&steps, &place, zmp, step);
+        let wish = self.wish(&steps, &place, (zmp, beyond), step);
         self.steps = Some(steps);
         let posture = self.gains.posture;
         let goal = &self.robot.posture;
@@ -310,45 +325,6 @@ impl<M, R: Scalar> WalkingController<M, R> {
         Steps::standing(feet)
     }
 
-    /// Where the zero moment point has to be, that the divergent component comes to where the steps want it.
-    fn balance(&mut self, steps: &mut Steps<R>, place: &Place<R>) -> Point<R> {
-        let stride = &self.gains.stride;
-        let [center, velocity] = place.center;
-        let divergent = two(|i| get(&center, i) + get(&velocity, i) / stride.omega);
-        let legs = self.robot.legs.each_ref();
-        if let Some(goal) = adjusted_goal(steps, stride, self.gains.margin, (legs, place), divergent) {
-            steps.goal = goal;
-        }
-        let end = steps.divergent_at_end(stride, &steps.goal);
-        let wished = steps.divergent_now(stride, end);
-        let reference = steps.reference_zmp();
-        let gain = R::constant(1.0) + self.gains.divergent / stride.omega;
-        let asked = two(|i| get(&reference, i) + gain * (get(&divergent, i) - get(&wished, i)));
-        let standing = legs.iter().zip(&place.soles).enumerate();
-        let standing =
-            standing.filter(|(foot, _)| steps.is_standing(*foot)).map(|(_, (leg, sole))| (*leg, &sole.pose));
-        let support = Support::of(standing, self.gains.margin);
-        let zmp = support.nearest(asked);
-        self.walked = Some(Walked {
-            divergent: [divergent, wished],
-            zero_moment_point: [zmp, reference],
-            limited: zmp != asked,
-            center: two(|i| get(&center, i)),
-            height: get(&center, 2) - self.ground(steps, place),
-            shared: None,
-        });
-        zmp
-    }
-
-    /// Height of the ground below the zero moment point, m.
-    fn ground(&self, steps: &Steps<R>, place: &Place<R>) -> R {
-        let heights = place.soles.each_ref().map(|sole| get(&sole.pose.position, 2));
-        match steps.phase {
-            Phase::Swing => get(&heights, steps.stands),
-            _ => mean(heights),
-        }
-    }
-
     /// Torques that make the ground give what the motion takes.
     fn push(&mut self, steps: &Steps<R>, place: &Place<R>, shares: [R; 2]) -> Shared<R> {
         let joints = self.robot.legs.map(|leg| leg.joints.map(|column| column.saturating_sub(BASE)));
@@ -377,21 +353,5 @@ impl<M, R: Scalar> WalkingController<M, R> {
             (_, Some(left)) => share(&[left], ground, &limits, torques, &mut wrenches),
             _ => Shared::Refused,
         }
-    }
-
-    /// Parts of the load on right and left: where the zero moment point is on the way between them.
-    fn shares(&self, steps: &Steps<R>, place: &Place<R>, zmp: Point<R>) -> [R; 2] {
-        let (zero, one) = (R::constant(0.0), R::constant(1.0));
-        if steps.phase == Phase::Swing {
-            return if steps.stands == 0 { [one, zero] } else { [zero, one] };
-        }
-        let [right, left] = place.soles.each_ref().map(|sole| sole.pose.position);
-        let way = two(|i| get(&left, i) - get(&right, i));
-        let from = two(|i| get(&zmp, i) - get(&right, i));
-        let along = get(&way, 0) * get(&from, 0) + get(&way, 1) * get(&from, 1);
-        let square = get(&way, 0) * get(&way, 0) + get(&way, 1) * get(&way, 1);
-        let part = if square > zero { along / square } else { R::constant(0.5) };
-        let part = clamp(part, zero, one);
-        [one - part, part]
     }
 }

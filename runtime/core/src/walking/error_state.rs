@@ -12,8 +12,10 @@ pub(super) const GYROSCOPE: usize = 9;
 pub(super) const ACCELEROMETER: usize = 12;
 /// Position and attitude of each foot.
 pub(super) const FEET: [usize; 2] = [15, 21];
+/// Horizontal gravity (m/s²) in the world, whose plane is the ground's.
+pub(super) const GRAVITY: usize = 27;
 /// How many there are.
-pub(super) const ERRORS: usize = 27;
+pub(super) const ERRORS: usize = 30;
 
 /// So many standard deviations are believed as they are; what is farther off counts less.
 const BELIEVED: f64 = 3.0;

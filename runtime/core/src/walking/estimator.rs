@@ -3,11 +3,11 @@
 //! An extended Kalman filter on the errors of a state (Bloesch and others, *State estimation for legged robots*, RSS 2012; feet with an attitude: Rotella
 //! and others, IROS 2014): position, velocity and attitude of the inertial unit, biases of both of its sensors, and pose of each sole that stands. The unit is
 //! integrated; feet that stand stay where they are, so that the legs' kinematics measure the unit against them. A foot is anchored where it touches down;
-//! on level ground it comes to lie flat at the ground's height. What nothing tells is the position along the ground and the heading: both drift with the
+//! on a plane it comes to lie flat at its height; the world is upright where that plane is, and gravity may pull along it. What nothing tells is the position along the ground and the heading: both drift with the
 //! way, step by step.
 //!
 //! Each of a foot's measurements counts by its load, less if it disagrees with all others (Huber), and a foot that goes on disagreeing is anchored anew: it slipped.
-use super::error_state::{ACCELEROMETER, ATTITUDE, Errors, FEET, GYROSCOPE, POSITION, VELOCITY};
+use super::error_state::{ACCELEROMETER, ATTITUDE, Errors, FEET, GRAVITY, GYROSCOPE, POSITION, VELOCITY};
 use super::estimator_feet::{Anchor, Seen};
 use super::quaternion::{to_quaternion, turned_by, upright};
 use super::readings::{Believed, Readings};
@@ -26,6 +26,8 @@ const LONGEST_STEP: f64 = 0.1;
 
 /// Biases of more standard deviations than this are none.
 const LARGEST_BIAS: f64 = 5.0;
+/// Slopes of more than this are none.
+const STEEPEST: f64 = 0.3;
 /// So many samples in a row whose time does not advance: the clock was set back.
 const OTHER_CLOCK: u16 = 10;
 
@@ -53,6 +55,8 @@ pub struct Estimator<R> {
     pub(super) quaternion: [R; 4],
     gyroscope: Vector<R>,
     accelerometer: Vector<R>,
+    /// Of gravity along the ground: what a slope makes of it; m/s².
+    along_ground: Vector<R>,
     /// Readings less biases.
     angular: Vector<R>,
     force: Vector<R>,
@@ -80,6 +84,7 @@ impl<R: Scalar> Estimator<R> {
             quaternion: [o, o, o, R::constant(1.0)],
             gyroscope: zero(),
             accelerometer: zero(),
+            along_ground: zero(),
             angular: zero(),
             force: zero(),
             feet: [anchor; 2],
@@ -104,6 +109,11 @@ impl<R: Scalar> Estimator<R> {
     /// Biases of gyroscope (rad/s) and accelerometer (m/s²): measured minus true.
     pub fn biases(&self) -> [Vector<R>; 2] {
         [self.gyroscope, self.accelerometer]
+    }
+
+    /// Gravity along the ground (m/s²), as far as it can be told from a bias of the accelerometer: their sum is what matters, and turning tells them apart.
+    pub fn along_ground(&self) -> Vector<R> {
+        self.along_ground
     }
 
     /// Standard deviations: of the position (m), the velocity (m/s), the attitude (rad) about axes of the world.
@@ -200,6 +210,9 @@ impl<R: Scalar> Estimator<R> {
         let [turning, accelerating] = self.settings.bias.map(|x| [x * x; 3]);
         self.errors.forget(GYROSCOPE, turning);
         self.errors.forget(ACCELEROMETER, accelerating);
+        let [slope, _] = self.settings.slope.map(|x| x * self.settings.gravity);
+        self.errors.forget(GRAVITY, [slope * slope, slope * slope, R::constant(0.0)]);
+        self.along_ground = zero();
         self.feet.iter_mut().for_each(|foot| foot.standing = false);
     }
 
@@ -224,7 +237,8 @@ impl<R: Scalar> Estimator<R> {
         };
         self.quaternion = turned_by(self.quaternion, turned(turn, scale(step, mean)));
         let next = of_quaternion(self.quaternion);
-        let rest = [R::constant(0.0), R::constant(0.0), self.settings.gravity];
+        let level = [R::constant(0.0), R::constant(0.0), self.settings.gravity];
+        let rest = subtract(level, self.along_ground);
         let force = believed
             .specific_force
             .map_or_else(|| turned_back(next, rest), |reading| subtract(reading, self.accelerometer));
@@ -239,7 +253,8 @@ impl<R: Scalar> Estimator<R> {
         let minus = next.map(|row| scale(-step, row));
         self.errors.mix(POSITION, true, &[(VELOCITY, diagonal(step))]);
         let lever = cross_matrix(scale(-step, felt));
-        self.errors.mix(VELOCITY, true, &[(ATTITUDE, lever), (ACCELEROMETER, minus)]);
+        let parts = [(ATTITUDE, lever), (ACCELEROMETER, minus), (GRAVITY, diagonal(step))];
+        self.errors.mix(VELOCITY, true, &parts);
         self.errors.mix(ATTITUDE, true, &[(GYROSCOPE, minus)]);
         // Without a sensor anything that a robot does is possible.
         let [turning, accelerating] = self.settings.noise;
@@ -250,6 +265,9 @@ impl<R: Scalar> Estimator<R> {
         let [turning, accelerating] = self.settings.bias_walk;
         self.errors.grow(GYROSCOPE, [turning * turning * step; 3]);
         self.errors.grow(ACCELEROMETER, [accelerating * accelerating * step; 3]);
+        let [_, changing] = self.settings.slope.map(|x| x * self.settings.gravity);
+        let changing = changing * changing * step;
+        self.errors.grow(GRAVITY, [changing, changing, R::constant(0.0)]);
     }
 
     /// Corrects the state by the errors that are known now.
@@ -262,13 +280,15 @@ impl<R: Scalar> Estimator<R> {
         let [turning, accelerating] = self.settings.bias.map(|x| R::constant(LARGEST_BIAS) * x);
         self.gyroscope = within(turning, add(self.gyroscope, of(GYROSCOPE)));
         self.accelerometer = within(accelerating, add(self.accelerometer, of(ACCELEROMETER)));
+        let steepest = R::constant(STEEPEST) * self.settings.gravity;
+        self.along_ground = within(steepest, add(self.along_ground, of(GRAVITY)));
         for (anchor, first) in self.feet.iter_mut().zip(FEET) {
             anchor.position = add(anchor.position, of(first));
             let turn = turned_by(to_quaternion(anchor.turn), of(first + 3));
             anchor.turn = of_quaternion(turn);
         }
         let numbers = self.position.iter().chain(&self.velocity).chain(&self.quaternion);
-        let numbers = numbers.chain(&self.gyroscope).chain(&self.accelerometer);
+        let numbers = numbers.chain(&self.gyroscope).chain(&self.accelerometer).chain(&self.along_ground);
         let feet = self.feet.iter().flat_map(|foot| foot.turn.iter().flatten().chain(&foot.position));
         let bounded = |x: &R| x.abs() < R::constant(1e9);
         if !(numbers.chain(feet).all(bounded) && self.errors.is_finite()) {

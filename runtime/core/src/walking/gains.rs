@@ -22,6 +22,8 @@ pub struct Gains<R> {
     pub swing: R,
     /// See [`Self::torso`].
     pub posture: R,
+    /// Angular acceleration with which the torso takes what the zero moment point cannot: rad/s² per m that it should go beyond the soles, and at most.
+    pub hip: [R; 2],
     /// With which soles that stand but move are braked, 1/s.
     pub brake: R,
     /// From standing to the first step, s.

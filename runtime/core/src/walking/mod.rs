@@ -1,5 +1,6 @@
 //! Walking on flat feet: what a robot does with its legs while one or both stand (thesis 6.3).
 mod adjustment;
+mod balance;
 mod carrying;
 mod controller;
 pub mod divergent;

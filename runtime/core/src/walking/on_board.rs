@@ -61,7 +61,7 @@ pub struct OnBoardWalker<M, R> {
 }
 
 impl<M: Model<R>, R: Scalar> OnBoardWalker<M, R> {
-    /// Of a robot that stands still on level ground when it is first asked; the world's origin is below the middle of its soles then.
+    /// Of a robot that stands still on flat ground when it is first asked, which may slope; the world's plane is the ground's, its origin below the middle of its soles then.
     pub fn new(model: M, robot: WalkingRobot<R>, gains: Gains<R>, settings: Settings<R>) -> Self {
         let estimator = Estimator::new(settings, None);
         Self { estimator, controller: WalkingController::new(model, robot, gains) }

@@ -55,6 +55,8 @@ pub struct Settings<R> {
     pub foot: [R; 2],
     /// Level ground: how far a foot at rest is from its height (m) and from lying flat (rad); infinite: nothing is known of it.
     pub ground: [R; 2],
+    /// Tangent of the ground's slope that is expected, and how it changes, per √s. The world's plane is that of the ground.
+    pub slope: [R; 2],
     /// Loads (N) below which a foot is lifted, from which on it stands, from which on it counts fully.
     pub loads: [R; 3],
     /// Fastest motion of a joint, rad/s.
@@ -79,6 +81,7 @@ impl<R: Scalar> Settings<R> {
             leg: [x(5e-4), x(1e-3)],
             foot: [x(2e-4), x(5e-4)],
             ground: [x(2e-3), x(5e-3)],
+            slope: [x(0.05), x(2e-3)],
             loads: [x(0.05) * weight, x(0.1) * weight, x(0.4) * weight],
             joint_speed: x(30.0),
             ranges: [x(50.0), x(500.0)],

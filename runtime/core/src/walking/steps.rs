@@ -119,6 +119,18 @@ pub struct Stride<R> {
     pub largest_turn: R,
     /// By how much the velocity changes from step to step, m/s and rad/s.
     pub change: R,
+    /// What a changed duration costs against a changed place, both as parts of duration and width, squared.
+    pub punctual: R,
+    /// What is missing of the divergent component at the end of a step costs, as a part of the width.
+    pub strict: R,
+    /// Time within which a foot in the air can come down, s.
+    pub soonest: R,
+    /// Longest time that both feet stand on until the next step can end well, s.
+    pub patience: R,
+    /// How fast a foot in the air goes to another place, m/s.
+    pub speed: R,
+    /// How fast its goal may move, per time squared that is left until it comes down, m/s³: what moves late takes large accelerations.
+    pub agility: R,
     /// √(g/z), 1/s
     pub omega: R,
 }
@@ -134,6 +146,8 @@ pub struct Steps<R> {
     pub time: R,
     /// Of the phase, s.
     pub duration: R,
+    /// Of the phase if nothing disturbs, s.
+    pub usual: R,
     /// Where the feet stand; that of the swinging one where it left the ground.
     pub feet: [Foothold<R>; 2],
     /// Where the swinging foot goes if nothing disturbs.
@@ -170,6 +184,7 @@ impl<R: Scalar> Steps<R> {
             stands: 0,
             time: zero,
             duration: zero,
+            usual: zero,
             feet,
             nominal: goal,
             goal,
@@ -251,7 +266,7 @@ impl<R: Scalar> Steps<R> {
     }
 
     fn begin(&mut self, phase: Phase, duration: R, from: Point<R>) {
-        (self.phase, self.duration, self.from) = (phase, duration, from);
+        (self.phase, self.duration, self.usual, self.from) = (phase, duration, duration, from);
         self.time = R::constant(0.0);
     }
 
