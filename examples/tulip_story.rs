@@ -89,7 +89,8 @@ fn walked(folder: &Path, model: &str, hidden: &str) -> Result<FootstepSummary, D
 
 fn words(walk: &FootstepSummary) -> String {
     let end = walk.fell.map_or(String::new(), |time| format!(", falls at {time:.2} s"));
-    format!("{} steps, {:.2} m{end}", walk.steps, walk.distance)
+    let off = 1e3 * walk.divergent_error;
+    format!("{} steps, {:.2} m, ξ up to {off:.0} mm off{end}", walk.steps, walk.distance)
 }
 
 /// Logs slow walks of the changed robot, finds what the model lacks, writes it into the copy.

@@ -30,14 +30,14 @@ fn simulated(name: &str, scenario: &str) -> Value {
     run.ok().json()
 }
 
-/// Six steps or more on its feet, near to where its speed says.
+/// Six steps or more on its feet, within a fifth of where 3.7 s of 0.3 m/s lead.
 fn walks(name: &str, scenario: &str) {
     let found = simulated(name, scenario);
     let walk = &found["walk"];
     assert_eq!(walk["fell"], Value::Null, "{name}: {walk}");
     assert!(walk["steps"].as_u64().unwrap() >= 6, "{name}: {walk}");
     let distance = walk["distance"].as_f64().unwrap();
-    assert!((0.6..1.1).contains(&distance), "{name}: {walk}");
+    assert!((distance / 1.11 - 1.0).abs() < 0.2, "{name}: {walk}");
 }
 
 #[test]
@@ -102,12 +102,11 @@ fn a_robot_that_looks_elsewhere_walks_there() {
     assert!((distance(&there) - distance(&here)).abs() < 0.02, "{there} {here}");
 }
 
-/// Dry friction that nobody told the controller of throws it; told of it, it walks.
+/// Dry friction that nobody told the controller of drives it off its way and to the edge of its soles; told of it, it walks as without.
 #[test]
-fn what_the_model_lacks_throws_the_robot_and_what_it_knows_does_not() {
+fn what_the_model_lacks_disturbs_the_robot_and_what_it_knows_does_not() {
     let hidden = "[[effect]]\nkind = \"coulomb_friction\"\njoint = \"left_knee_pitch\"\ntorque = 3.0\n";
-    let fallen = simulated("friction", &format!("{WALK}{hidden}"));
-    assert!(fallen["walk"]["fell"].as_f64().is_some(), "{}", fallen["walk"]);
+    let untold = simulated("friction", &format!("{WALK}{hidden}"));
     let folder = scratch("walks-amended");
     for name in ["robot.urdf", "biped.toml", "walking.toml"] {
         std::fs::copy(format!("robots/tulip/{name}"), folder.join(name)).unwrap();
@@ -115,7 +114,14 @@ fn what_the_model_lacks_throws_the_robot_and_what_it_knows_does_not() {
     let set = ["--effect", "coulomb_friction", "--joint", "left_knee_pitch", "--set", "torque=3.0"];
     bipedc(&[&["amend", text(&folder)][..], &set].concat()).ok();
     let told = WALK.replace("[walking]", &format!("[walking]\nmodel = \"{}\"", text(&folder)));
-    walks("told", &format!("{told}{hidden}"));
+    let told = format!("{told}{hidden}");
+    walks("told", &told);
+    let told = simulated("told", &told);
+    let of = |found: &Value, name: &str| found["walk"][name].as_f64().unwrap();
+    let [off, known] = [&untold, &told].map(|found| of(found, "divergent_error"));
+    assert!(off > 0.1 && known < 0.6 * off, "{off} {known}");
+    let [limited, known] = [&untold, &told].map(|found| of(found, "limited"));
+    assert!(limited > 0.1 && known < 0.01, "{limited} {known}");
 }
 
 fn refused(scenario: &str, words: &str) {
