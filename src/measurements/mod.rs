@@ -180,8 +180,7 @@ impl Measured {
             (None, Content::Postures | Content::Impacts) => Ok(0.0),
             (None, Content::Efforts) => {
                 let (torques, layout) = (&mut self.torques, &self.layout);
-                let comparison = compare_file(torques, layout, log, options)?;
-                Ok(comparison.quietest_cutoff())
+                Ok(compare_file(torques, layout, log, options)?.cutoff_hz)
             }
         }
     }
