@@ -1,6 +1,7 @@
 //! The logs that teach and judge at one cut-off, and a second look at a higher one.
 use super::Options;
-use crate::measurements::{Content, Loaded, Log, Measured};
+use super::judged::geometric_mean;
+use crate::measurements::{Loaded, Log, Measured};
 use crate::progress::Progress;
 use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors};
 use bipedc_analysis::experiments::Experiment;
@@ -12,6 +13,10 @@ use std::path::Path;
 
 /// Higher cut-offs at which a second look is taken.
 const SECOND_LOOKS: usize = 2;
+/// Part of the error that a slower filter must leave for a second look behind it.
+const QUIETER: f64 = 0.8;
+/// An answer that is better behind one filter may be so much worse behind another.
+const ALIKE: f64 = 1.01;
 
 /// Two logs, and what is asked of them.
 pub(super) struct Request<'a> {
@@ -67,35 +72,58 @@ pub(super) fn filtered<'m>(
     Ok(Filtered { reading, train, judge })
 }
 
-/// Where something is left that nothing explains, the same search at a higher cut-off, if that explains it: what friction does within
-/// a few degrees of a reversal is over before a slow filter shows it.
+/// An answer, and the logs at the cut-off behind which it was found.
+type Found<'m> = (Filtered<'m>, Diagnosis);
+
+/// A search of the same at another cut-off, if its answer is the better one: a slower one, where with all that was found much less is
+/// left behind it, because encoders are coarse; faster ones, where something is left that nothing explains, because what friction does
+/// within a few degrees of a reversal is over before a slow filter shows it. `quietest` is the cut-off (Hz) behind which least is left, and how much.
 pub(super) fn second_look<'m>(
     measured: &'m Measured,
     request: &Request<'_>,
-    (slow, first): (&Filtered<'m>, &Diagnosis),
+    (first, answer): (&Filtered<'m>, &Diagnosis),
+    quietest: Option<(f64, f64)>,
     work: Work<'_>,
-) -> Option<(Filtered<'m>, Diagnosis)> {
-    let efforts = measured.content(&request.log) == Content::Efforts;
-    if request.options.reading.cutoff_hz.is_some() || !efforts || !first.unexplained {
-        return None;
-    }
-    let error = |answer: &Diagnosis, logs: &Filtered<'_>| {
-        let effects: Vec<Effect> = answer.estimated().cloned().collect();
-        let rows = errors(&*logs.train.experiment, logs.judging(), &effects).rows;
-        let told = |row: &String| {
-            rows.get(row).map_or(f64::INFINITY, |fall| fall.after_moving.unwrap_or(fall.after))
-        };
-        first.suspects.iter().map(told).fold(0.0, f64::hypot)
-    };
-    let look = |higher: f64| {
+) -> Option<Found<'m>> {
+    let look = |cutoff: f64| -> Option<Found<'m>> {
         // A cut-off beyond half the sampling rate is not one.
-        let fast = filtered(measured, request, higher).ok()?;
-        let second = work(&*fast.train.experiment, fast.judging(), &request.search);
-        let better = |logs: &Filtered<'_>| error(&second, logs) < error(first, logs);
-        (!second.unexplained && better(slow) && better(&fast)).then_some((fast, second))
+        let other = filtered(measured, request, cutoff).ok()?;
+        let second = work(&*other.train.experiment, other.judging(), &request.search);
+        Some((other, second))
     };
-    let higher = measure::CANDIDATES.into_iter().filter(|cutoff| *cutoff > slow.train.cutoff_hz);
-    higher.take(SECOND_LOOKS).find_map(look)
+    let here = first.train.cutoff_hz;
+    let slower = quietest.filter(|(cutoff, error)| *cutoff < here && *error < QUIETER * left(first, answer));
+    let better = |(other, second): &Found<'_>| {
+        (!second.unexplained || answer.unexplained)
+            && left(other, second) < left(other, answer)
+            && left(first, second) <= ALIKE * left(first, answer)
+    };
+    if let Some(found) = slower.and_then(|(cutoff, _)| look(cutoff)).filter(better) {
+        return Some(found);
+    }
+    let explains = |(other, second): &Found<'_>| {
+        let fewer = |logs: &Filtered<'_>| {
+            left_in(logs, second, &answer.suspects) < left_in(logs, answer, &answer.suspects)
+        };
+        !second.unexplained && fewer(first) && fewer(other)
+    };
+    let faster = measure::CANDIDATES.into_iter().filter(|cutoff| answer.unexplained && *cutoff > here);
+    faster.take(SECOND_LOOKS).find_map(|cutoff| look(cutoff).filter(explains))
+}
+
+/// What is left of all torques of the log that judges.
+fn left(logs: &Filtered<'_>, answer: &Diagnosis) -> f64 {
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    geometric_mean(logs.judging().unwrap_or(&*logs.train.experiment), &effects)
+}
+
+/// What is left in some rows together, where joints do not stick.
+fn left_in(logs: &Filtered<'_>, answer: &Diagnosis, rows: &[String]) -> f64 {
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let falls = errors(&*logs.train.experiment, logs.judging(), &effects).rows;
+    let told =
+        |row: &String| falls.get(row).map_or(f64::INFINITY, |fall| fall.after_moving.unwrap_or(fall.after));
+    rows.iter().map(told).fold(0.0, f64::hypot)
 }
 
 /// The same with the rows of some channels only.

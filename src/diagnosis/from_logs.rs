@@ -1,6 +1,6 @@
 //! From logs to a diagnosis: reading, searching, and the errors in the form that comparisons use.
 use super::filtered::{Filtered, Request, Work, filtered, second_look};
-use super::judged::{best_filter, of_all_samples};
+use super::judged::{best_filter, of_all_samples, quietest};
 use super::stated::state;
 use super::{Diagnosed, Options};
 use crate::measurements::currents::{self, Prepared};
@@ -115,8 +115,10 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     let mut logs = filtered(&measured, request, cutoff)?;
     let warnings = checked(&measured, request, &logs.reading, (&logs.train, logs.judge.as_ref()))?;
     let mut answer = work(&*logs.train.experiment, logs.judging(), &request.search);
-    if let Some((faster, better)) = second_look(&measured, request, (&logs, &answer), work) {
-        (cutoff, logs, answer) = (faster.train.cutoff_hz, faster, better);
+    let mut best = quietest(&measured, request, &logs.reading, &answer);
+    if let Some((other, better)) = second_look(&measured, request, (&logs, &answer), best, work) {
+        (cutoff, logs, answer) = (other.train.cutoff_hz, other, better);
+        best = quietest(&measured, request, &logs.reading, &answer);
     }
     let Filtered { reading, train, judge } = &logs;
     answer.training = train.source.clone();
@@ -125,7 +127,7 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
     let compared = match options.reading.cutoff_hz {
-        None => best_filter(&measured, request, reading, &mut answer)?,
+        None => best_filter(&measured, request, reading, &mut answer, best)?,
         Some(_) => of_all_samples(&measured, request, reading, &mut answer)?,
     };
     if !compared {

@@ -9,33 +9,15 @@ use bipedc_effects::diagnostic::Diagnostics;
 use bipedc_effects::effect::Effect;
 
 /// Errors at the cut-off that fits the judging log best once everything is in: the one that a comparison of that log with the
-/// amended model chooses, so that both state the same. False if it is the one of the search.
+/// amended model chooses, so that both state the same ([`quietest`]). False if it is the one of the search.
 pub(super) fn best_filter(
     measured: &Measured,
     request: &Request<'_>,
     reading: &measure::Options,
     answer: &mut Diagnosis,
+    quietest: Option<(f64, f64)>,
 ) -> Result<bool, Diagnostics> {
-    let efforts = measured.content(&request.log) == Content::Efforts;
-    if !efforts || !request.options.channels.is_empty() {
-        return Ok(false);
-    }
-    let effects: Vec<Effect> = answer.estimated().cloned().collect();
-    let (log, mut whole) = match &request.validate {
-        Some(log) => (log, measure::Options { from_s: None, to_s: None, ..reading.clone() }),
-        None => (&request.log, reading.clone()),
-    };
-    let mut best: Option<(f64, f64)> = None;
-    for cutoff in measure::CANDIDATES {
-        whole.cutoff_hz = Some(cutoff);
-        // A cut-off beyond half the sampling rate is not one.
-        let Ok(loaded) = measured.load(log, &whole, None) else { continue };
-        let error = geometric_mean(&*loaded.experiment, &effects);
-        if best.is_none_or(|(_, least)| error < least) {
-            best = Some((cutoff, error));
-        }
-    }
-    let cutoff = best.map_or(answer.cutoff_hz, |(cutoff, _)| cutoff);
+    let Some((cutoff, _)) = quietest else { return Ok(false) };
     if cutoff != answer.cutoff_hz {
         answer.judged_at_hz = Some(cutoff);
         return as_compared(measured, request, reading, answer);
@@ -43,8 +25,34 @@ pub(super) fn best_filter(
     of_all_samples(measured, request, reading, answer)
 }
 
+/// The cut-off (Hz) at which the judging log fits best with all that was found, and the error there; `None` where that is given, or not
+/// all torques count.
+pub(super) fn quietest(
+    measured: &Measured,
+    request: &Request<'_>,
+    reading: &measure::Options,
+    answer: &Diagnosis,
+) -> Option<(f64, f64)> {
+    let efforts = measured.content(&request.log) == Content::Efforts;
+    if !efforts || request.options.reading.cutoff_hz.is_some() || !request.options.channels.is_empty() {
+        return None;
+    }
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let (log, whole) = match &request.validate {
+        Some(log) => (log, measure::Options { from_s: None, to_s: None, ..reading.clone() }),
+        None => (&request.log, reading.clone()),
+    };
+    let at = |cutoff: f64| {
+        let reading = measure::Options { cutoff_hz: Some(cutoff), ..whole.clone() };
+        // A cut-off beyond half the sampling rate is not one.
+        let loaded = measured.load(log, &reading, None).ok()?;
+        Some((cutoff, geometric_mean(&*loaded.experiment, &effects)))
+    };
+    measure::CANDIDATES.into_iter().filter_map(at).min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 /// Geometric mean of the errors of all torques, all samples.
-fn geometric_mean(experiment: &dyn Experiment, effects: &[Effect]) -> f64 {
+pub(super) fn geometric_mean(experiment: &dyn Experiment, effects: &[Effect]) -> f64 {
     // Judged by itself a log shows all of its samples.
     let rows = errors(experiment, Some(experiment), effects).rows;
     let torques = experiment.rows().iter().filter(|row| row.channel == Channel::Effort);

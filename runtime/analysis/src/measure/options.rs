@@ -3,6 +3,9 @@
 /// Cut-offs that are tried if none is given, Hz. Slow ones are for slow motions and coarse encoders, whose accelerations are noise above.
 pub const CANDIDATES: [f64; 8] = [4.0, 6.3, 10.0, 16.0, 25.0, 40.0, 60.0, 90.0];
 
+/// Those at which a diagnosis begins, Hz: a slower filter takes motion away, which looks like rotors and gains until more is known.
+pub const FIRST: [f64; 6] = [10.0, 16.0, 25.0, 40.0, 60.0, 90.0];
+
 /// Where velocities come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VelocitySource {

@@ -9,7 +9,7 @@ use super::regression::{Regression, is_held_out};
 use super::search::{Outcome, consider, search};
 use super::significance::{Insignificant, insignificant, is_vague, says_no_more, uncertain};
 use super::text;
-use super::unexplained::unexplained;
+use super::unexplained::{unexplained, untaught};
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
 use crate::experiments::Experiment;
 use crate::robot::link_inertias::CadError;
@@ -285,6 +285,9 @@ impl Conclusion<'_> {
         }
         diagnosis.indistinguishable = self.alternatives(&diagnosis.effects, &order);
         let (final_train, final_judge) = (Amended::new(train, &all), Amended::new(judge, &all));
+        if validation.is_some() {
+            diagnosis.warnings.extend(untaught(&final_train, &final_judge, &self.regression.resolutions));
+        }
         diagnosis.unexplained_parts =
             unexplained(&final_train, &final_judge, &counts, (effects, &self.regression.resolutions));
         diagnosis.unexplained = !diagnosis.unexplained_parts.is_empty();
