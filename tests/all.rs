@@ -54,6 +54,7 @@ mod motor_side;
 #[path = "../src/terminal/next.rs"]
 #[allow(dead_code, unreachable_pub)]
 mod next;
+mod one_joint;
 #[path = "phases/main.rs"]
 mod phases;
 mod readme;

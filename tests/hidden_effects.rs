@@ -96,6 +96,18 @@ fn our_formulas_agree_with_the_examples() {
 /// What the command says about a case, and what was hidden.
 fn diagnosed(name: &str) -> (serde_json::Value, Truth) {
     let (truth, folder) = made(name, "diagnosed");
+    (asked(name, &folder), truth)
+}
+
+/// The same of the case that another seed draws.
+fn diagnosed_of_seed(name: &str, seed: u64) -> (serde_json::Value, Truth) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects/seeds").join(name);
+    let plan = Plan { seed: format!("{name} {seed}"), ..plan(name) };
+    let truth = generate(&plan, &root(), &folder).unwrap();
+    (asked(name, &folder), truth)
+}
+
+fn asked(name: &str, folder: &Path) -> serde_json::Value {
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_bipedc"))
         .args(["diagnose", "--json"])
         .args([plan(name).folder(&root()), folder.join("train.csv")])
@@ -104,7 +116,7 @@ fn diagnosed(name: &str) -> (serde_json::Value, Truth) {
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    (serde_json::from_slice(&output.stdout).unwrap(), truth)
+    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 /// The one effect that was found is of this kind, and its parameter within 15 %.
@@ -135,6 +147,29 @@ fn a_spinning_foot_is_found_from_flat_impacts() {
     is_found(&answer, &truth, "spin_friction", "radius");
     let after = answer["rms_after"].as_f64().unwrap();
     assert!(after < 1.1 * truth.oracle && truth.oracle < 0.2 * truth.nominal, "{after} {truth:?}");
+}
+
+/// The first look is behind 16 Hz, where the rise of friction towards rest is over before it shows: dry friction, and something left. Behind
+/// 25 Hz it is seen.
+#[test]
+#[ignore = "takes long"]
+fn a_faster_filter_has_a_second_look() {
+    let (answer, truth) = diagnosed_of_seed("stribeck_friction-1", 60101);
+    is_found(&answer, &truth, "stribeck_friction", "static");
+    assert!(answer["cutoff_hz"].as_f64().unwrap() > 16.0, "{}", answer["cutoff_hz"]);
+    assert_eq!(answer["unexplained"], false);
+}
+
+/// Encoders of this arm are so coarse that behind 10 Hz noise of accelerations is fourteen times that of the torque.
+#[test]
+#[ignore = "takes long"]
+fn a_slower_filter_has_a_second_look() {
+    let (answer, truth) = diagnosed_of_seed("arm_stribeck_friction-1", 60101);
+    is_found(&answer, &truth, "stribeck_friction", "coulomb");
+    assert!(answer["cutoff_hz"].as_f64().unwrap() < 10.0, "{}", answer["cutoff_hz"]);
+    let row = &answer["rows"]["turn"];
+    let [after, noise] = ["after_moving", "noise"].map(|key| row[key].as_f64().unwrap());
+    assert!(after < 4.0 * noise, "{after} N m, noise {noise} N m");
 }
 
 /// All samples with the smoothed sign gave friction 1 % large and an inertia that is not there, outside its interval.

@@ -38,6 +38,15 @@ fn after(part: &Part, row: &str) -> f64 {
     part.answer["rows"][row]["after"].as_f64().unwrap()
 }
 
+/// The rows that a page states are what a comparison with the amended robot measures on the log that judged.
+fn stated_is_measured(part: &Part) {
+    for row in &part.measured {
+        let (stated, measured) = (after(part, &row.name), row.errors[1]);
+        assert!((stated - measured).abs() <= 1e-3 * measured, "{}: {stated} {measured}", row.name);
+    }
+    assert!(!part.measured.is_empty());
+}
+
 fn warned(part: &Part) -> bool {
     let warnings = part.answer["warnings"].as_array().unwrap();
     warnings.iter().any(|w| w.as_str().unwrap().contains("free swings"))
@@ -53,6 +62,7 @@ fn the_wrist_of_an_arm_is_coupled() {
         pair.sort_unstable();
         assert_eq!(pair, ["joint_5", "joint_6"]);
         assert!(after(&part, "joint_5") <= 1.55 && after(&part, "joint_6") <= 0.95);
+        stated_is_measured(&part);
     }
 }
 
@@ -88,6 +98,7 @@ fn friction_of_a_servo_depends_on_its_load_and_has_no_stribeck_part() {
         assert!(low > 0.0, "the coefficient may be zero: {friction}");
         // Without it and the rest 0.0720 N m.
         assert!(after(&part, "joint") < 0.035, "{}", part.answer["rms"]);
+        stated_is_measured(&part);
     }
 }
 

@@ -37,5 +37,6 @@ pub fn run(data: &Path, folder: &Path, program: &Program) -> Result<Vec<Part>, F
     let mapping = file.to_string_lossy();
     let options = ["--mapping", &mapping, "--cutoff", "3", "--most", "4", "--channels", "base_force"];
     let (command, answer) = program.diagnose(&named, &options)?;
-    Ok(vec![Part { title: "iCub, walking", words: WORDS.to_owned(), command, answer }])
+    let measured = program.measure(&named, &options, &answer)?;
+    Ok(vec![Part { title: "iCub, walking", words: WORDS.to_owned(), command, answer, measured }])
 }

@@ -17,7 +17,7 @@ pub fn part(part: &Part) -> String {
     let mut out = format!("## {}\n\n{}\n\n```\n{}\n```\n\n", part.title, part.words.trim(), part.command);
     let answer = &part.answer;
     effects(&mut out, answer);
-    errors(&mut out, answer);
+    errors(&mut out, part);
     let list = |key: &str| answer[key].as_array().cloned().unwrap_or_default();
     for group in list("indistinguishable") {
         let names: Vec<String> = group.as_array().into_iter().flatten().map(name).collect();
@@ -77,12 +77,21 @@ fn effects(out: &mut String, answer: &Value) {
     out.push('\n');
 }
 
-fn errors(out: &mut String, answer: &Value) {
-    out.push_str("| held-out rms | before | after | unit |\n|---|---|---|---|\n");
-    for (row, fall) in answer["rows"].as_object().into_iter().flatten() {
+/// Errors as the answer states them, and as the amended robot has them.
+fn errors(out: &mut String, part: &Part) {
+    out.push_str("| rms | held out: before | after | `compare`: before | after `amend` | unit |\n|---|---|---|---|---|---|\n");
+    for (row, fall) in part.answer["rows"].as_object().into_iter().flatten() {
         let number = |key: &str| fall[key].as_f64().unwrap_or(f64::NAN);
         let unit = fall["unit"].as_str().unwrap_or_default();
-        let _ = writeln!(out, "| {row} | {:.3} | {:.3} | {unit} |", number("before"), number("after"));
+        let measured = part.measured.iter().find(|measured| measured.name == *row);
+        let measured =
+            measured.map_or("| ".to_owned(), |r| format!("{:.3} | {:.3}", r.errors[0], r.errors[1]));
+        let _ = writeln!(
+            out,
+            "| {row} | {:.3} | {:.3} | {measured} | {unit} |",
+            number("before"),
+            number("after")
+        );
     }
     out.push('\n');
 }

@@ -31,8 +31,10 @@ pub fn run(data: &Path, folder: &Path, program: &Program) -> Result<Vec<Part>, F
     ] {
         let name = format!("si_{run}.csv");
         let log = data.join(&name);
-        let (command, answer) = program.diagnose(&[(&*pendulum, "acrobot"), (&*log, &*name)], &options)?;
-        parts.push(Part { title, words: words.to_owned(), command, answer });
+        let named = [(&*pendulum, "acrobot"), (&*log, &*name)];
+        let (command, answer) = program.diagnose(&named, &options)?;
+        let measured = program.measure(&named, &options, &answer)?;
+        parts.push(Part { title, words: words.to_owned(), command, answer, measured });
     }
     Ok(parts)
 }

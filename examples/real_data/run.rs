@@ -67,6 +67,16 @@ pub struct Part {
     pub command: String,
     /// What `bipedc diagnose --json` says.
     pub answer: Value,
+    /// What `bipedc compare` measures before and after `bipedc amend --from`, on the log that judges, whole.
+    pub measured: Vec<Row>,
+}
+
+/// A row of `bipedc compare`.
+pub struct Row {
+    /// Its name, as in the answer's `rows`.
+    pub name: String,
+    /// Errors (rms) of the robot as described, and as amended.
+    pub errors: [f64; 2],
 }
 
 /// The program.
@@ -93,14 +103,68 @@ impl Program {
             add(file, name);
         }
         options.iter().for_each(|option| add(Path::new(option), option.rsplit('/').next().unwrap_or(option)));
-        let output =
-            command.arg("--json").output().map_err(|e| failure(format!("{}: {e}", self.0.display())))?;
+        let answer = self.json(command.arg("--json"), &shown)?;
+        Ok((shown, answer))
+    }
+
+    /// Amends a copy of the robot by an answer, and compares both with the log that judged (the last one in `files`).
+    ///
+    /// # Errors
+    /// The program fails, or files cannot be written.
+    pub fn measure(
+        &self,
+        files: &[(&Path, &str)],
+        options: &[&str],
+        answer: &Value,
+    ) -> Result<Vec<Row>, Failure> {
+        let (Some((robot, _)), Some((log, _))) = (files.first(), files.last()) else { return Ok(Vec::new()) };
+        let amended = copy(robot, &robot.with_extension("amended"))?;
+        let found = robot.with_extension("json");
+        std::fs::write(&found, answer.to_string())
+            .map_err(|e| failure(format!("{}: {e}", found.display())))?;
+        let mut amend = Command::new(&self.0);
+        self.json(amend.arg("amend").arg(&amended).arg("--from").arg(&found).arg("--json"), "bipedc amend")?;
+        let compare = |robot: &Path| -> Result<Vec<Value>, Failure> {
+            let mut command = Command::new(&self.0);
+            command.arg("compare").args([robot, log]).arg("--json");
+            for pair in options.windows(2).filter(|pair| ["--cutoff", "--mapping"].contains(&pair[0])) {
+                command.args(pair);
+            }
+            let answer = self.json(&mut command, "bipedc compare")?;
+            Ok(answer["channels"].as_array().cloned().unwrap_or_default())
+        };
+        let (before, after) = (compare(robot)?, compare(&amended)?);
+        let rms = |channel: &Value| channel["rms"].as_f64().unwrap_or(f64::NAN);
+        let row = |(before, after): (&Value, &Value)| Row {
+            name: after["name"].as_str().unwrap_or_default().to_owned(),
+            errors: [rms(before), rms(after)],
+        };
+        Ok(before.iter().zip(&after).map(row).collect())
+    }
+
+    /// What a command prints as JSON.
+    fn json(&self, command: &mut Command, shown: &str) -> Result<Value, Failure> {
+        let output = command.output().map_err(|e| failure(format!("{}: {e}", self.0.display())))?;
         if !output.status.success() {
             return Err(failure(format!("{shown}: {}", String::from_utf8_lossy(&output.stderr))));
         }
-        let answer = serde_json::from_slice(&output.stdout).map_err(|e| failure(format!("{shown}: {e}")))?;
-        Ok((shown, answer))
+        serde_json::from_slice(&output.stdout).map_err(|e| failure(format!("{shown}: {e}")))
     }
+}
+
+/// A copy of a robot's two files in another folder, which is made anew.
+fn copy(robot: &Path, to: &Path) -> Result<PathBuf, Failure> {
+    let copied = || {
+        if to.exists() {
+            std::fs::remove_dir_all(to)?;
+        }
+        std::fs::create_dir_all(to)?;
+        for file in ["robot.urdf", "biped.toml"] {
+            std::fs::copy(robot.join(file), to.join(file))?;
+        }
+        Ok(to.to_owned())
+    };
+    copied().map_err(|e: std::io::Error| failure(format!("{}: {e}", to.display())))
 }
 
 /// Writes a robot: a copy of a URDF, and its `biped.toml`.

@@ -65,8 +65,16 @@ pub fn run(data: &Path, folder: &Path, program: &Program) -> Result<Vec<Part>, F
     join(&logs, &["sin_sin", "up_and_down"], &train)?;
     join(&logs, &["sin_time_square", "lift_and_drop"], &test)?;
     let named = [(&*pendulum, "xl330"), (&*train, "train.csv"), (&*test, "test.csv")];
-    let (command, answer) = program.diagnose(&named, &["--cutoff", "10", "--inertial", "none", "--refit"])?;
-    Ok(vec![Part { title: "XL330 servo with a pendulum", words: WORDS.to_owned(), command, answer }])
+    let options = ["--cutoff", "10", "--inertial", "none", "--refit"];
+    let (command, answer) = program.diagnose(&named, &options)?;
+    let measured = program.measure(&named, &options, &answer)?;
+    Ok(vec![Part {
+        title: "XL330 servo with a pendulum",
+        words: WORDS.to_owned(),
+        command,
+        answer,
+        measured,
+    }])
 }
 
 /// The raw logs in the order of their names.

@@ -47,7 +47,14 @@ pub fn run(data: &Path, folder: &Path, program: &Program) -> Result<Vec<Part>, F
     let named = [(&*arm, "tx40"), (&*files[0], "train.csv"), (&*files[1], "test.csv")];
     let options = ["--cutoff", "100", "--inertial", "free", "--refit"];
     let (command, answer) = program.diagnose(&named, &options)?;
-    Ok(vec![Part { title: "Staubli TX40: a coupled wrist", words: WORDS.to_owned(), command, answer }])
+    let measured = program.measure(&named, &options, &answer)?;
+    Ok(vec![Part {
+        title: "Staubli TX40: a coupled wrist",
+        words: WORDS.to_owned(),
+        command,
+        answer,
+        measured,
+    }])
 }
 
 /// Fixed base; friction, rotor and offset everywhere, to be estimated.

@@ -30,7 +30,7 @@ tells what a log has and proposes a mapping file; docs/logs.md has every column.
 Where a log has `<joint>/motor_current` (A) instead, a stiff drive under [drives.JOINT] of biped.toml tells the effort: gear \
 ratio times torque constant times current, of which rotor inertia and friction of the drive take their part.
 Positions are filtered (zero-phase 4th-order Butterworth) and differentiated; without --cutoff the cut-off with \
-the smallest error among 10, 16, 25, 40, 60 and 90 Hz is taken.
+the smallest errors (geometric mean over the joints) among 4, 6.3, 10, 16, 25, 40, 60 and 90 Hz is taken.
 Logs with the motion of the base and forces at the feet are compared in the rows that no actuator drives, and in the \
 joints' efforts under these forces if they are logged; everything passes the same filter (5 Hz, or more for fast motions, unless --cutoff says \
 otherwise). Tables of postures (centre of pressure) and of impacts (velocities just after) are compared row by row.

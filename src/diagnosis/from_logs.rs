@@ -1,28 +1,19 @@
 //! From logs to a diagnosis: reading, searching, and the errors in the form that comparisons use.
+use super::filtered::{Filtered, Request, Work, filtered, second_look};
+use super::judged::{best_filter, of_all_samples, quietest};
 use super::stated::state;
 use super::{Diagnosed, Options};
 use crate::measurements::currents::{self, Prepared};
-use crate::measurements::{Content, Loaded, Log, Measured, SAMPLES};
+use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
 use crate::report::of_measurements;
-use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors, support};
+use bipedc_analysis::diagnose::{self, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
-use bipedc_analysis::measure::{self, HELD};
+use bipedc_analysis::measure;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::effect::{Effect, Law};
-use std::path::Path;
-
-/// Two logs, and what is asked of them.
-struct Request<'a> {
-    robot: &'a Robot,
-    log: Log,
-    validate: Option<Log>,
-    options: &'a Options,
-    search: diagnose::Options,
-    progress: &'a dyn Progress,
-}
 
 /// Finds out what is missing in a robot's description; `judge` is a log of another motion, without which blocks of `train`
 /// judge.
@@ -46,7 +37,7 @@ pub fn diagnose(
     let work = |train: &dyn Experiment, judge: Option<&dyn Experiment>, search: &diagnose::Options| {
         progress.counted("diagnosing", |progress| diagnose::diagnose(train, judge, search, progress))
     };
-    Ok(with_notes(answer(&request, work)?, &prepared))
+    Ok(with_notes(answer(&request, &work)?, &prepared))
 }
 
 impl<'a> Request<'a> {
@@ -113,50 +104,36 @@ pub fn estimate(
         .effects
         .retain(|present| !effects.iter().any(|e| e.kind == present.kind && e.location == present.location));
     let request = Request::new(&robot, &prepared, options, (options.search(), progress));
-    Ok(with_notes(answer(&request, work)?, &prepared))
+    Ok(with_notes(answer(&request, &work)?, &prepared))
 }
 
-fn answer(
-    request: &Request<'_>,
-    work: impl FnOnce(&dyn Experiment, Option<&dyn Experiment>, &diagnose::Options) -> Diagnosis,
-) -> Result<Diagnosed, Diagnostics> {
+fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostics> {
     let Request { robot, options, progress, .. } = request;
     let mut measured = progress.stage("deriving", || Measured::new(robot))?;
     measured.with_joints = options.with_joints;
-    let mut reading = options.reading.clone();
-    let cutoff = progress.stage("reading", || measured.cutoff(&request.log, &options.reading))?;
-    if cutoff > 0.0 {
-        reading.cutoff_hz = Some(cutoff);
+    let mut cutoff = progress.stage("reading", || measured.cutoff(&request.log, &options.reading))?;
+    let mut logs = filtered(&measured, request, cutoff)?;
+    let warnings = checked(&measured, request, &logs.reading, (&logs.train, logs.judge.as_ref()))?;
+    let mut answer = work(&*logs.train.experiment, logs.judging(), &request.search);
+    let mut best = quietest(&measured, request, &logs.reading, &answer);
+    if let Some((other, better)) = second_look(&measured, request, (&logs, &answer), best, work) {
+        (cutoff, logs, answer) = (other.train.cutoff_hz, other, better);
+        best = quietest(&measured, request, &logs.reading, &answer);
     }
-    let foot = options.foot.as_deref();
-    let load = |log: &Log, reading: &measure::Options| -> Result<Loaded<'_>, Diagnostics> {
-        let loaded = measured.load(log, reading, foot)?;
-        Ok(selected(loaded, &options.channels).map_err(|e| e.in_file(log.path()))?)
-    };
-    let mut train = load(&request.log, &reading)?;
-    let judging = measure::Options { from_s: None, to_s: None, ..reading.clone() };
-    let mut judge = request.validate.as_ref().map(|log| load(log, &judging)).transpose()?;
-    if let (Some(alone), Some(log)) = (judge.take(), &request.validate) {
-        let both;
-        (train, both) = alike(train, alone, log.path())?;
-        judge = Some(both);
-    }
-    let warnings = checked(&measured, request, &reading, (&train, judge.as_ref()))?;
-    let judging_experiment = judge.as_ref().map(|judge| &*judge.experiment);
-    let mut answer = work(&*train.experiment, judging_experiment, &request.search);
+    let Filtered { reading, train, judge } = &logs;
     answer.training = train.source.clone();
     answer.validation = judge.as_ref().map(|judge| judge.source.clone());
     answer.assumptions = train.assumptions.iter().cloned().chain(sticking(&*train.experiment)).collect();
     answer.cutoff_hz = cutoff;
     answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
     let compared = match options.reading.cutoff_hz {
-        None => best_filter(&measured, request, &reading, &mut answer)?,
-        Some(_) => of_all_samples(&measured, request, &reading, &mut answer)?,
+        None => best_filter(&measured, request, reading, &mut answer, best)?,
+        Some(_) => of_all_samples(&measured, request, reading, &mut answer)?,
     };
     if !compared {
-        state(&mut answer, &*train.experiment, judging_experiment);
+        state(&mut answer, &*train.experiment, logs.judging());
     }
-    let shown = judge.as_ref().unwrap_or(&train);
+    let shown = judge.as_ref().unwrap_or(train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
     let report = options.report.then(report).transpose()?;
     Ok(Diagnosed { diagnosis: answer, warnings, report })
@@ -176,14 +153,6 @@ fn sticking(experiment: &dyn Experiment) -> Option<String> {
             joints.join(", ")
         )
     })
-}
-
-/// The same with the rows of some channels only.
-fn selected<'m>(mut loaded: Loaded<'m>, channels: &[String]) -> Result<Loaded<'m>, Diagnostic> {
-    if !channels.is_empty() {
-        loaded.experiment = Box::new(Selected::new(loaded.experiment, channels)?);
-    }
-    Ok(loaded)
 }
 
 /// What is odd about the data, before anything is searched for.
@@ -256,111 +225,4 @@ fn unsupported(
             .help("record a motion in which the drives work hard, or estimate from another log")
     };
     Ok(messages.into_iter().map(warning).collect())
-}
-
-/// Both files show the same rows: those that one of them alone shows are left out.
-fn alike<'m>(
-    mut train: Loaded<'m>,
-    mut judge: Loaded<'m>,
-    file: &Path,
-) -> Result<(Loaded<'m>, Loaded<'m>), Diagnostic> {
-    if train.source.hash == judge.source.hash {
-        let message = "the validation log is the training log: it cannot judge what was fitted to it";
-        return Err(Diagnostic::error(message)
-            .help("record another motion, or leave --validate out: then blocks of the log judge")
-            .in_file(file));
-    }
-    let names = |loaded: &Loaded<'_>| -> Vec<String> {
-        loaded.experiment.rows().iter().map(|row| row.name.clone()).collect()
-    };
-    let (a, b) = (names(&train), names(&judge));
-    let (both, mut single): (Vec<String>, Vec<String>) = a.iter().cloned().partition(|name| b.contains(name));
-    single.extend(b.iter().filter(|name| !a.contains(name)).cloned());
-    if single.is_empty() {
-        return Ok((train, judge));
-    }
-    if both.is_empty() {
-        let message =
-            format!("the validation log measures nothing that the training log does: {}", single.join(", "));
-        return Err(Diagnostic::error(message).help("use logs with the same columns").in_file(file));
-    }
-    train.assumptions.push(format!("left out, because one log alone shows them: {}", single.join(", ")));
-    train.experiment = Box::new(Selected::named(train.experiment, &both));
-    judge.experiment = Box::new(Selected::named(judge.experiment, &both));
-    Ok((train, judge))
-}
-
-/// Errors at the cut-off that fits the judging log best once everything is in: the one that a comparison of that log with the
-/// amended model chooses, so that both state the same. False if it is the one of the search.
-fn best_filter(
-    measured: &Measured,
-    request: &Request<'_>,
-    reading: &measure::Options,
-    answer: &mut Diagnosis,
-) -> Result<bool, Diagnostics> {
-    let efforts = measured.content(&request.log) == Content::Efforts;
-    if !efforts || !request.options.channels.is_empty() {
-        return Ok(false);
-    }
-    let effects: Vec<Effect> = answer.estimated().cloned().collect();
-    let (log, mut whole) = match &request.validate {
-        Some(log) => (log, measure::Options { from_s: None, to_s: None, ..reading.clone() }),
-        None => (&request.log, reading.clone()),
-    };
-    let mut best: Option<(f64, f64)> = None;
-    for cutoff in measure::CANDIDATES {
-        whole.cutoff_hz = Some(cutoff);
-        // A cut-off beyond half the sampling rate is not one.
-        let Ok(loaded) = measured.load(log, &whole, None) else { continue };
-        let falls = errors(&*loaded.experiment, None, &effects).rms_training;
-        let error = falls.get("effort").map_or(f64::INFINITY, |fall| fall.after);
-        if best.is_none_or(|(_, least)| error < least) {
-            best = Some((cutoff, error));
-        }
-    }
-    let cutoff = best.map_or(answer.cutoff_hz, |(cutoff, _)| cutoff);
-    if cutoff != answer.cutoff_hz {
-        answer.judged_at_hz = Some(cutoff);
-        return as_compared(measured, request, reading, answer);
-    }
-    of_all_samples(measured, request, reading, answer)
-}
-
-/// The errors of a log that the search saw a part of only: of all its samples, as `compare` measures them.
-fn of_all_samples(
-    measured: &Measured,
-    request: &Request<'_>,
-    reading: &measure::Options,
-    answer: &mut Diagnosis,
-) -> Result<bool, Diagnostics> {
-    let efforts = measured.content(&request.log) == Content::Efforts;
-    let judged = answer.validation.as_ref().unwrap_or(&answer.training);
-    // Of a longer log more than half of the most are left when it was thinned.
-    let long = answer.training.samples.max(judged.samples) > SAMPLES / 2;
-    if !efforts || !long || !request.options.channels.is_empty() {
-        return Ok(false);
-    }
-    as_compared(measured, request, reading, answer)
-}
-
-/// The errors of all samples that are held, at the cut-off at which a comparison judges.
-fn as_compared(
-    measured: &Measured,
-    request: &Request<'_>,
-    reading: &measure::Options,
-    answer: &mut Diagnosis,
-) -> Result<bool, Diagnostics> {
-    let effects: Vec<Effect> = answer.estimated().cloned().collect();
-    let cutoff = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
-    let at = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
-    let whole = measure::Options { from_s: None, to_s: None, ..at.clone() };
-    let train = measured.efforts(&request.log, &at, HELD)?;
-    let judge = request.validate.as_ref().map(|log| measured.efforts(log, &whole, HELD)).transpose()?;
-    let judge = judge.as_ref().map(|judge| judge as &dyn Experiment);
-    answer.take(errors(&train, judge, &effects));
-    state(answer, &train, judge);
-    for (step, errors) in answer.steps.iter_mut().zip(&answer.step_errors) {
-        [step.before, step.after] = errors.held_out.get("effort").copied().unwrap_or_default();
-    }
-    Ok(true)
 }

@@ -1,5 +1,7 @@
 //! What a described robot lacks, by logs: which effects, where, how large, how sure.
+mod filtered;
 mod from_logs;
+mod judged;
 mod options;
 mod stated;
 mod text;

@@ -10,7 +10,7 @@ use bipedc_analysis::experiments::contact_log::{ContactExperiment, WalkingExperi
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
-use bipedc_analysis::measure::{DataSource, Options, Recording};
+use bipedc_analysis::measure::{DataSource, FIRST, Options, Recording};
 use bipedc_analysis::robot::inertial_parameters;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
 use bipedc_analysis::robot::{Foot, JointLayout, Robot};
@@ -169,7 +169,7 @@ impl Measured {
             .map_err(|e| e.in_file(log.path()).into())
     }
 
-    /// The cut-off for a file, Hz: the given one, else the one at which most channels fit best; 0 for tables.
+    /// The cut-off for a first look at a file, Hz: the given one, else the one at which most channels fit best; 0 for tables.
     ///
     /// # Errors
     /// Unreadable files, nothing to compare.
@@ -180,8 +180,11 @@ impl Measured {
             (None, Content::Postures | Content::Impacts) => Ok(0.0),
             (None, Content::Efforts) => {
                 let (torques, layout) = (&mut self.torques, &self.layout);
-                let comparison = compare_file(torques, layout, log, options)?;
-                Ok(comparison.quietest_cutoff())
+                let first = Options { candidates: FIRST.to_vec(), ..options.clone() };
+                // Logs of a few samples per second have slow filters alone.
+                let compared = compare_file(torques, layout, log, &first)
+                    .or_else(|_| compare_file(torques, layout, log, options))?;
+                Ok(compared.cutoff_hz)
             }
         }
     }

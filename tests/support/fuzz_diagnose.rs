@@ -110,7 +110,7 @@ fn found(own: &mut Subjected, file: &Path, mapping: &Mapping) -> Result<(), Diag
     if content == Content::Efforts {
         let compared = compare::compare_file(&mut own.torques, &own.layout, &log, &options)?;
         drop(compared.to_string());
-        options.cutoff_hz = Some(compared.quietest_cutoff());
+        options.cutoff_hz = Some(compared.cutoff_hz);
     } else {
         options.cutoff_hz = Some(5.0);
     }

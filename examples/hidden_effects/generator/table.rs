@@ -21,6 +21,12 @@ impl Table {
         self.columns.iter().find(|column| column.0 == name).map(|column| column.2.as_slice())
     }
 
+    /// The largest size in all columns whose names end so; 0 without any.
+    pub fn largest(&self, end: &str) -> f64 {
+        let columns = self.columns.iter().filter(|column| column.0.ends_with(end));
+        columns.flat_map(|column| &column.2).fold(0.0, |largest: f64, x| largest.max(x.abs()))
+    }
+
     /// Comma-separated with a header; NaN is an empty cell.
     pub fn text(&self) -> String {
         let names: Vec<&str> = self.columns.iter().map(|column| column.0.as_str()).collect();

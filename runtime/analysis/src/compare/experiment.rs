@@ -146,7 +146,7 @@ impl Comparison {
     }
 
     /// Puts errors in the place of those found so far that were computed another way, by cut-off; channels are known
-    /// by their names, and the cut-off with the smallest total error stands.
+    /// by their names, and the cut-off stands at which the geometric mean of the torques' errors is smallest.
     pub fn judged_again(&mut self, by_cutoff: Vec<(f64, Vec<Channel>)>) {
         let own: Vec<&str> = self.channels.iter().map(|c| c.name.as_str()).collect();
         let mut best: Option<(f64, f64, Vec<Channel>)> = None;
@@ -158,12 +158,13 @@ impl Comparison {
             let logs: Vec<f64> = torques.map(|c| c.rms.ln()).collect();
             let geometric_mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
             cutoffs.push(Cutoff { cutoff_hz, rms, geometric_mean });
-            if best.as_ref().is_none_or(|(_, least, _)| rms < *least) {
-                best = Some((cutoff_hz, rms, channels));
+            if best.as_ref().is_none_or(|(least, ..)| geometric_mean < *least) {
+                best = Some((geometric_mean, cutoff_hz, channels));
             }
         }
-        if let Some((cutoff_hz, rms, channels)) = best {
+        if let Some((_, cutoff_hz, channels)) = best {
             self.kinds = by_kind(&channels);
+            let rms = self.kinds.get("effort").map_or(0.0, |kind| kind.rms);
             (self.cutoff_hz, self.rms, self.channels, self.cutoffs) = (cutoff_hz, rms, channels, cutoffs);
         }
     }

@@ -105,14 +105,6 @@ pub struct Comparison {
     pub warnings: Vec<Diagnostic>,
 }
 
-impl Comparison {
-    /// The cut-off with the smallest geometric mean of the channels' errors, Hz.
-    pub fn quietest_cutoff(&self) -> f64 {
-        let best = self.cutoffs.iter().min_by(|a, b| a.geometric_mean.total_cmp(&b.geometric_mean));
-        best.map_or(self.cutoff_hz, |cutoff| cutoff.cutoff_hz)
-    }
-}
-
 fn as_texts<S: Serializer>(warnings: &[Diagnostic], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(warnings.iter().map(Diagnostic::to_string))
 }

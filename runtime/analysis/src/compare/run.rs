@@ -251,7 +251,7 @@ impl Run<'_> {
     fn finish(self, blocks: &Blocks, options: &Options) -> Result<Comparison, Diagnostics> {
         let report = blocks.report();
         let Some((from_s, to_s)) = self.span else { return Err(one(self.nothing(blocks, options))) };
-        let best = self.candidates.iter().min_by(|a, b| a.total().rms().total_cmp(&b.total().rms()));
+        let best = self.candidates.iter().min_by(|a, b| a.geometric_mean().total_cmp(&b.geometric_mean()));
         let Some(best) = best else { return Err(one(self.nothing(blocks, options))) };
         let channels = self.layout.joints.iter().zip(&best.sums).zip(&self.noise);
         let channels: Vec<Channel> = channels

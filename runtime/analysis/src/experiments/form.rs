@@ -10,6 +10,13 @@ const SMOOTHING: &str = "smoothing";
 /// By so small a part of another parameter of its unit may a parameter lie below what is possible: it is nothing then.
 const SLIGHT: f64 = 0.03;
 
+/// Payloads of which the first moment alone is known are sought from so far out, m: closer ones are then found by steps that
+/// double their mass at most.
+const FAR: f64 = 1.0;
+
+/// Lighter ones are none, kg.
+const LIGHT: f64 = 1e-4;
+
 /// A column: rows that it touches, with one value per sample.
 pub(crate) type Column = Vec<(usize, Vec<f64>)>;
 
@@ -161,7 +168,10 @@ impl Form {
         else {
             return None;
         };
-        if *mass < 1e-4 || moments.len() != 3 {
+        let moment = moments.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+        // Of a link that turns about a fixed axis the first moment alone enters linearly.
+        let mass = if *mass == 0.0 { &(moment / FAR) } else { mass };
+        if *mass < LIGHT || moments.len() != 3 {
             return None;
         }
         let change = |mass: f64, moments: &[f64]| {

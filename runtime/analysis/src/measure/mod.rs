@@ -16,7 +16,7 @@ pub use columns::Missing;
 pub use content::Content;
 pub use directions::{Direction, Directions};
 pub use filtered::CUTOFF_HZ;
-pub use options::{CANDIDATES, Options, VelocitySource};
+pub use options::{CANDIDATES, FIRST, Options, VelocitySource};
 pub use recording::Recording;
 pub use repetition::{JointPositions, repeats, shared};
 pub use source::DataSource;

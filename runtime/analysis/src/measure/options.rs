@@ -1,7 +1,10 @@
 //! How a log is read and filtered.
 
-/// Cut-offs that are tried if none is given, Hz.
-pub const CANDIDATES: [f64; 6] = [10.0, 16.0, 25.0, 40.0, 60.0, 90.0];
+/// Cut-offs that are tried if none is given, Hz. Slow ones are for slow motions and coarse encoders, whose accelerations are noise above.
+pub const CANDIDATES: [f64; 8] = [4.0, 6.3, 10.0, 16.0, 25.0, 40.0, 60.0, 90.0];
+
+/// Those at which a diagnosis begins, Hz: a slower filter takes motion away, which looks like rotors and gains until more is known.
+pub const FIRST: [f64; 6] = [10.0, 16.0, 25.0, 40.0, 60.0, 90.0];
 
 /// Where velocities come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -17,7 +20,8 @@ pub enum VelocitySource {
 /// How to compare.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Cut-off of the filter, Hz; `None`: the one of `candidates` with the smallest total error.
+    /// Cut-off of the filter, Hz; `None`: the one of `candidates` at which errors are smallest, as the geometric mean
+    /// over the joints: one joint of which much is unknown must not choose for all.
     pub cutoff_hz: Option<f64>,
     /// Tried if `cutoff_hz` is not given, Hz.
     pub candidates: Vec<f64>,

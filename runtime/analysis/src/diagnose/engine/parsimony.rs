@@ -37,8 +37,14 @@ fn with_fewer_parameters(regression: &Regression<'_>, outcome: &mut Outcome) {
 }
 
 /// Puts an effect with fewer parameters at the same place in that of the `k`-th, if blocks of the judging data disagree about which
-/// is better: for effects of which the data do not tell all parameters. Tells whether there was one.
-pub(super) fn put_simpler(regression: &Regression<'_>, outcome: &mut Outcome, k: usize) -> bool {
+/// is better: for effects of which the data do not tell all parameters. One that `says_no_more` by its own interval stands back also
+/// where the search, whose laws are smoothed, finds it a little better. Tells whether there was one.
+pub(super) fn put_simpler(
+    regression: &Regression<'_>,
+    outcome: &mut Outcome,
+    k: usize,
+    says_no_more: bool,
+) -> bool {
     let here = regression.candidates[outcome.active[k]].form.location.clone();
     let (scored, active) = (outcome.scored.clone(), outcome.active.clone());
     replace(regression, outcome, k, &|(c, set, other), more, removed| {
@@ -46,7 +52,7 @@ pub(super) fn put_simpler(regression: &Regression<'_>, outcome: &mut Outcome, k:
         regression.candidates[*c].form.location == here
             && (more <= 4.0
                 || (more <= ALIKE * removed && rows_alike(regression, &scored, other))
-                || (more <= SCATTER * removed && more <= chance()))
+                || (more <= SCATTER * removed && (says_no_more || more <= chance())))
     })
 }
 

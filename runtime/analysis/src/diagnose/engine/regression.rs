@@ -32,6 +32,10 @@ pub(super) const NOISE_MARGIN: f64 = 1.6;
 /// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better.
 const NOISE_SQUARES: f64 = 1.2;
 
+/// Steps in which a payload's second moments are taken at its estimate; more where its mass is not told at first and doubles at most.
+const STEPS: usize = 6;
+const STEPS_FROM_AFAR: usize = 12;
+
 /// A noise floor that effects lower further than to this part of it was none.
 const LOWER: f64 = 0.4;
 
@@ -256,15 +260,25 @@ impl<'a> Regression<'a> {
             if !with.contains(&c) {
                 with.push(c);
             }
-            let place = with.iter().position(|a| *a == c).unwrap_or(0);
-            for _ in 0..6 {
-                let Some(scored) = self.scored_fit(&with, corrected) else { break };
-                let coefficients = self.coefficients(&with, &scored, place);
-                let Some(form) = self.candidates[c].form.linearised(self.train, coefficients) else { break };
-                let rows = self.candidates[c].rows.clone();
-                self.candidates[c] = Candidate::new(form, &[], rows, &self.spread, 0);
-                self.products[c] = OnceLock::new();
+            self.linearise_one(c, &with, corrected);
+        }
+    }
+
+    /// Takes the form of one of some candidates at its estimate beside the others.
+    fn linearise_one(&mut self, c: usize, with: &[usize], corrected: bool) {
+        let place = with.iter().position(|a| *a == c).unwrap_or(0);
+        let (mut step, mut steps) = (0, STEPS);
+        while step < steps {
+            let Some(scored) = self.scored_fit(with, corrected) else { break };
+            let coefficients = self.coefficients(with, &scored, place);
+            if step == 0 && coefficients.first() == Some(&0.0) {
+                steps = STEPS_FROM_AFAR;
             }
+            let Some(form) = self.candidates[c].form.linearised(self.train, coefficients) else { break };
+            let rows = self.candidates[c].rows.clone();
+            self.candidates[c] = Candidate::new(form, &[], rows, &self.spread, 0);
+            self.products[c] = OnceLock::new();
+            step += 1;
         }
     }
 

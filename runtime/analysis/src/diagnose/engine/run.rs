@@ -7,9 +7,9 @@ use super::parsimony::{put_simpler, simplify};
 use super::refinement::{Data, Refined, refine};
 use super::regression::{Regression, is_held_out};
 use super::search::{Outcome, consider, search};
-use super::significance::{Insignificant, insignificant, is_vague, uncertain};
+use super::significance::{Insignificant, insignificant, is_vague, says_no_more, uncertain};
 use super::text;
-use super::unexplained::unexplained;
+use super::unexplained::{unexplained, untaught};
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
 use crate::experiments::Experiment;
 use crate::robot::link_inertias::CadError;
@@ -112,8 +112,9 @@ fn estimated(
         let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
         let Some(Insignificant { effect, impossible }) = insignificant(regression, &refined) else {
             let judged = regression.standing.len()..outcome.active.len();
-            let vague: Vec<usize> = judged.filter(|&k| is_vague(&refined, k)).collect();
-            if vague.into_iter().any(|k| put_simpler(regression, outcome, k)) {
+            let no_more = |k: usize| says_no_more(&refined, k);
+            let vague: Vec<usize> = judged.filter(|&k| is_vague(&refined, k) || no_more(k)).collect();
+            if vague.into_iter().any(|k| put_simpler(regression, outcome, k, no_more(k))) {
                 continue;
             }
             return refined;
@@ -163,7 +164,8 @@ pub fn estimate(
     effects: &[Effect],
     options: &Options,
 ) -> Diagnosis {
-    let regression = Regression::new(train, validation, &places_of(effects), options, &|_| ());
+    let mut regression = Regression::new(train, validation, &places_of(effects), options, &|_| ());
+    regression.linearise(&[], regression.has_corrections());
     let starts: Vec<Effect> = effects.iter().map(|effect| start(&regression, effect)).collect();
     let corrected = regression.has_corrections();
     let Some(scored) = regression.scored_fit(&[], corrected) else { return Diagnosis::default() };
@@ -283,6 +285,9 @@ impl Conclusion<'_> {
         }
         diagnosis.indistinguishable = self.alternatives(&diagnosis.effects, &order);
         let (final_train, final_judge) = (Amended::new(train, &all), Amended::new(judge, &all));
+        if validation.is_some() {
+            diagnosis.warnings.extend(untaught(&final_train, &final_judge, &self.regression.resolutions));
+        }
         diagnosis.unexplained_parts =
             unexplained(&final_train, &final_judge, &counts, (effects, &self.regression.resolutions));
         diagnosis.unexplained = !diagnosis.unexplained_parts.is_empty();

@@ -5,7 +5,7 @@ use super::regression::{MOST, Regression};
 use super::search::{LEAST, least};
 use crate::experiments::form::within_reach;
 use crate::experiments::{Channel, Experiment};
-use bipedc_effects::effect::{Effect, Law, Location, Role, Size};
+use bipedc_effects::effect::{Effect, Law, Location, Role, Size, kinds};
 
 /// An effect that does not stay.
 pub(super) struct Insignificant {
@@ -101,6 +101,15 @@ pub(super) fn uncertain(refined: &Refined, k: usize) -> bool {
         Size::Place => true,
     };
     sizes.iter().any(|(.., size)| matches!(size, Size::NothingAt(_))) && sizes.iter().all(nothing)
+}
+
+/// Whether friction at rest may be no more than at speed, by its interval: then the kind says no more than dry friction.
+pub(super) fn says_no_more(refined: &Refined, k: usize) -> bool {
+    let effect = &refined.effects[k];
+    let half =
+        |name: &str| refined.half_width[k].iter().find(|(n, _)| n == name).map_or(0.0, |(_, half)| *half);
+    let more = effect.value("static") - effect.value("coulomb");
+    effect.kind == &kinds::STRIBECK_FRICTION && more.abs() < half("static").hypot(half("coulomb"))
 }
 
 /// Whether all that one of an effect's parameters might be includes that it is nothing.

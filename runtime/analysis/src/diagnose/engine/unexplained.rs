@@ -6,6 +6,7 @@ use super::regression::NOISE_MARGIN;
 use super::smoother::{self, reach};
 use crate::diagnose::{Seen, Unexplained};
 use crate::experiments::Experiment;
+use crate::number::counting;
 use bipedc_effects::effect::Effect;
 
 /// A smooth function must lower a row's held-out squared error by this to call something unexplained.
@@ -18,6 +19,8 @@ const TRACE: f64 = 2e-4;
 const LOUD: f64 = 1.8;
 /// So many times the noise is no noise, where the rows are too few to see what goes with what.
 const FEW: f64 = 3.0;
+/// So many times what is left of the judging log is of something that it does not know.
+const UNTAUGHT: f64 = 10.0;
 /// What varies over this time is slow, s.
 const SLOW_TIME: f64 = 0.15;
 
@@ -39,6 +42,46 @@ fn slow_share(time: &[f64], residual: &[f64]) -> f64 {
         .sum();
     let all: f64 = residual[half..n - half].iter().map(|x| x * x).sum();
     averaged / all.max(f64::MIN_POSITIVE)
+}
+
+/// Rows of which the log that teaches leaves many times more than the one that judges, in words, with the time at which it does: what was
+/// learnt there is of something else.
+pub(super) fn untaught(train: &Amended<'_>, judge: &Amended<'_>, resolutions: &[f64]) -> Vec<String> {
+    let told = |of: &Amended<'_>, row: usize| -> Vec<f64> {
+        let sticks = of.sticks(row);
+        let told = |(i, x): (usize, &f64)| if sticks.get(i).is_some_and(|sticks| *sticks) { 0.0 } else { *x };
+        of.residual(row).iter().enumerate().map(told).collect()
+    };
+    let rms =
+        |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt();
+    let sentence = |row: usize| {
+        let values = told(train, row);
+        let (taught, judged) = (rms(&values), rms(&told(judge, row)));
+        if taught <= UNTAUGHT * judged.max(resolutions[row]) {
+            return None;
+        }
+        let all: f64 = values.iter().map(|x| x * x).sum();
+        let sums: Vec<f64> = values
+            .iter()
+            .scan(0.0, |sum, x| {
+                *sum += x * x;
+                Some(*sum)
+            })
+            .collect();
+        let at = |part: f64| train.time()[sums.partition_point(|sum| *sum < part * all).min(sums.len() - 1)];
+        let what = &train.rows()[row];
+        Some(format!(
+            "`{}`: {} {} are left of the log that teaches, {} of the one that judges; most of it between {:.2} and {:.2} s. What \
+             was learnt there does not hold elsewhere: look at that time, or leave it out with --from and --to",
+            what.name,
+            counting(taught, 3),
+            what.unit,
+            counting(judged, 3),
+            at(0.05),
+            at(0.95)
+        ))
+    };
+    (0..train.rows().len()).filter_map(sentence).collect()
 }
 
 /// Rows in which a smooth function of the signals would still lower the held-out error.

@@ -101,6 +101,23 @@ impl Change {
     }
 }
 
+/// Whether an effect shows in no wrench and no sole, whatever its size: it acts on torques, or on what happens at impacts.
+pub(super) fn spares_contact(effect: &Effect) -> bool {
+    matches!(
+        effect.kind.law,
+        Law::Torque(_)
+            | Law::Formula
+            | Law::Reading(_)
+            | Law::TrueTorque(_)
+            | Law::Delay
+            | Law::SeriesElasticity
+            | Law::Backlash
+            | Law::Restitution
+            | Law::Slip
+            | Law::SpinFriction
+    )
+}
+
 impl ContactExperiment<'_> {
     /// Foot, sensor (0: the whole foot, 1…: its corners) and name of all force sensors.
     pub(super) fn sensors(&self) -> Vec<(usize, usize, String)> {

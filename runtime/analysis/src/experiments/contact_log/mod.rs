@@ -65,7 +65,7 @@ use crate::robot::feet::FootCalls;
 use crate::robot::inertial_parameters::body_of;
 use crate::robot::world::World;
 use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place};
-use effects::Change;
+use effects::{Change, spares_contact};
 use nalgebra::Vector3;
 use rows::Component;
 
@@ -139,6 +139,9 @@ impl Experiment for ContactExperiment<'_> {
         self.recording.at_impacts.as_flattened().contains(&true)
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+        if effects.iter().all(spares_contact) {
+            return Vec::new();
+        }
         let inertial_only = effects.iter().all(|e| e.kind.law.acts() == Acts::Body);
         let linear = self.kinds.iter().all(|kind| !matches!(kind, Component::Pressure(_)));
         // A simpler model of the description may not be linear in what is added.

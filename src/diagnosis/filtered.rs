@@ -1,0 +1,167 @@
+//! The logs that teach and judge at one cut-off, and a second look at a higher one.
+use super::Options;
+use super::judged::geometric_mean;
+use crate::measurements::{Loaded, Log, Measured};
+use crate::progress::Progress;
+use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors};
+use bipedc_analysis::experiments::Experiment;
+use bipedc_analysis::measure;
+use bipedc_compiler::Robot;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::effect::Effect;
+use std::path::Path;
+
+/// Higher cut-offs at which a second look is taken.
+const SECOND_LOOKS: usize = 2;
+/// Part of the error that a slower filter must leave for a second look behind it.
+const QUIETER: f64 = 0.8;
+/// An answer that is better behind one filter may be so much worse behind another.
+const ALIKE: f64 = 1.01;
+
+/// Two logs, and what is asked of them.
+pub(super) struct Request<'a> {
+    pub robot: &'a Robot,
+    pub log: Log,
+    pub validate: Option<Log>,
+    pub options: &'a Options,
+    pub search: diagnose::Options,
+    pub progress: &'a dyn Progress,
+}
+
+/// A search, told what teaches, what judges and how.
+pub(super) type Work<'w> =
+    &'w dyn Fn(&dyn Experiment, Option<&dyn Experiment>, &diagnose::Options) -> Diagnosis;
+
+/// Logs, filtered alike.
+pub(super) struct Filtered<'m> {
+    pub reading: measure::Options,
+    pub train: Loaded<'m>,
+    pub judge: Option<Loaded<'m>>,
+}
+
+impl Filtered<'_> {
+    /// The log that judges, if it is another.
+    pub fn judging(&self) -> Option<&dyn Experiment> {
+        self.judge.as_ref().map(|judge| &*judge.experiment)
+    }
+}
+
+/// Both logs at a cut-off, Hz; 0 for tables.
+pub(super) fn filtered<'m>(
+    measured: &'m Measured,
+    request: &Request<'_>,
+    cutoff: f64,
+) -> Result<Filtered<'m>, Diagnostics> {
+    let options = request.options;
+    let mut reading = options.reading.clone();
+    if cutoff > 0.0 {
+        reading.cutoff_hz = Some(cutoff);
+    }
+    let load = |log: &Log, reading: &measure::Options| -> Result<Loaded<'m>, Diagnostics> {
+        let loaded = measured.load(log, reading, options.foot.as_deref())?;
+        Ok(selected(loaded, &options.channels).map_err(|e| e.in_file(log.path()))?)
+    };
+    let mut train = load(&request.log, &reading)?;
+    let judging = measure::Options { from_s: None, to_s: None, ..reading.clone() };
+    let mut judge = request.validate.as_ref().map(|log| load(log, &judging)).transpose()?;
+    if let (Some(alone), Some(log)) = (judge.take(), &request.validate) {
+        let both;
+        (train, both) = alike(train, alone, log.path())?;
+        judge = Some(both);
+    }
+    Ok(Filtered { reading, train, judge })
+}
+
+/// An answer, and the logs at the cut-off behind which it was found.
+type Found<'m> = (Filtered<'m>, Diagnosis);
+
+/// A search of the same at another cut-off, if its answer is the better one: a slower one, where with all that was found much less is
+/// left behind it, because encoders are coarse; faster ones, where something is left that nothing explains, because what friction does
+/// within a few degrees of a reversal is over before a slow filter shows it. `quietest` is the cut-off (Hz) behind which least is left, and how much.
+pub(super) fn second_look<'m>(
+    measured: &'m Measured,
+    request: &Request<'_>,
+    (first, answer): (&Filtered<'m>, &Diagnosis),
+    quietest: Option<(f64, f64)>,
+    work: Work<'_>,
+) -> Option<Found<'m>> {
+    let look = |cutoff: f64| -> Option<Found<'m>> {
+        // A cut-off beyond half the sampling rate is not one.
+        let other = filtered(measured, request, cutoff).ok()?;
+        let second = work(&*other.train.experiment, other.judging(), &request.search);
+        Some((other, second))
+    };
+    let here = first.train.cutoff_hz;
+    let slower = quietest.filter(|(cutoff, error)| *cutoff < here && *error < QUIETER * left(first, answer));
+    let better = |(other, second): &Found<'_>| {
+        (!second.unexplained || answer.unexplained)
+            && left(other, second) < left(other, answer)
+            && left(first, second) <= ALIKE * left(first, answer)
+    };
+    if let Some(found) = slower.and_then(|(cutoff, _)| look(cutoff)).filter(better) {
+        return Some(found);
+    }
+    let explains = |(other, second): &Found<'_>| {
+        let fewer = |logs: &Filtered<'_>| {
+            left_in(logs, second, &answer.suspects) < left_in(logs, answer, &answer.suspects)
+        };
+        !second.unexplained && fewer(first) && fewer(other)
+    };
+    let faster = measure::CANDIDATES.into_iter().filter(|cutoff| answer.unexplained && *cutoff > here);
+    faster.take(SECOND_LOOKS).find_map(|cutoff| look(cutoff).filter(explains))
+}
+
+/// What is left of all torques of the log that judges.
+fn left(logs: &Filtered<'_>, answer: &Diagnosis) -> f64 {
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    geometric_mean(logs.judging().unwrap_or(&*logs.train.experiment), &effects)
+}
+
+/// What is left in some rows together, where joints do not stick.
+fn left_in(logs: &Filtered<'_>, answer: &Diagnosis, rows: &[String]) -> f64 {
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let falls = errors(&*logs.train.experiment, logs.judging(), &effects).rows;
+    let told =
+        |row: &String| falls.get(row).map_or(f64::INFINITY, |fall| fall.after_moving.unwrap_or(fall.after));
+    rows.iter().map(told).fold(0.0, f64::hypot)
+}
+
+/// The same with the rows of some channels only.
+fn selected<'m>(mut loaded: Loaded<'m>, channels: &[String]) -> Result<Loaded<'m>, Diagnostic> {
+    if !channels.is_empty() {
+        loaded.experiment = Box::new(Selected::new(loaded.experiment, channels)?);
+    }
+    Ok(loaded)
+}
+
+/// Both files show the same rows: those that one of them alone shows are left out.
+fn alike<'m>(
+    mut train: Loaded<'m>,
+    mut judge: Loaded<'m>,
+    file: &Path,
+) -> Result<(Loaded<'m>, Loaded<'m>), Diagnostic> {
+    if train.source.hash == judge.source.hash {
+        let message = "the validation log is the training log: it cannot judge what was fitted to it";
+        return Err(Diagnostic::error(message)
+            .help("record another motion, or leave --validate out: then blocks of the log judge")
+            .in_file(file));
+    }
+    let names = |loaded: &Loaded<'_>| -> Vec<String> {
+        loaded.experiment.rows().iter().map(|row| row.name.clone()).collect()
+    };
+    let (a, b) = (names(&train), names(&judge));
+    let (both, mut single): (Vec<String>, Vec<String>) = a.iter().cloned().partition(|name| b.contains(name));
+    single.extend(b.iter().filter(|name| !a.contains(name)).cloned());
+    if single.is_empty() {
+        return Ok((train, judge));
+    }
+    if both.is_empty() {
+        let message =
+            format!("the validation log measures nothing that the training log does: {}", single.join(", "));
+        return Err(Diagnostic::error(message).help("use logs with the same columns").in_file(file));
+    }
+    train.assumptions.push(format!("left out, because one log alone shows them: {}", single.join(", ")));
+    train.experiment = Box::new(Selected::named(train.experiment, &both));
+    judge.experiment = Box::new(Selected::named(judge.experiment, &both));
+    Ok((train, judge))
+}

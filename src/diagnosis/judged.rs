@@ -1,0 +1,104 @@
+//! Errors as a comparison with the amended model states them: at its cut-off, of all samples.
+use super::filtered::Request;
+use super::stated::state;
+use crate::measurements::{Content, Measured, SAMPLES};
+use bipedc_analysis::diagnose::{Diagnosis, errors};
+use bipedc_analysis::experiments::{Channel, Experiment};
+use bipedc_analysis::measure::{self, HELD};
+use bipedc_effects::diagnostic::Diagnostics;
+use bipedc_effects::effect::Effect;
+
+/// Errors at the cut-off that fits the judging log best once everything is in: the one that a comparison of that log with the
+/// amended model chooses, so that both state the same ([`quietest`]). False if it is the one of the search.
+pub(super) fn best_filter(
+    measured: &Measured,
+    request: &Request<'_>,
+    reading: &measure::Options,
+    answer: &mut Diagnosis,
+    quietest: Option<(f64, f64)>,
+) -> Result<bool, Diagnostics> {
+    let Some((cutoff, _)) = quietest else { return Ok(false) };
+    if cutoff != answer.cutoff_hz {
+        answer.judged_at_hz = Some(cutoff);
+        return as_compared(measured, request, reading, answer);
+    }
+    of_all_samples(measured, request, reading, answer)
+}
+
+/// The cut-off (Hz) at which the judging log fits best with all that was found, and the error there; `None` where that is given, or not
+/// all torques count.
+pub(super) fn quietest(
+    measured: &Measured,
+    request: &Request<'_>,
+    reading: &measure::Options,
+    answer: &Diagnosis,
+) -> Option<(f64, f64)> {
+    let efforts = measured.content(&request.log) == Content::Efforts;
+    if !efforts || request.options.reading.cutoff_hz.is_some() || !request.options.channels.is_empty() {
+        return None;
+    }
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let (log, whole) = match &request.validate {
+        Some(log) => (log, measure::Options { from_s: None, to_s: None, ..reading.clone() }),
+        None => (&request.log, reading.clone()),
+    };
+    let at = |cutoff: f64| {
+        let reading = measure::Options { cutoff_hz: Some(cutoff), ..whole.clone() };
+        // A cut-off beyond half the sampling rate is not one.
+        let loaded = measured.load(log, &reading, None).ok()?;
+        Some((cutoff, geometric_mean(&*loaded.experiment, &effects)))
+    };
+    measure::CANDIDATES.into_iter().filter_map(at).min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Geometric mean of the errors of all torques, all samples.
+pub(super) fn geometric_mean(experiment: &dyn Experiment, effects: &[Effect]) -> f64 {
+    // Judged by itself a log shows all of its samples.
+    let rows = errors(experiment, Some(experiment), effects).rows;
+    let torques = experiment.rows().iter().filter(|row| row.channel == Channel::Effort);
+    let logs: Vec<f64> = torques
+        .filter_map(|row| rows.get(&row.name))
+        .map(|fall| fall.after.ln())
+        .filter(|x| x.is_finite())
+        .collect();
+    (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp()
+}
+
+/// The errors of a log that the search saw a part of only: of all its samples, as `compare` measures them.
+pub(super) fn of_all_samples(
+    measured: &Measured,
+    request: &Request<'_>,
+    reading: &measure::Options,
+    answer: &mut Diagnosis,
+) -> Result<bool, Diagnostics> {
+    let efforts = measured.content(&request.log) == Content::Efforts;
+    let judged = answer.validation.as_ref().unwrap_or(&answer.training);
+    // Of a longer log more than half of the most are left when it was thinned.
+    let long = answer.training.samples.max(judged.samples) > SAMPLES / 2;
+    if !efforts || !long || !request.options.channels.is_empty() {
+        return Ok(false);
+    }
+    as_compared(measured, request, reading, answer)
+}
+
+/// The errors of all samples that are held, at the cut-off at which a comparison judges.
+fn as_compared(
+    measured: &Measured,
+    request: &Request<'_>,
+    reading: &measure::Options,
+    answer: &mut Diagnosis,
+) -> Result<bool, Diagnostics> {
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let cutoff = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
+    let at = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
+    let whole = measure::Options { from_s: None, to_s: None, ..at.clone() };
+    let train = measured.efforts(&request.log, &at, HELD)?;
+    let judge = request.validate.as_ref().map(|log| measured.efforts(log, &whole, HELD)).transpose()?;
+    let judge = judge.as_ref().map(|judge| judge as &dyn Experiment);
+    answer.take(errors(&train, judge, &effects));
+    state(answer, &train, judge);
+    for (step, errors) in answer.steps.iter_mut().zip(&answer.step_errors) {
+        [step.before, step.after] = errors.held_out.get("effort").copied().unwrap_or_default();
+    }
+    Ok(true)
+}
