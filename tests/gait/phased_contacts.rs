@@ -37,7 +37,10 @@ fn a_foot_that_is_let_go_is_not_asked_for_friction_at_no_load() {
 
 #[test]
 fn an_order_that_is_none_is_refused_with_its_place() {
-    walk("contacts-order", &scenario(1, "order = \"any\"", ""))
-        .fails_with(&["no order \"any\"", "order = \"contacts\"", "scenario.toml:7"]);
+    walk("contacts-order", &scenario(1, "order = \"any\"", "")).fails_with(&[
+        "no order \"any\"",
+        "order = \"contacts\"",
+        "scenario.toml:7",
+    ]);
     walk("contacts-light-none", &scenario(1, "light = 0.5", "")).fails_with(&["`light` = 0.5", "0.1"]);
 }
