@@ -79,7 +79,7 @@ pub(super) fn columns(head: &[&str], rows: Vec<Vec<String>>) -> String {
     table(head, aligned.collect(), head.len())
 }
 
-fn margins(margins: &Margins) -> Vec<Vec<String>> {
+pub(super) fn margins(margins: &Margins) -> Vec<Vec<String>> {
     vec![
         row("friction", margins.friction, "1"),
         row("pull", margins.pull, "N"),

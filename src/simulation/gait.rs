@@ -141,6 +141,9 @@ impl Walker {
         if scenario.world.gravity.is_none() {
             scenario.world.gravity = bench.gait.gravity;
         }
+        if let Some(events) = &mut scenario.events {
+            events.assumptions.follows.get_or_insert(true);
+        }
         let set = known(|one| bench.values(one).map(|_| ()), control, file)?;
         let values = bench.values(&set)?;
         let controller = bench.controller(control.feedback, &set)?;

@@ -2,6 +2,7 @@
 pub mod absolute;
 mod choosers;
 mod chosen;
+mod contact_sets;
 mod energies;
 mod exchanged;
 mod footsteps;
@@ -173,6 +174,8 @@ pub struct Walker {
     pub exchanged: Option<ProgramModel>,
     /// In the order of the description.
     pub phases: Vec<PhaseSpec>,
+    /// Further sets of contacts, if the walk may follow them.
+    pub sets: Vec<PhaseSpec>,
     /// In the order of the model's contact points.
     pub feet: Vec<Foot>,
     /// How it hangs in the world.
@@ -183,7 +186,7 @@ impl Walker {
     /// What it shall do in a scenario.
     pub fn walking<'a>(&'a self, plant: &'a Plant, scenario: &'a Scenario) -> Walking<'a> {
         let exchanged = self.exchanged.as_ref().map(|model| model as &dyn Model<f64>);
-        Walking { model: &self.model, exchanged, phases: &self.phases, plant, scenario }
+        Walking { model: &self.model, exchanged, phases: &self.phases, sets: &self.sets, plant, scenario }
     }
 }
 
@@ -195,22 +198,33 @@ impl Walker {
 /// # Errors
 /// No phases; a base that has none; functions that cannot be derived.
 pub fn walker(robot: &Robot) -> Result<Walker, Diagnostic> {
-    walker_with(robot, Vec::new())
+    walker_with(robot, Vec::new(), false)
 }
 
-fn walker_with(robot: &Robot, mut requests: Vec<FunctionRequest>) -> Result<Walker, Diagnostic> {
-    let (description, tree) = (&robot.description, robot.tree()?);
-    if description.phases.is_empty() {
+/// `following`: with all sets of contacts, in the plane.
+fn walker_with(
+    robot: &Robot,
+    mut requests: Vec<FunctionRequest>,
+    following: bool,
+) -> Result<Walker, Diagnostic> {
+    let mut robot = robot.clone();
+    let (tree, described) = (robot.tree()?, robot.description.phases.len());
+    if described == 0 {
         return Err(Diagnostic::error("the robot has no phases").help("add [[phase]] tables to biped.toml"));
     }
+    let planar = tree.base == BaseKind::Planar;
+    let sets = if following && planar { contact_sets::sets(&robot.description) } else { Vec::new() };
+    robot.description.phases.extend(sets.iter().cloned());
+    let (robot, description) = (&robot, &robot.description);
     let base = plant(description, &tree)?.layout.base;
     requests.extend(phase_wishes(description));
     let requests = distinct(requests);
     let compiled = robot.compile_only(&requests)?;
-    let phases = phase_specs(description, &tree, &compiled);
+    let mut phases = phase_specs(description, &tree, &compiled);
+    let sets = contact_sets::named(phases.split_off(described), &sets);
     let other = exchanged::exchanged(robot)?;
     let exchanged = other.map(|other| other.compile_only(&requests)).transpose()?.map(ProgramModel::new);
-    Ok(Walker { phases, feet: feet(description), base, model: ProgramModel::new(compiled), exchanged })
+    Ok(Walker { phases, sets, feet: feet(description), base, model: ProgramModel::new(compiled), exchanged })
 }
 
 /// The same of the robot as built: with hidden effects that make it another body, and smooth ones in its joints.
@@ -219,9 +233,28 @@ fn walker_with(robot: &Robot, mut requests: Vec<FunctionRequest>) -> Result<Walk
 /// # Errors
 /// As [`walker`].
 pub fn true_walker(robot: &Robot, hidden: &[Effect], film: bool) -> Result<Walker, Diagnostic> {
+    walker_as_built(robot, hidden, film, false)
+}
+
+/// The same for a scenario, which may have its phases follow the contacts.
+///
+/// # Errors
+/// As [`walker`].
+pub fn walker_for(robot: &Robot, scenario: &Scenario, film: bool) -> Result<Walker, Diagnostic> {
+    let events = scenario.events.as_ref();
+    let following = events.is_some_and(|events| events.assumptions.follows == Some(true));
+    walker_as_built(robot, &scenario.effects, film, following)
+}
+
+fn walker_as_built(
+    robot: &Robot,
+    hidden: &[Effect],
+    film: bool,
+    following: bool,
+) -> Result<Walker, Diagnostic> {
     let robot = as_built(robot, hidden, true)?;
     let more = if film { stepping_requests(&robot, &FILM)? } else { Vec::new() };
-    walker_with(&robot, more)
+    walker_with(&robot, more, following)
 }
 
 /// Every request once.

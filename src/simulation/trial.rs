@@ -298,8 +298,13 @@ mod tests {
             Moment { time, q: vec![place(time)], effort: Vec::new(), forces: Vec::new() }
         };
         let moments: Vec<Moment> = (0..90).map(moment).collect();
-        let change =
-            |time: f64| PhaseChange { time, from: String::new(), to: String::new(), impulse: Vec::new() };
+        let change = |time: f64| PhaseChange {
+            time,
+            from: String::new(),
+            to: String::new(),
+            impulse: Vec::new(),
+            planned: true,
+        };
         let summary = WalkSummary {
             rows: 0,
             time: 0.9,

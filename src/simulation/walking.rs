@@ -2,7 +2,7 @@
 use super::chosen::{self, WalkedSpeeds};
 use super::log::Log;
 use super::stepping::at_place;
-use super::{Options, Outcome, Scene, Simulated, true_walker};
+use super::{Options, Outcome, Scene, Simulated, walker_for};
 use crate::film::Recorder;
 use crate::progress::Run;
 use bipedc_analysis::report::{Fact, Film};
@@ -34,7 +34,7 @@ impl Scene {
     ) -> Result<Simulated, Diagnostics> {
         let Self { robot, plant, scenario, .. } = self;
         let in_file = |error: Diagnostic| error.or_in_file(&self.file);
-        let derive = || true_walker(robot, &scenario.effects, options.film);
+        let derive = || walker_for(robot, scenario, options.film);
         let walker = run.progress.stage("deriving", derive)?;
         let recorder = || {
             let mechanics = Mechanics::new(&walker.model, plant.layout.base)?;
@@ -155,6 +155,13 @@ pub(super) fn text(
         if summary.changes.len() > SHOWN {
             let _ = writeln!(text, "… and {} more: see --json", summary.changes.len() - SHOWN);
         }
+    }
+    if summary.unplanned > 0 {
+        let _ = writeln!(
+            text,
+            "{} changes were not in the order of the phases: contacts came or went early, late or at once",
+            summary.unplanned
+        );
     }
     if let Some(speeds) = speeds {
         let _ = write!(text, "{speeds}");

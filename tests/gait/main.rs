@@ -12,6 +12,7 @@ mod oracle;
 mod page;
 mod phased_chain;
 mod phased_choices;
+mod phased_contacts;
 mod phased_files;
 mod phased_lie;
 mod phased_speeds;

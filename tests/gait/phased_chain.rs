@@ -55,8 +55,8 @@ fn apart(limits: bool, speed: f64) -> [f64; 2] {
     assert_eq!(found.changes.len(), 40);
     let mut worst = [0.0_f64; 2];
     for (said, found) in said.changes.iter().zip(&found.changes) {
-        assert_eq!(said.to, found.to);
-        let [phi, rate] = phase(&bench, found.to, &found.after);
+        assert_eq!(said.passage.to, found.passage.to);
+        let [phi, rate] = phase(&bench, found.passage.to, &found.after);
         assert!((phi - said.after[0]).abs() < 1e-8, "{phi} {}", said.after[0]);
         worst = [worst[0].max(relative(said.time, found.time)), worst[1].max(relative(said.after[1], rate))];
     }

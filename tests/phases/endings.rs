@@ -64,7 +64,7 @@ fn a_foot_tips_when_its_centre_of_pressure_reaches_the_toe() {
     .unwrap();
     assert_eq!(done.end, End::Changes, "{:?}", done.end);
     let change = &done.changes[0];
-    assert_eq!((change.from, change.to), (0, 1));
+    assert_eq!((change.from, change.passage.to), (0, 1));
     // Velocities do not jump where a foot only begins to tip.
     assert_eq!(change.before, change.after);
     let (time, last) = forces.last().unwrap();

@@ -24,7 +24,7 @@ of the next step, the black line is where it is as fast as before, dashes are th
 the slowest next step within them. Cells where the step is not made have the colour of the reason.
 
 Cells of a gait of several phases are followed through all phases, speed by speed; with --from the cell's parameters are taken at mid-stance. \
-Their controller keeps friction, push and torques itself: --assume takes `step` alone.
+Their controller keeps friction, push and torques itself where outputs allow it; --assume colours cells whose steps do not, or scuff.
 
 Ctrl-C ends a map early, with code 130: cells that are missing are `not computed`, and the same command with the same --csv goes on \
 from there. A file that is there and is another map is not written over.

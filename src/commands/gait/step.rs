@@ -30,7 +30,7 @@ the URDF; negative ones are violated, but do not make a step infeasible.
 A gait of several phases is followed through all of them, under its own controller; the speed is that at the dead centre of the first. \
 There the step takes the parameters of --set, where --from says others until then; --before has no meaning. \
 Its JSON: {\"speed\", \"next_speed\" (per s), \"phi_m\", \"delta\", \"p_minus\", \"energy\", \"next_energy\" ((unit of φ/s)²), \"duration\" (s), \"feasible\", \
-\"reason\", \"phases\": [{\"name\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\", \"duration\", \"nu\", \"p_minus\", \"limited\"}]}.
+\"reason\", \"margins\", \"phases\": [{\"name\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\", \"duration\", \"nu\", \"p_minus\", \"limited\"}]}.
 
 JSON: {\"next_speed\" (per s), \"delta\", \"p_minus\", \"p_max\" ((kg m²/s)²), \"phi_m\", \"limit_speed\" (per s), \"feasible\", \
 \"reason\", \"margins\": {\"friction\", \"pull\" (N), \"zmp\" (m), \"clearance\" (m), \"torque\" (N m), \"impact_friction\", \

@@ -1,4 +1,5 @@
 //! `bipedc gait steps` and `bipedc gait capture`: the fewest steps to a speed.
+use super::map::Assumed;
 use super::values::{INTERRUPTED, assignment, note, over, range, write};
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::{Failure, Outcome};
@@ -123,6 +124,9 @@ struct Planned {
     /// Take every step as one among its own kind, as the thesis does: then a speed is all that a step leaves
     #[arg(long, conflicts_with = "from")]
     alike: bool,
+    /// What has to hold in every step of a gait of several phases; `step`: the dead centre is passed
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_value = "step")]
+    assume: Vec<Assumed>,
     /// Most steps, up to 100
     #[arg(long, value_name = "N", default_value_t = 30)]
     most: usize,
@@ -180,6 +184,7 @@ impl Planned {
             over: self.over,
             most: self.most,
             alike: self.alike,
+            assume: Assumed::all(&self.assume),
         };
         let plans = match &gait {
             AnyBench::OnePhase(gait) => gait.plans(&options, &bench.run())?,

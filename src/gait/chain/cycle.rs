@@ -107,7 +107,7 @@ impl Chain<'_> {
     }
 
     /// M g, N: what holds the robot at rest.
-    fn weight(&self, q: &[f64]) -> Result<f64, Diagnostic> {
+    pub(super) fn weight(&self, q: &[f64]) -> Result<f64, Diagnostic> {
         let need = || Diagnostic::error("the gait has no function `inverse_dynamics`");
         let function =
             bipedc_runtime::Model::<f64>::function(&self.model, "inverse_dynamics").ok_or_else(need)?;

@@ -205,7 +205,7 @@ impl Chain<'_> {
             return Err(Refused::new(Reason::OutputsMissed, why));
         }
         match (walked.changes.first(), walked.end) {
-            (Some(change), _) => Ok((change.to, [change.after[0], change.after[1]])),
+            (Some(change), _) => Ok((change.passage.to, [change.after[0], change.after[1]])),
             (None, End::Violated(found)) => {
                 Err(Refused::new(Reason::FallsBack, format!("in phase `{}` {}", found.phase, found.meaning)))
             }

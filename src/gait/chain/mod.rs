@@ -2,6 +2,7 @@
 mod cycle;
 mod energy;
 mod hop;
+mod margins;
 mod pool;
 mod refused;
 mod step;
@@ -11,13 +12,13 @@ mod trace;
 
 pub use energy::PhaseEnergy;
 pub use hop::{Hop, MidStance};
-pub(in crate::gait) use pool::Chains;
+pub(in crate::gait) use pool::{Chains, SpeedAndReason};
 pub use refused::Refused;
 pub use step::{ChainOptions, ChainStep, ChainedPhase};
 pub(in crate::gait) use trace::PhaseTrace;
 
 use super::{PhasedBench, PhasedProgramController};
-use bipedc_analysis::simulate::phases::{Ending, PhaseSpec, Phased, Violation};
+use bipedc_analysis::simulate::phases::{Ending, Passage, PhaseSpec, Phased, Violation};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{
@@ -66,6 +67,8 @@ struct Present {
     missed: bool,
     /// The present phase is followed to this φ at most.
     until: Option<f64>,
+    /// Of impacts, foot by foot: along the ground and upward, N s.
+    impulses: Vec<[f64; 2]>,
 }
 
 /// The robot at a state (φ, φ̇).
@@ -80,6 +83,8 @@ pub(super) struct Motion {
     pub missed: bool,
     /// Power of the joints, W: driving less braking, driving and braking.
     pub power: [f64; 2],
+    /// Of the joints, N m.
+    pub torques: Vec<f64>,
 }
 
 impl<'b> Chain<'b> {
@@ -122,6 +127,7 @@ impl<'b> Chain<'b> {
                 limited: false,
                 missed: false,
                 until: None,
+                impulses: Vec::new(),
             }),
             refusal: RefCell::new(None),
             bench,
@@ -207,7 +213,8 @@ impl<'b> Chain<'b> {
         let mut accelerations = self.call(of.dynamics, &state);
         let forces = accelerations.split_off(v.len().min(accelerations.len()));
         let acceleration = of.surface.phase_acceleration(&self.model, (&point.q, &v), &accelerations);
-        Ok(Motion { forces, acceleration, limited: status.limits > 0, missed, power })
+        let torques = tau.split_off(first);
+        Ok(Motion { forces, acceleration, limited: status.limits > 0, missed, power, torques })
     }
 
     /// φ where h_p of the present phase has vanished.
@@ -274,6 +281,9 @@ impl<'b> Chain<'b> {
         if let Some(impact) = of.impact {
             let size = v.len();
             v = self.call(impact, &State::new().with(Argument::Q, &q).with(Argument::V, &v));
+            if let Some(landing) = &of.spec.impact {
+                self.note_impulses(&landing.rows, &v[size..]);
+            }
             v.truncate(size);
         }
         if of.spec.relabel {
@@ -333,11 +343,11 @@ impl Phased for Chain<'_> {
         })
     }
 
-    fn change(&self, phase: usize, time: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<usize, Violation> {
+    fn change(&self, phase: usize, time: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<Passage, Violation> {
         match self.changed(phase, [x[0], x[1]]) {
             Ok((next, state)) => {
                 x.copy_from_slice(&state);
-                Ok(next)
+                Ok(next.into())
             }
             Err(why) => {
                 let quantity = why.to_string();

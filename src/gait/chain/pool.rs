@@ -1,20 +1,53 @@
 //! Chains for work on all processors: what a chain says does not depend on what it was asked before, so any of them will do.
 use super::{Chain, Hop, MidStance, Refused};
 use crate::gait::PhasedBench;
+use bipedc_analysis::gait::{Assumptions, Reason};
 use bipedc_analysis::simulate::phases::PhaseSpec;
 use bipedc_effects::diagnostic::Diagnostic;
 use std::sync::{Mutex, PoisonError};
+
+/// What a map has in a cell.
+pub(in crate::gait) type SpeedAndReason = Result<(f64, Option<Reason>), Refused>;
 
 /// Chains of a gait that nobody needs at the moment.
 pub(in crate::gait) struct Chains<'b> {
     bench: &'b PhasedBench,
     specs: &'b [PhaseSpec],
+    assume: Assumptions,
     idle: Mutex<Vec<Chain<'b>>>,
 }
 
 impl<'b> Chains<'b> {
     pub fn new(bench: &'b PhasedBench, specs: &'b [PhaseSpec]) -> Self {
-        Self { bench, specs, idle: Mutex::new(Vec::new()) }
+        Self { bench, specs, assume: Assumptions::default(), idle: Mutex::new(Vec::new()) }
+    }
+
+    /// The same where steps have to keep these margins.
+    ///
+    /// # Errors
+    /// Nothing is known of a margin.
+    pub fn assuming(self, assume: Assumptions) -> Result<Self, Diagnostic> {
+        self.made()?.known(assume)?;
+        Ok(Self { assume, ..self })
+    }
+
+    /// A step, and the first assumption that it breaks.
+    fn stepped(&self, chain: &Chain<'b>, from: &MidStance, to: &[f64]) -> (Hop, Option<Reason>) {
+        if !self.assume.any() {
+            return (chain.hop(from, to), None);
+        }
+        let (hop, margins) = chain.hop_with_margins(from, to);
+        let broken = Hop::violated(self.assume, &margins).filter(|_| hop.next.is_ok());
+        (hop, broken)
+    }
+
+    /// A step; none that breaks an assumption.
+    fn kept(&self, chain: &Chain<'b>, from: &MidStance, to: &[f64]) -> Hop {
+        let (mut hop, broken) = self.stepped(chain, from, to);
+        if let Some(reason) = broken {
+            hop.next = Err(Refused::new(reason, reason.words()));
+        }
+        hop
     }
 
     /// Something that a chain is asked.
@@ -39,14 +72,17 @@ impl<'b> Chains<'b> {
 
     /// The step with parameters `to` from the mid-stance of one with parameters `from`.
     pub fn hop(&self, from: &[f64], to: &[f64], speed: f64) -> Result<Hop, Refused> {
-        self.ask(|chain| Ok(chain.hop(&chain.mid_stance(from, speed)?, to)))
+        self.ask(|chain| Ok(self.kept(chain, &chain.mid_stance(from, speed)?, to)))
     }
 
-    /// φ̇_m of the next step for each of several speeds.
-    pub fn speeds(&self, from: &[f64], to: &[f64], speeds: &[f64]) -> Vec<Result<f64, Refused>> {
+    /// φ̇_m of the next step for each of several speeds, and the first assumption that it breaks.
+    pub fn speeds(&self, from: &[f64], to: &[f64], speeds: &[f64]) -> Vec<SpeedAndReason> {
         let all = self.ask(|chain| {
             let start = chain.mid_stance(from, 1.0)?;
-            let next = |&speed: &f64| chain.hop(&start.at(speed), to).next.map(|next| next.speed);
+            let next = |&speed: &f64| {
+                let (hop, broken) = self.stepped(chain, &start.at(speed), to);
+                hop.next.map(|next| (next.speed, broken))
+            };
             Ok(speeds.iter().map(next).collect::<Vec<_>>())
         });
         all.unwrap_or_else(|why| speeds.iter().map(|_| Err(why.clone())).collect())
@@ -54,6 +90,6 @@ impl<'b> Chains<'b> {
 
     /// The step with these parameters from a mid-stance.
     pub fn onward(&self, from: &MidStance, to: &[f64]) -> Result<Hop, Refused> {
-        self.ask(|chain| Ok(chain.hop(from, to)))
+        self.ask(|chain| Ok(self.kept(chain, from, to)))
     }
 }

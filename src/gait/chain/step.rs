@@ -2,7 +2,7 @@
 use super::surface::SurfacePoint;
 use super::{Chain, ChainPhase, PhaseEnergy, Refused};
 use crate::gait::{Assignment, Parametrised, PhasedBench};
-use bipedc_analysis::gait::Reason;
+use bipedc_analysis::gait::{Margins, Reason};
 use bipedc_analysis::simulate::phases::{Ending, PhaseSpec};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::magnitude;
@@ -72,6 +72,8 @@ pub struct ChainStep {
     pub feasible: bool,
     /// Why not.
     pub reason: Option<String>,
+    /// From this mid-stance to the next, at all accepted steps of the integration; negative: violated.
+    pub margins: Margins,
     /// In order.
     pub phases: Vec<ChainedPhase>,
     /// Unit of φ.
@@ -146,7 +148,7 @@ impl Chain<'_> {
     /// own kind is shown from its beginning.
     fn step(&self, from: &[f64], to: &[f64], speed: f64) -> Result<ChainStep, Refused> {
         let start = self.mid_stance(from, speed)?;
-        let hop = self.hop(&start, to);
+        let (hop, margins) = self.hop_with_margins(&start, to);
         let first = self.first()?;
         let begun = if from == to {
             let [q, v] = self.beginning(to, speed)?;
@@ -165,6 +167,7 @@ impl Chain<'_> {
             duration: None,
             feasible: hop.next.is_ok(),
             reason: hop.next.err().map(|why| why.to_string()),
+            margins,
             phases: Vec::new(),
             unit: self.bench.gait.phases[0].unit.clone(),
         };

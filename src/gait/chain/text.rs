@@ -1,6 +1,6 @@
 //! A step of several phases for people.
 use super::ChainStep;
-use crate::gait::text::{columns, figure, row};
+use crate::gait::text::{columns, figure, margins, row};
 use crate::table::table;
 use std::fmt;
 
@@ -29,6 +29,7 @@ impl fmt::Display for ChainStep {
             row
         };
         f.write_str(&table(&head, self.phases.iter().map(phase).collect(), head.len()))?;
+        write!(f, "\n{}", columns(&["margin", "value", "unit"], margins(&self.margins)))?;
         match &self.reason {
             None => writeln!(f, "\nthe next step passes its dead centre"),
             Some(reason) => writeln!(f, "\nnot possible: {reason}"),

@@ -7,7 +7,7 @@ mod text;
 use super::over::{Over, Range};
 use super::{Assignment, GaitBench, Parametrised};
 use crate::progress::Run;
-use bipedc_analysis::gait::{Choices, Plan, PlannedStep, Unreached, Watch};
+use bipedc_analysis::gait::{Assumptions, Choices, Plan, PlannedStep, Unreached, Watch};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::magnitude;
 use serde::Serialize;
@@ -37,6 +37,8 @@ pub struct PlanOptions {
     pub most: usize,
     /// Every step is taken as one among its own kind, as the thesis does.
     pub alike: bool,
+    /// What has to hold in every step beside that it passes its dead centre: of gaits of several phases.
+    pub assume: Assumptions,
 }
 
 /// Plans from several speeds to one. As text and as JSON they are what `bipedc gait steps` and `bipedc gait capture` print.
@@ -117,6 +119,10 @@ impl GaitBench {
                 format!("the gait `{}` has no plans: what it wants depends on phase_start", self.gait.name);
             let help = "then the end of a step depends on all steps before it; write its formulas with phase and phase_end alone";
             return Err(Diagnostic::error(message).help(help).into());
+        }
+        if options.assume.any() {
+            let help = "leave --assume out: energies of a plan tell whether its steps are made; `bipedc gait step` tells the margins of each";
+            return Err(Diagnostic::error("plans of one phase have no margins").help(help).into());
         }
         let (choices, now) = self.choices(options)?;
         let model = self.model()?;

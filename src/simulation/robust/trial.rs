@@ -3,7 +3,7 @@ use super::sampled::{Instruments, Sampled};
 use crate::gait::choice::Present;
 use crate::simulation::choosers::Choosers;
 use crate::simulation::gait::Walker as GaitWalker;
-use crate::simulation::{Scene, Walker, in_world, true_walker};
+use crate::simulation::{Scene, Walker, in_world, walker_for};
 use bipedc_analysis::simulate::phases::{LandingGuard, WalkEnd, WalkSummary, Walking};
 use bipedc_analysis::simulate::{Push, Run, Scenario, World};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -109,7 +109,7 @@ struct Met {
 impl Trial<'_, '_> {
     /// The walk without any disturbance has to come to its end both ways.
     pub fn undisturbed(&self) -> Result<(), Diagnostics> {
-        let walker = true_walker(&self.scene.robot, &self.scene.scenario.effects, false)?;
+        let walker = walker_for(&self.scene.robot, &self.scene.scenario, false)?;
         let met = Met { walker, scenario: self.quiet(), instruments: None, seed: 0 };
         for (chosen, words) in [(false, "the parameters of the scenario"), (true, "chosen parameters")] {
             if let Err(why) = self.walk(&met, chosen) {
@@ -178,7 +178,7 @@ impl Trial<'_, '_> {
                 instruments = Some(Instruments { period: PERIOD, late, noise: [0.0; 2] });
             }
         }
-        let walker = true_walker(&robot, &scenario.effects, false)?;
+        let walker = walker_for(&robot, &scenario, false)?;
         Ok(Met { walker, scenario, instruments, seed })
     }
 

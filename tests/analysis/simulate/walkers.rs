@@ -1,5 +1,5 @@
 //! Walkers of few equations, integrated from event to event.
-use bipedc_analysis::simulate::phases::{End, Phased, Precision, Start, Violation, walk};
+use bipedc_analysis::simulate::phases::{End, Passage, Phased, Precision, Start, Violation, walk};
 use nalgebra::Matrix2;
 
 /// Garcia, Chatterjee, Ruina and Coleman (1998): all mass at the hip, almost massless feet, time in √(l/g).
@@ -22,11 +22,11 @@ impl Phased for Simplest {
     fn violation(&self, _: usize, _: f64, _: &[f64]) -> Option<Violation> {
         None
     }
-    fn change(&self, _: usize, _: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<usize, Violation> {
+    fn change(&self, _: usize, _: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<Passage, Violation> {
         let (stance, rate) = (x[0], x[1]);
         let c = (2.0 * stance).cos();
         x.copy_from_slice(&[-stance, c * rate, -2.0 * stance, c * (1.0 - c) * rate]);
-        Ok(0)
+        Ok(0.into())
     }
 }
 
@@ -89,9 +89,9 @@ impl Phased for Ball {
     fn violation(&self, _: usize, _: f64, _: &[f64]) -> Option<Violation> {
         None
     }
-    fn change(&self, _: usize, _: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<usize, Violation> {
+    fn change(&self, _: usize, _: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<Passage, Violation> {
         (x[0], x[1]) = (0.0, -0.7 * x[1]);
-        Ok(0)
+        Ok(0.into())
     }
 }
 

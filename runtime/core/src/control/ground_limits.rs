@@ -2,6 +2,10 @@
 use super::phased::{PhaseLayout, StandingFoot};
 use crate::real::Scalar;
 
+/// Part of what all feet carry by which a foot that is let go may exceed its friction: what it carries vanishes, and the quotient of its forces means
+/// nothing there. Half of what a simulation takes for nothing, so that it is kept there too.
+const LIGHT: f64 = 0.005;
+
 /// What a limit is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
@@ -88,7 +92,9 @@ impl<R: Scalar> Forces<'_, R> {
         let mut feet = self.layout.feet.iter().enumerate();
         let (number, foot) = feet.find_map(|(k, foot)| Some((k, foot.filter(|foot| !foot.holds)?)))?;
         let [along, push] = foot.force.map(|force| self.force(force, torques));
-        let most = R::constant(friction?) * push.larger(R::constant(0.0));
+        let all = self.layout.feet.iter().flatten();
+        let load = all.fold(R::constant(0.0), |sum, foot| sum + self.force(foot.force[1], torques));
+        let most = R::constant(friction?) * push.larger(R::constant(0.0)) + R::constant(LIGHT) * load.abs();
         (along.abs() > most).then_some(LettingGo { number, force: foot.force, push, most })
     }
 

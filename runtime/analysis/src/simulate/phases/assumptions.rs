@@ -26,6 +26,12 @@ pub struct Assumptions {
     pub second_impact: bool,
     /// How far from the ground a point may be that lands, m: a foot that lands flat is level.
     pub level: f64,
+    /// Forces that nobody asks for friction of, as a part of the weight (impulses: of all feet's): on a foot that carries less than ten times
+    /// it the force along the ground may exceed friction by so much. A foot that is about to be let go carries less and less: its quotient of forces
+    /// means nothing, and what it would slip by moves nothing.
+    pub light: f64,
+    /// Where contacts are not those of the order of phases, the walk goes on in the phase that has them; `None`: not said.
+    pub follows: Option<bool>,
 }
 
 impl Default for Assumptions {
@@ -38,6 +44,8 @@ impl Default for Assumptions {
             step_length: None,
             second_impact: true,
             level: 1e-3,
+            light: 0.01,
+            follows: None,
         }
     }
 }
@@ -48,6 +56,8 @@ const ROUNDING: [f64; 2] = [1e-6, 1e-9];
 const CLOSE: f64 = 1e-9;
 /// Speeds that are rounding, m/s.
 const STILL: f64 = 1e-9;
+/// A foot that carries less than so many times what is light carries little.
+const LITTLE: f64 = 10.0;
 
 /// What is known about a violation before it has a phase and a time.
 struct Breach {
@@ -76,7 +86,7 @@ impl PhasedRobot<'_> {
             .pull_or_slip(&spec.rows, &forces, false)
             .or_else(|| self.tips(spec, q, &forces, work))
             .or_else(|| self.tips_along_an_edge(spec, q, v, work))
-            .or_else(|| self.scuffs(spec, q, work))
+            .or_else(|| self.scuffs(spec, (q, v), work))
             .or_else(|| self.stops(q));
         found.map(|found| found.at(spec, time))
     }
@@ -86,8 +96,8 @@ impl PhasedRobot<'_> {
         if !self.assumptions.scuffing.is_finite() {
             return None;
         }
-        let (spec, (q, _)) = (&self.phases[number].0, self.split(x));
-        self.scuffs(spec, q, &mut self.work.borrow_mut()).map(|found| found.at(spec, time))
+        let spec = &self.phases[number].0;
+        self.scuffs(spec, self.split(x), &mut self.work.borrow_mut()).map(|found| found.at(spec, time))
     }
 
     /// Just after the impact that ends a phase: `q`, `v⁺` and the impulses of the rows.
@@ -108,10 +118,23 @@ impl PhasedRobot<'_> {
         found.map(|found| found.at(spec, time))
     }
 
+    /// Whether impulses are more along the ground than friction holds.
+    pub(super) fn slips(
+        &self,
+        spec: &PhaseSpec,
+        time: f64,
+        rows: &[Row],
+        impulses: &[f64],
+    ) -> Option<Violation> {
+        self.pull_or_slip(rows, impulses, true).map(|found| found.at(spec, time))
+    }
+
     /// Forces or impulses of the rows against the laws of contact.
     fn pull_or_slip(&self, rows: &[Row], forces: &[f64], impact: bool) -> Option<Breach> {
         let (unit, kind) = if impact { ("N s", "impulse") } else { ("N", "force") };
         let rounding = ROUNDING[usize::from(impact)];
+        let loads = (0..self.feet.len()).map(|foot| Load::of(foot, rows, forces).force[2]);
+        let light = self.assumptions.light * if impact { loads.sum() } else { self.weight };
         for (index, foot) in self.feet.iter().enumerate() {
             if !rows.iter().any(|row| row.foot == index) {
                 continue;
@@ -126,7 +149,8 @@ impl PhasedRobot<'_> {
             }
             let tangential = load.force[0].hypot(load.force[1]);
             let limit = self.assumptions.friction * load.force[2].max(0.0);
-            if self.assumptions.friction.is_finite() && tangential > limit + rounding {
+            let slack = if load.force[2] < LITTLE * light { light } else { 0.0 };
+            if self.assumptions.friction.is_finite() && tangential > limit + slack + rounding {
                 return found("tangential", tangential, limit, "the foot slips");
             }
         }
@@ -179,18 +203,19 @@ impl PhasedRobot<'_> {
     }
 
     /// Heights of the points in the air.
-    fn scuffs(&self, spec: &PhaseSpec, q: &[f64], work: &mut Work) -> Option<Breach> {
+    fn scuffs(&self, spec: &PhaseSpec, (q, v): (&[f64], &[f64]), work: &mut Work) -> Option<Breach> {
         if !self.assumptions.scuffing.is_finite() {
             return None;
         }
-        self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
-        let air = work.points.iter().enumerate().filter(|(point, _)| !spec.standing.contains(point));
-        let air: Vec<(usize, f64)> = air.map(|(point, &height)| (point, height)).collect();
-        let (point, value) = air
-            .into_iter()
-            .map(|(point, height)| (point, height - self.ground_below(spec, q, point, work)))
-            .min_by(|a, b| a.1.total_cmp(&b.1))?;
-        (value < -self.assumptions.scuffing).then(|| Breach {
+        let below = |(_, height): &(usize, f64)| *height < -self.assumptions.scuffing;
+        let mut sunk: Vec<(usize, f64)> = self.in_the_air(spec, q, work).into_iter().filter(below).collect();
+        if self.follows() && !sunk.is_empty() {
+            // What was let go just below the ground, where it had landed, rises.
+            let speeds = self.normal_speeds(q, v);
+            sunk.retain(|(point, _)| speeds[*point] < 0.0);
+        }
+        let (point, value) = sunk.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Breach {
             quantity: format!("height of {}", self.point_name(point)),
             value,
             limit: -self.assumptions.scuffing,
@@ -199,12 +224,37 @@ impl PhasedRobot<'_> {
         })
     }
 
+    /// Points in the air with their heights above the ground below them, m.
+    pub(super) fn in_the_air(&self, spec: &PhaseSpec, q: &[f64], work: &mut Work) -> Vec<(usize, f64)> {
+        self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
+        let air = work.points.iter().enumerate().filter(|(point, _)| !spec.standing.contains(point));
+        let air: Vec<(usize, f64)> = air.map(|(point, &height)| (point, height)).collect();
+        let above = |(point, height)| (point, height - self.ground_below(spec, q, point, work));
+        air.into_iter().map(above).collect()
+    }
+
+    /// Vertical velocities of the contact points, m/s.
+    pub(super) fn normal_speeds(&self, q: &[f64], v: &[f64]) -> Vec<f64> {
+        let mut directions = Vec::new();
+        self.call(self.normals, &State::new().with(Argument::Q, q), &mut directions);
+        directions.chunks_exact(v.len()).map(|row| row.iter().zip(v).map(|(w, v)| w * v).sum()).collect()
+    }
+
     /// Height of the ground below a point, m.
     fn ground_below(&self, spec: &PhaseSpec, q: &[f64], point: usize, work: &mut Work) -> f64 {
-        match self.ground() {
-            [0.0, 0.0] => 0.0,
-            [_, ahead] if self.ahead(q, &[point], &spec.standing, work) > 0.0 => ahead,
-            [behind, _] => behind,
+        let ground = self.ground();
+        if ground == [0.0, 0.0] {
+            return 0.0;
+        }
+        let own = self.stands_already(&spec.standing, &[point]);
+        let mine = |other: &usize| self.stands_already(&[*other], &[point]);
+        let others: Vec<usize> = spec.standing.iter().copied().filter(|other| !mine(other)).collect();
+        let in_front = others.is_empty() || self.ahead(q, &[point], &others, work) > 0.0;
+        match (own, in_front) {
+            // The foot of the point stands on the foothold that was reached last, or behind it.
+            (true, true) => 0.0,
+            (false, true) => ground[1],
+            (_, false) => ground[0],
         }
     }
 
@@ -268,14 +318,11 @@ impl PhasedRobot<'_> {
         let kept: &[usize] = spec.impact.as_ref().map_or(&[], |landing| &landing.standing);
         let work = &mut self.work.borrow_mut();
         self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
-        let mut directions = Vec::new();
-        self.call(self.normals, &State::new().with(Argument::Q, q), &mut directions);
-        let nv = after.len();
+        let speeds = self.normal_speeds(q, after);
         for (point, &height) in work.points.iter().enumerate().filter(|(point, _)| !kept.contains(point)) {
             let stood = spec.standing.contains(&point);
             let near = self.assumptions.scuffing.is_finite() && height < self.assumptions.scuffing;
-            let speed: f64 =
-                directions[point * nv..(point + 1) * nv].iter().zip(after).map(|(w, v)| w * v).sum();
+            let speed = speeds[point];
             if (stood || near) && speed < -STILL {
                 return Some(Breach {
                     quantity: format!("vertical velocity of {} after the impact", self.point_name(point)),

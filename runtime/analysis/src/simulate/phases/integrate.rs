@@ -32,7 +32,41 @@ pub trait Phased {
         time: f64,
         x: &mut [f64],
         impulse: &mut Vec<f64>,
-    ) -> Result<usize, Violation>;
+    ) -> Result<Passage, Violation>;
+    /// Where an assumption of the phase does not hold: the same, if the motion goes on in another phase than the next one.
+    ///
+    /// # Errors
+    /// `violation`, or another assumption that does not hold during the change.
+    fn goes_on(
+        &self,
+        _phase: usize,
+        _time: f64,
+        _x: &mut [f64],
+        _impulse: &mut Vec<f64>,
+        violation: Violation,
+    ) -> Result<Passage, Violation> {
+        Err(violation)
+    }
+}
+
+/// From one phase to another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Passage {
+    /// The phase that begins.
+    pub to: usize,
+    /// Left and right have exchanged their roles.
+    pub exchanged: bool,
+    /// Contact points (roles of before) that an impact holds; none: velocities do not jump.
+    pub held: Vec<usize>,
+    /// It is the one that the order of the phases has there.
+    pub planned: bool,
+}
+
+impl From<usize> for Passage {
+    /// To a phase, as planned, without an impact.
+    fn from(to: usize) -> Self {
+        Self { to, exchanged: false, held: Vec::new(), planned: true }
+    }
 }
 
 /// An assumption that did not hold: the model says nothing about what follows.
@@ -99,8 +133,8 @@ pub struct Change {
     pub time: f64,
     /// The phase that ended.
     pub from: usize,
-    /// The phase that begins.
-    pub to: usize,
+    /// The phase that begins, and how.
+    pub passage: Passage,
     /// x⁻
     pub before: Vec<f64>,
     /// x⁺
@@ -219,11 +253,10 @@ pub fn walk_watched(
     let mut at_once = 0;
     while walk.last.time < until {
         let before = walk.last.time;
-        if let Some(violation) = system.violation(walk.last.phase, before, &walk.last.x) {
-            walk.end = End::Violated(violation);
-            return Ok(walk);
-        }
-        let found = phase(system, &mut walk, until, precision, watcher)?;
+        let found = match system.violation(walk.last.phase, before, &walk.last.x) {
+            Some(violation) => PhaseEnd::Violated(violation),
+            None => phase(system, &mut walk, until, precision, watcher)?,
+        };
         at_once = if walk.last.time - before > INSTANT { 0 } else { at_once + 1 };
         if at_once > MOST_AT_ONCE {
             return Err(Diagnostic::error(format!("at {before} s phases follow each other without time"))
@@ -232,13 +265,17 @@ pub fn walk_watched(
         walk.end = match found {
             PhaseEnd::Nothing => break,
             PhaseEnd::Stopped => End::Stopped,
-            PhaseEnd::Violated(violation) => End::Violated(violation),
+            PhaseEnd::Violated(violation) => match changed(system, &mut walk, watcher, Some(violation)) {
+                Ok(true) => continue,
+                Ok(false) => End::Changes,
+                Err(violation) => End::Violated(violation),
+            },
             PhaseEnd::Event => {
                 let Start { time, phase, x } = &walk.last;
                 system.at_event(*phase, *time, x);
                 continue;
             }
-            PhaseEnd::Guard => match changed(system, &mut walk, watcher) {
+            PhaseEnd::Guard => match changed(system, &mut walk, watcher, None) {
                 Ok(true) => continue,
                 Ok(false) => End::Changes,
                 Err(violation) => End::Violated(violation),
@@ -250,16 +287,25 @@ pub fn walk_watched(
     Ok(walk)
 }
 
-/// The change at the end of a phase; whether to go on.
-fn changed(system: &dyn Phased, walk: &mut Walk, watcher: &mut dyn Watcher) -> Result<bool, Violation> {
+/// The change at the end of a phase, or where it cannot go on; whether to go on.
+fn changed(
+    system: &dyn Phased,
+    walk: &mut Walk,
+    watcher: &mut dyn Watcher,
+    violated: Option<Violation>,
+) -> Result<bool, Violation> {
     let last = &mut walk.last;
     let (from, before, mut impulse) = (last.phase, last.x.clone(), Vec::new());
-    let to = system.change(from, last.time, &mut last.x, &mut impulse);
-    if to.is_err() {
+    let found = match violated {
+        None => system.change(from, last.time, &mut last.x, &mut impulse),
+        Some(violation) => system.goes_on(from, last.time, &mut last.x, &mut impulse, violation),
+    };
+    if found.is_err() {
         last.x.clone_from(&before);
     }
-    last.phase = to?;
-    let change = Change { time: last.time, from, to: last.phase, before, after: last.x.clone(), impulse };
+    let passage = found?;
+    last.phase = passage.to;
+    let change = Change { time: last.time, from, passage, before, after: last.x.clone(), impulse };
     let further = watcher.change(&change);
     walk.changes.push(change);
     Ok(further)

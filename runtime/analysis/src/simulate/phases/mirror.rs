@@ -130,6 +130,11 @@ impl<'a> Mirror<'a> {
         self.points[point]
     }
 
+    /// By contact point: the one in its place.
+    pub fn points(&self) -> &[usize] {
+        &self.points
+    }
+
     /// A force seen in the mirror.
     pub fn force(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         [x, if self.sideways { -y } else { y }, z]

@@ -2,6 +2,7 @@
 //! instant at which it ends, the impact, the exchange of the legs, and the assumptions under which all this holds.
 mod assumptions;
 mod begin;
+mod follow;
 mod integrate;
 mod mirror;
 mod phased;
@@ -15,7 +16,7 @@ mod watch;
 
 pub use assumptions::Assumptions;
 pub use integrate::{
-    Change, Effort, End, Phased, Precision, Start, Violation, Walk, Watcher, walk, walk_watched,
+    Change, Effort, End, Passage, Phased, Precision, Start, Violation, Walk, Watcher, walk, walk_watched,
 };
 pub(crate) use mirror::Mirror;
 pub use project::Projected;

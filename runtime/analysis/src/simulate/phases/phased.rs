@@ -1,7 +1,7 @@
 //! What the integration asks of a robot: accelerations, where phases end, what changes there.
-use super::integrate::{Phased, Violation};
+use super::integrate::{Passage, Phased, Violation};
 use super::robot::{Memory, PhasedRobot};
-use super::spec::Ending;
+use super::spec::{Ending, PhaseSpec};
 use super::support::{Load, before_line};
 use crate::robot::BaseKind;
 use crate::simulate::mechanics::rotate;
@@ -71,12 +71,14 @@ impl Phased for PhasedRobot<'_> {
 
     fn before_event(&self, phase: usize, time: f64, x: &[f64]) -> Option<f64> {
         let (q, v) = self.split(x);
+        let phase = if phase < self.described { phase } else { self.driven() };
         self.controller.borrow_mut().before_event(&Observation::new(time, phase, q, v))
     }
 
     fn at_event(&self, phase: usize, time: f64, x: &[f64]) {
         let (q, v) = self.split(x);
         *self.memory.borrow_mut() = Memory::default();
+        let phase = if phase < self.described { phase } else { self.driven() };
         let told = self.controller.borrow_mut().at_event(&Observation::new(time, phase, q, v));
         if let (Err(refusal), None) = (told, self.refusal.get()) {
             self.refusal.set(Some((phase, time, refusal)));
@@ -89,35 +91,67 @@ impl Phased for PhasedRobot<'_> {
         time: f64,
         x: &mut [f64],
         impulse: &mut Vec<f64>,
-    ) -> Result<usize, Violation> {
+    ) -> Result<Passage, Violation> {
         let (spec, functions) = &self.phases[phase];
-        let nq = self.model.nq();
-        let mut out = Vec::new();
+        let mut held = Vec::new();
         *self.memory.borrow_mut() = Memory::default();
         if let (Some(impact), Some(landing)) = (functions.impact, &spec.impact) {
-            if !self.rises.is_empty() {
-                // From here on heights are those above the new foothold.
-                x[1] -= self.ground()[1];
-                self.reached.set(self.reached.get() + 1);
-            }
-            let (q, v) = x.split_at_mut(nq);
+            let before = x.to_vec();
+            let reached = self.reached.get();
+            self.reach(spec, &landing.standing, x);
+            let (q, v) = x.split_at_mut(self.model.nq());
+            let mut out = Vec::new();
             self.call(impact, &State::new().with(Argument::Q, q).with(Argument::V, v), &mut out);
             impulse.extend_from_slice(&out[v.len()..]);
             v.copy_from_slice(&out[..v.len()]);
             let found = self.broken_by_impact(phase, time, (q, v), (&landing.rows, impulse));
             if let Some(found) = found {
-                return Err(found);
+                x.copy_from_slice(&before);
+                self.reached.set(reached);
+                return self.goes_on(phase, time, x, impulse, found);
             }
+            held.clone_from(&landing.standing);
         }
-        if let (true, Some([configuration, velocity])) = (spec.relabel, self.relabelled) {
-            let (q, v) = x.split_at_mut(nq);
-            self.call(configuration, &State::new().with(Argument::Q, q), &mut out);
-            q.copy_from_slice(&out);
-            self.call(velocity, &State::new().with(Argument::V, v), &mut out);
-            v.copy_from_slice(&out);
-            self.swapped.set(!self.swapped.get());
+        if spec.relabel {
+            self.exchange(x);
         }
         self.begin_phase(spec.next, time, x);
-        Ok(spec.next)
+        Ok(Passage { to: spec.next, exchanged: spec.relabel, held, planned: true })
+    }
+
+    fn goes_on(
+        &self,
+        phase: usize,
+        time: f64,
+        x: &mut [f64],
+        impulse: &mut Vec<f64>,
+        violation: Violation,
+    ) -> Result<Passage, Violation> {
+        impulse.clear();
+        self.follow(phase, time, x, impulse).unwrap_or(Err(violation))
+    }
+}
+
+impl PhasedRobot<'_> {
+    /// Where a foot reaches a new foothold: from here on heights are those above it.
+    pub(super) fn reach(&self, spec: &PhaseSpec, landing: &[usize], x: &mut [f64]) {
+        let new: Vec<usize> =
+            landing.iter().copied().filter(|point| !spec.standing.contains(point)).collect();
+        if !self.rises.is_empty() && !new.is_empty() && !self.stands_already(&spec.standing, &new) {
+            x[1] -= self.ground()[1];
+            self.reached.set(self.reached.get() + 1);
+        }
+    }
+
+    /// Left and right exchange their roles.
+    pub(super) fn exchange(&self, x: &mut [f64]) {
+        let Some([configuration, velocity]) = self.relabelled else { return };
+        let (q, v) = x.split_at_mut(self.model.nq());
+        let mut out = Vec::new();
+        self.call(configuration, &State::new().with(Argument::Q, q), &mut out);
+        q.copy_from_slice(&out);
+        self.call(velocity, &State::new().with(Argument::V, v), &mut out);
+        v.copy_from_slice(&out);
+        self.swapped.set(!self.swapped.get());
     }
 }

@@ -1,5 +1,6 @@
 //! A robot with the phases of its description.
 use super::assumptions::Assumptions;
+use super::integrate::Passage;
 use super::points::PointForces;
 use super::spec::{LandingGuard, PhaseSpec};
 use super::support::Load;
@@ -18,7 +19,16 @@ pub struct PhasedRobot<'a> {
     pub(super) swapped: Cell<bool>,
     pub(super) base: BaseKind,
     pub(super) feet: &'a [Foot],
+    /// Those of the description, then further sets of contacts.
     pub(super) phases: Vec<(PhaseSpec, Functions)>,
+    /// How many the description has.
+    pub(super) described: usize,
+    /// By contact point: the one in its place on the other side; empty where sides are not exchanged.
+    pub(super) mirrored: Vec<usize>,
+    /// The last phase whose beginning the controller was told.
+    driven: Cell<usize>,
+    /// N
+    pub(super) weight: f64,
     pub(super) distances: usize,
     positions: usize,
     pub(super) normals: usize,
@@ -100,12 +110,12 @@ impl<'a> PhasedRobot<'a> {
         } else {
             None
         };
-        let functions = |phase: PhaseSpec| {
-            let impact = phase.impact.as_ref().map(|landing| find(&landing.map)).transpose()?;
-            let found = Functions { dynamics: find(&phase.dynamics)?, impact };
-            Ok((phase, found))
-        };
+        let spread = PointForces::new(model)?;
         Ok(Self {
+            described: phases.len(),
+            mirrored: Vec::new(),
+            driven: Cell::new(0),
+            weight: weight(&spread, model, base),
             model,
             exchanged: None,
             swapped: Cell::new(false),
@@ -114,9 +124,9 @@ impl<'a> PhasedRobot<'a> {
             distances: find("contact_distances")?,
             positions: find("contact_positions")?,
             normals: find("contact_normal_directions")?,
-            spread: PointForces::new(model)?,
+            spread,
             relabelled,
-            phases: phases.into_iter().map(functions).collect::<Result<_, Diagnostic>>()?,
+            phases: phases.into_iter().map(|phase| known(model, phase)).collect::<Result<_, Diagnostic>>()?,
             assumptions,
             stops: Vec::new(),
             pushes: Vec::new(),
@@ -128,6 +138,19 @@ impl<'a> PhasedRobot<'a> {
             work: RefCell::new(Work::default()),
             memory: RefCell::new(Memory::default()),
         })
+    }
+
+    /// The same where phases follow the contacts: `sets` are sets of contacts that no phase has, but a walk may pass, and those of the phases
+    /// themselves as what an impact holds; `mirrored` is for each contact point the one in its place on the other side, none where sides
+    /// are not exchanged.
+    ///
+    /// # Errors
+    /// The model lacks a function of theirs.
+    pub fn following(mut self, sets: &[PhaseSpec], mirrored: Vec<usize>) -> Result<Self, Diagnostic> {
+        for set in sets {
+            self.phases.push(known(self.model, set.clone())?);
+        }
+        Ok(Self { mirrored, ..self })
     }
 
     /// The same with joints that may not pass these positions (rad or m, by joint).
@@ -193,9 +216,19 @@ impl<'a> PhasedRobot<'a> {
         self.refusal.take()
     }
 
-    /// The phases.
+    /// The phases of the description.
     pub fn phases(&self) -> impl Iterator<Item = &PhaseSpec> {
-        self.phases.iter().map(|(spec, _)| spec)
+        self.phases.iter().take(self.described).map(|(spec, _)| spec)
+    }
+
+    /// The phase that the controller is in.
+    pub(super) fn driven(&self) -> usize {
+        self.driven.get()
+    }
+
+    /// Name of a phase, or of a set of contacts.
+    pub(super) fn name(&self, phase: usize) -> &str {
+        &self.phases[phase].0.name
     }
 
     pub(super) fn split<'x>(&self, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
@@ -222,7 +255,7 @@ impl<'a> PhasedRobot<'a> {
             return;
         }
         let (q, v) = self.split(x);
-        self.command(&Observation::new(time, phase, q, v), work);
+        self.command(&Observation::new(time, self.driven(), q, v), work);
         let state = State::new().with(Argument::Q, q).with(Argument::V, v).with(Argument::Tau, &work.tau);
         self.call(self.phases[phase].1.dynamics, &state, &mut work.out);
         let entry = &mut memory.entries[memory.next];
@@ -261,6 +294,7 @@ impl<'a> PhasedRobot<'a> {
         let (q, v) = self.split(x);
         // Commands of before are no longer the controller's.
         *self.memory.borrow_mut() = Memory::default();
+        self.driven.set(phase);
         let begun = self.controller.borrow_mut().begin_phase(&Observation::new(time, phase, q, v));
         if let (Err(refusal), None) = (begun, self.refusal.get()) {
             self.refusal.set(Some((phase, time, refusal)));
@@ -303,14 +337,13 @@ impl<'a> PhasedRobot<'a> {
     }
 
     /// Impulses on the contact points (world axes, N s) of the jump from `before` to `after`, two states of one configuration, at the
-    /// end of the phase that was left last.
-    pub fn impulses(&self, phase: usize, q: &[f64], before: &[f64], after: &[f64]) -> Vec<[f64; 3]> {
+    /// change of phase that was made last.
+    pub fn impulses(&self, passage: &Passage, q: &[f64], before: &[f64], after: &[f64]) -> Vec<[f64; 3]> {
         let jump: Vec<f64> = after.iter().zip(before).map(|(after, before)| after - before).collect();
-        let standing = self.phases[phase].0.impact.as_ref().map_or(&[][..], |landing| &landing.standing);
         // The sides are exchanged after the impact.
-        let swapped = self.swapped.get() != self.phases[phase].0.relabel;
+        let swapped = self.swapped.get() != passage.exchanged;
         let sum = self.spread.impulse(self.on(swapped), q, &jump);
-        self.spread.spread(self.model, q, (standing, self.assumptions.friction), &sum)
+        self.spread.spread(self.model, q, (&passage.held, self.assumptions.friction), &sum)
     }
 
     /// Derivatives of the positions of these points with respect to `v`, row by row, three (planar: two) for each: z, x, y.
@@ -348,7 +381,7 @@ impl<'a> PhasedRobot<'a> {
         }
         self.call(self.distances, &State::new().with(Argument::Q, q), &mut work.points);
         let height = points.iter().map(|&point| work.points[point]).fold(f64::INFINITY, f64::min);
-        if !self.rises.is_empty() {
+        if !self.rises.is_empty() && !self.stands_already(&spec.standing, points) {
             // A foothold is ahead.
             let ahead = self.ahead(q, points, &spec.standing, work);
             return (height - self.ground()[1]).max(shortest_step.max(0.0) - ahead);
@@ -357,6 +390,12 @@ impl<'a> PhasedRobot<'a> {
             return height;
         }
         height.max(shortest_step - self.ahead(q, points, &spec.standing, work))
+    }
+
+    /// Whether a foot of these points stands on another of its points.
+    pub(super) fn stands_already(&self, standing: &[usize], points: &[usize]) -> bool {
+        let of = |point: usize| (0..self.feet.len()).find(|&foot| self.sole(foot, &[point]).contains(&point));
+        points.iter().any(|&point| standing.iter().any(|&other| of(other) == of(point)))
     }
 
     /// Points of a foot that stand.
@@ -380,4 +419,32 @@ impl<'a> PhasedRobot<'a> {
         let relative = load.pressure();
         ([middle[0] + relative[0], middle[1] + relative[1]], points, middle)
     }
+}
+
+/// A phase with its functions.
+fn known(model: &dyn Model<f64>, phase: PhaseSpec) -> Result<(PhaseSpec, Functions), Diagnostic> {
+    let find = |name: &str| {
+        model.function(name).ok_or_else(|| {
+            Diagnostic::error(format!("the model has no function `{name}`"))
+                .help("add it to what is generated from the description")
+        })
+    };
+    let impact = phase.impact.as_ref().map(|landing| find(&landing.map)).transpose()?;
+    let found = Functions { dynamics: find(&phase.dynamics)?, impact };
+    Ok((phase, found))
+}
+
+/// What holds the robot at rest, N: nothing where the base is fixed.
+fn weight(spread: &PointForces, model: &dyn Model<f64>, base: BaseKind) -> f64 {
+    let (mut q, still) = (vec![0.0; model.nq()], vec![0.0; model.nv()]);
+    let linear = match base {
+        BaseKind::Fixed | BaseKind::Pivot => return 0.0,
+        BaseKind::Planar => 2,
+        BaseKind::Floating => {
+            q[6] = 1.0;
+            3
+        }
+    };
+    let forces = spread.generalised(model, [&q, &still, &still, &still]);
+    forces[..linear].iter().map(|x| x * x).sum::<f64>().sqrt()
 }

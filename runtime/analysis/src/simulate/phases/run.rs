@@ -1,5 +1,7 @@
 //! A whole walk: controllers, phases, log.
-use super::integrate::{Change, Effort, End, Precision, Start, Violation, Walk, Watcher, walk_watched};
+use super::integrate::{
+    Change, Effort, End, Passage, Precision, Start, Violation, Walk, Watcher, walk_watched,
+};
 use super::mirror::Mirror;
 use super::project::Projected;
 use super::robot::PhasedRobot;
@@ -20,6 +22,8 @@ use std::cell::Cell;
 
 /// Longest step of the integration, s.
 const LARGEST_STEP: f64 = 0.1;
+/// Steps of the integration in one phase beyond which a motion does not get on.
+const MOST_STEPS: usize = 300_000;
 /// Guards are looked at this often, s.
 const LARGEST_LOOK: f64 = 0.005;
 
@@ -34,6 +38,8 @@ pub struct PhaseChange {
     pub to: String,
     /// On the feet of the robot as it is; none where velocities do not jump.
     pub impulse: Vec<FootImpulse>,
+    /// It is the change that the order of the phases has there.
+    pub planned: bool,
 }
 
 /// What an impact did to a foot, world axes, N s.
@@ -75,6 +81,8 @@ pub struct WalkSummary {
     pub verdict: Option<Violation>,
     /// In order.
     pub changes: Vec<PhaseChange>,
+    /// How many of them were not in the order of the phases: contacts came or went early, late or at once.
+    pub unplanned: usize,
     /// How much the initial state was moved onto the contacts of its phase.
     pub projected: Projected,
     /// Steps and evaluations of the integration.
@@ -91,6 +99,8 @@ pub struct Walking<'a> {
     pub exchanged: Option<&'a dyn Model<f64>>,
     /// As the description has them.
     pub phases: &'a [PhaseSpec],
+    /// Further sets of contacts through which the walk may go where phases follow the contacts; none: it may not.
+    pub sets: &'a [PhaseSpec],
     /// Names, limits, feet.
     pub plant: &'a Plant,
     /// A scenario with [`Scenario::events`].
@@ -159,7 +169,7 @@ impl Walking<'_> {
         run: &mut Run<'_>,
         watch: &mut dyn FnMut(&Sample),
     ) -> Result<WalkSummary, Diagnostic> {
-        let Self { model, exchanged, phases, plant, scenario } = *self;
+        let Self { model, exchanged, phases, sets, plant, scenario } = *self;
         let Some(events) = &scenario.events else {
             return Err(Diagnostic::error("the scenario is not of method = \"event_driven\""));
         };
@@ -174,9 +184,11 @@ impl Walking<'_> {
             own: Vec::new(),
             controller,
         };
+        let mirrored = mirror.as_ref().map_or(Vec::new(), |mirror| mirror.points().to_vec());
         let stops = if scenario.joint_stops { plant.position_limits.clone() } else { Vec::new() };
         let robot =
             PhasedRobot::new(model, base, &plant.feet, phases.to_vec(), events.assumptions, controller)?
+                .following(sets, mirrored)?
                 .with_stops(stops)
                 .pushed(scenario.pushes.clone())
                 .on_steps(scenario.rises.clone())
@@ -189,7 +201,7 @@ impl Walking<'_> {
         let start = Start { time: 0.0, phase: scenario.phase, x };
         let done = walk_watched(&robot, start, scenario.duration, &precision, &mut log);
         if let Some((phase, time, refusal)) = robot.refusal() {
-            return Err(refused(refusal, Some(&phases[phase].name), time));
+            return Err(refused(refusal, Some(robot.name(phase)), time));
         }
         Ok(log.summary(done?, projected))
     }
@@ -202,7 +214,7 @@ fn precision(relative: f64) -> Precision {
         absolute: relative,
         largest_step: LARGEST_STEP,
         largest_look: LARGEST_LOOK,
-        ..Precision::default()
+        most_steps: MOST_STEPS,
     }
 }
 
@@ -310,6 +322,7 @@ impl<'w, 'r, 'a, 'p> Log<'w, 'r, 'a, 'p> {
             steps: self.steps,
             end,
             verdict,
+            unplanned: self.changes.iter().filter(|change| !change.planned).count(),
             changes: self.changes,
             projected,
             integration: done.effort,
@@ -361,11 +374,12 @@ impl Log<'_, '_, '_, '_> {
     /// What an impact did to the feet of the robot as it is.
     fn impulse(&self, change: &Change) -> Vec<FootImpulse> {
         let nq = self.walking.model.nq();
-        let spec = &self.walking.phases[change.from];
-        let Some(landing) = &spec.impact else { return Vec::new() };
+        if change.passage.held.is_empty() {
+            return Vec::new();
+        }
         // The configuration of before, whose contacts the impulses belong to.
         let (q, before) = change.before.split_at(nq);
-        let after = match (self.mirror, spec.relabel) {
+        let after = match (self.mirror, change.passage.exchanged) {
             (Some(mirror), true) => {
                 let mut back = vec![0.0; before.len()];
                 mirror.velocity(&change.after[nq..], &mut back);
@@ -373,10 +387,10 @@ impl Log<'_, '_, '_, '_> {
             }
             _ => change.after[nq..].to_vec(),
         };
-        let impulses = self.robot.impulses(change.from, q, before, &after);
+        let impulses = self.robot.impulses(&change.passage, q, before, &after);
         let mut own = vec![[0.0; 3]; impulses.len()];
         let mut struck = vec![false; impulses.len()];
-        for &point in &landing.standing {
+        for &point in &change.passage.held {
             let (to, impulse) = match self.own() {
                 Some(mirror) => (mirror.point(point), mirror.force(impulses[point])),
                 None => (point, impulses[point]),
@@ -397,9 +411,8 @@ impl Log<'_, '_, '_, '_> {
     }
 
     /// Whether a change ends a walking step: it exchanges the legs, or, where none does, something lands.
-    fn is_step(&self, from: usize) -> bool {
-        let phases = self.walking.phases;
-        if self.mirror.is_some() { phases[from].relabel } else { phases[from].impact.is_some() }
+    fn is_step(&self, passage: &Passage) -> bool {
+        if self.mirror.is_some() { passage.exchanged } else { !passage.held.is_empty() }
     }
 }
 
@@ -428,18 +441,19 @@ impl Watcher for Log<'_, '_, '_, '_> {
     }
 
     fn change(&mut self, change: &Change) -> bool {
-        let name = |phase: usize| self.walking.phases[phase].name.clone();
+        let name = |phase: usize| self.robot.name(phase).to_owned();
         let impulse = self.impulse(change);
         self.changes.push(PhaseChange {
             time: change.time,
             from: name(change.from),
-            to: name(change.to),
+            to: name(change.passage.to),
             impulse,
+            planned: change.passage.planned,
         });
-        if self.walking.phases[change.from].relabel {
+        if change.passage.exchanged {
             self.swapped.set(!self.swapped.get());
         }
-        self.steps += usize::from(self.is_step(change.from));
+        self.steps += usize::from(self.is_step(&change.passage));
         self.events.steps.is_none_or(|steps| self.steps < steps)
     }
 }

@@ -77,14 +77,11 @@ impl SolOut for Watch<'_> {
             let end = ends.then(|| self.instant(dense, earlier, later, Self::guard_at));
             let event = self.event(dense, (earlier, later), x, last);
             match (end, event) {
-                (end, Some(event)) if end.is_none_or(|end| event < end) => {
+                (end, Some(event)) if end.is_none_or(|[_, end]| event < end) => {
                     self.found = Ok(PhaseEnd::Event);
                     return self.arrive(dense, from, event);
                 }
-                (Some(end), _) => {
-                    self.found = Ok(PhaseEnd::Guard);
-                    return self.arrive(dense, from, end);
-                }
+                (Some(end), _) => return self.arrive_at_guard(dense, from, end),
                 (None, _) => {}
             }
             self.armed |= guard > ARMED;
@@ -125,7 +122,7 @@ impl Watch<'_> {
         }
         let state = if last { x } else { &self.work };
         let falls = self.system.before_event(self.phase, later, state).is_some_and(|before| before <= 0.0);
-        falls.then(|| self.instant(dense, earlier, later, Self::before_event_at))
+        falls.then(|| self.instant(dense, earlier, later, Self::before_event_at)[1])
     }
 
     /// Where a function falls through zero between two times: regula falsi with halved weights (Illinois), then halving.
@@ -135,7 +132,7 @@ impl Watch<'_> {
         mut positive: f64,
         mut negative: f64,
         of: fn(&mut Self, &StepInterpolant<'_>, f64) -> f64,
-    ) -> f64 {
+    ) -> [f64; 2] {
         let (mut above, mut below) = (of(self, dense, positive), of(self, dense, negative));
         // Which end stayed in the last round: its weight is halved.
         let mut stayed = 0;
@@ -168,7 +165,7 @@ impl Watch<'_> {
                 }
             }
         }
-        negative
+        [positive, negative]
     }
 
     /// To a time within the step.
@@ -176,6 +173,22 @@ impl Watch<'_> {
         let mut x = vec![0.0; self.x.len()];
         dense.interpolate(time, &mut x);
         self.arrive_at_end(dense, from, time, &x)
+    }
+
+    /// To the end of the phase between two times. Forces may jump there, where torques do: what has to hold in the phase holds until just before.
+    fn arrive_at_guard(
+        &mut self,
+        dense: &StepInterpolant<'_>,
+        from: f64,
+        [before, time]: [f64; 2],
+    ) -> ControlFlag {
+        self.found = Ok(PhaseEnd::Guard);
+        let flag = self.arrive(dense, from, before);
+        if matches!(self.found, Ok(PhaseEnd::Guard)) {
+            self.time = time;
+            dense.interpolate(time, &mut self.x);
+        }
+        flag
     }
 
     /// Takes the samples, shows the state and checks the assumptions there; if one is violated, goes back to where that began.

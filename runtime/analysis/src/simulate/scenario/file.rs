@@ -202,6 +202,8 @@ pub(super) struct Checks {
     pub step_length: Option<Spanned<toml::Value>>,
     pub second_impact: Option<bool>,
     pub level: Option<Number>,
+    pub light: Option<Number>,
+    pub order: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize, Default)]

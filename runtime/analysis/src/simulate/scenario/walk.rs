@@ -154,6 +154,21 @@ impl Reading<'_> {
             step_length: checks.step_length.as_ref().and_then(|length| self.step_length(length)),
             second_impact: checks.second_impact.unwrap_or(usual.second_impact),
             level: self.number("level", checks.level.as_ref(), usual.level, NOT_NEGATIVE, "m"),
+            light: self.number("light", checks.light.as_ref(), usual.light, (0.0, 0.1), "1"),
+            follows: checks.order.as_ref().and_then(|order| self.order(order)),
+        }
+    }
+
+    /// Whether phases follow the contacts.
+    fn order(&mut self, found: &Spanned<String>) -> Option<bool> {
+        match found.get_ref().as_str() {
+            "contacts" => Some(true),
+            "fixed" => Some(false),
+            other => {
+                let help = "write order = \"contacts\": the walk goes on in the phase that has the contacts; or order = \"fixed\": other contacts \
+                            end the run";
+                self.wrong(found.span().start, format!("there is no order \"{other}\""), help)
+            }
         }
     }
 

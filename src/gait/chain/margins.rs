@@ -1,0 +1,171 @@
+//! How far a step of several phases stays from its limits, from mid-stance to mid-stance.
+use super::hop::{Hop, MidStance};
+use super::{Chain, ChainPhase, Refused};
+use bipedc_analysis::gait::{Assumptions, Margins, Reason};
+use bipedc_analysis::simulate::phases::{Row, RowKind};
+use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_runtime::control::PhasedGait;
+
+/// A foot that carries less than this part of the weight, of an impact's impulses, needs no friction that anybody would measure.
+const LIGHT: f64 = 0.01;
+/// Part of a phase at each end over which feet in the air may be near the ground.
+const NEAR: f64 = 0.1;
+/// What the controller holds to a limit is beyond it by rounding.
+const ROUNDING: f64 = 1e-6;
+
+impl Hop {
+    /// The first assumption that a step breaks.
+    pub(in crate::gait) fn violated(assume: Assumptions, margins: &Margins) -> Option<Reason> {
+        let bad = |margin: Option<f64>| margin.is_some_and(|margin| margin < -ROUNDING);
+        let cases = [
+            (assume.pull, bad(margins.pull) || bad(margins.impact_pull), Reason::Pulls),
+            (assume.friction, bad(margins.friction) || bad(margins.impact_friction), Reason::Slips),
+            (assume.clearance, bad(margins.clearance), Reason::Scuffs),
+            (assume.torque, bad(margins.torque), Reason::Torque),
+        ];
+        cases.into_iter().find(|(asked, broken, _)| *asked && *broken).map(|(.., reason)| reason)
+    }
+}
+
+impl Chain<'_> {
+    /// The step that takes these parameters at mid-stance, and the smallest of its margins at all accepted steps of the integration.
+    pub(in crate::gait) fn hop_with_margins(&self, from: &MidStance, values: &[f64]) -> (Hop, Margins) {
+        let weight = self.weight(&from.q).unwrap_or(f64::NAN);
+        let mut seen =
+            Seen { chain: self, weight, margins: Margins::default(), air: Vec::new(), refused: None };
+        self.present.borrow_mut().impulses.clear();
+        let mut hop =
+            self.hop_watched(from, values, &mut |phase, time, x, begins| seen.look(phase, time, x, begins));
+        seen.phase_is_over();
+        let Seen { mut margins, refused, .. } = seen;
+        let friction = self.bench.gait.limits.friction;
+        for [along, push] in self.present.borrow().impulses.iter().copied() {
+            smaller(&mut margins.impact_pull, push);
+            if let Some(friction) = friction.filter(|_| along.is_finite() && push > 0.0) {
+                smaller(&mut margins.impact_friction, friction - along.abs() / push);
+            }
+        }
+        if let (Some(why), true) = (refused, hop.next.is_ok()) {
+            hop.next = Err(why);
+        }
+        (hop, margins)
+    }
+
+    /// What an impact did to its feet: along the ground and upward, N s.
+    pub(super) fn note_impulses(&self, rows: &[Row], impulses: &[f64]) {
+        let feet = rows.iter().map(|row| row.foot).max().map_or(0, |last| last + 1);
+        let of = |foot: usize, kind: RowKind| -> Option<f64> {
+            let mut own = rows.iter().zip(impulses);
+            own.find(|(row, _)| row.foot == foot && row.kind == kind).map(|(_, x)| *x)
+        };
+        let found: Vec<[f64; 2]> = (0..feet)
+            .filter_map(|foot| Some([of(foot, RowKind::ForceX)?, of(foot, RowKind::ForceZ)?]))
+            .collect();
+        let whole: f64 = found.iter().map(|[_, push]| push).sum();
+        // A light foot has a push, and no quotient.
+        let light = |[along, push]: [f64; 2]| [if push < LIGHT * whole { f64::NAN } else { along }, push];
+        let found = found.into_iter().map(light);
+        self.present.borrow_mut().impulses.extend(found);
+    }
+
+    /// Refuses assumptions that nothing is known about.
+    ///
+    /// # Errors
+    /// The gait has no coefficient of friction; no joint has a limit.
+    pub(in crate::gait) fn known(&self, assume: Assumptions) -> Result<(), Diagnostic> {
+        let gait = &self.bench.gait;
+        if assume.friction && gait.limits.friction.is_none() {
+            let message = format!("the gait `{}` has no coefficient of friction", gait.name);
+            let help = "write `friction` into its [limits], or leave out --assume friction";
+            return Err(Diagnostic::error(message).help(help));
+        }
+        let limited = self.bench.compiled.description.joints.iter().any(|joint| joint.effort_limit.is_some());
+        if assume.torque && !limited {
+            let help = "write `effort` into the URDF's limits, or leave out --assume torque";
+            return Err(Diagnostic::error("no joint of the robot has a limit of its torque").help(help));
+        }
+        Ok(())
+    }
+}
+
+/// The smallest margins so far.
+struct Seen<'c, 'b> {
+    chain: &'c Chain<'b>,
+    /// N
+    weight: f64,
+    margins: Margins,
+    /// Of the present phase: time (s) and lowest point in the air (m).
+    air: Vec<(f64, f64)>,
+    refused: Option<Refused>,
+}
+
+fn smaller(margin: &mut Option<f64>, x: f64) {
+    *margin = Some(margin.map_or(x, |known| known.min(x)));
+}
+
+impl Seen<'_, '_> {
+    fn look(&mut self, phase: usize, time: f64, x: [f64; 2], begins: bool) {
+        if begins {
+            self.phase_is_over();
+        }
+        if let Err(why) = self.measure(phase, time, x) {
+            self.refused.get_or_insert(why);
+        }
+    }
+
+    fn measure(&mut self, phase: usize, time: f64, x: [f64; 2]) -> Result<(), Refused> {
+        let (chain, of) = (self.chain, self.chain.phase(phase)?);
+        let motion = chain.motion(phase, x)?;
+        self.feet(of, &motion.forces);
+        {
+            let present = chain.present.borrow();
+            for (joint, torque) in motion.torques.iter().enumerate() {
+                if let Some(limit) = PhasedGait::<f64>::effort_limit(present.controller.gait(), joint) {
+                    smaller(&mut self.margins.torque, limit - torque.abs());
+                }
+            }
+        }
+        let heights = chain.heights(&chain.point(phase, x[0])?.q);
+        let air = heights.iter().enumerate().filter(|(point, _)| !of.spec.standing.contains(point));
+        self.air.push((time, air.map(|(_, height)| *height).fold(f64::INFINITY, f64::min)));
+        Ok(())
+    }
+
+    /// Friction, push and centre of pressure of what stands.
+    fn feet(&mut self, of: &ChainPhase, forces: &[f64]) {
+        let friction = self.chain.bench.gait.limits.friction;
+        for foot in of.feet.iter().flatten() {
+            let [along, push] = foot.force.map(|force| forces[force]);
+            if foot.holds {
+                smaller(&mut self.margins.pull, push);
+            }
+            if push < LIGHT * self.weight {
+                continue;
+            }
+            if let Some(friction) = friction {
+                smaller(&mut self.margins.friction, friction - along.abs() / push);
+            }
+            let Some(moment) = foot.moment else { continue };
+            let pressure = -forces[moment] / push;
+            for (level, inside) in
+                foot.level.into_iter().zip([pressure - foot.sole[0], foot.sole[1] - pressure])
+            {
+                if level {
+                    smaller(&mut self.margins.zmp, inside);
+                }
+            }
+        }
+    }
+
+    /// Feet in the air count over the middle of the phase.
+    fn phase_is_over(&mut self) {
+        let air = std::mem::take(&mut self.air);
+        let (Some(first), Some(last)) = (air.first(), air.last()) else { return };
+        let near = NEAR * (last.0 - first.0);
+        for (time, height) in &air {
+            if (first.0 + near..=last.0 - near).contains(time) && height.is_finite() {
+                smaller(&mut self.margins.clearance, *height);
+            }
+        }
+    }
+}
