@@ -312,6 +312,7 @@ mod tests {
             end: WalkEnd::Steps,
             verdict: None,
             changes: times.map(change).into(),
+            unplanned: 0,
             projected: Projected::default(),
             integration: Effort::default(),
         };

@@ -121,12 +121,38 @@ fn a_cycle_is_where_the_whole_robot_settles() {
 fn what_has_no_meaning_is_refused() {
     let common = ["--gait", "adjustable", "--speed", "0.3", "--over", "push_off=0:4:2"];
     let map = |more: &[&str]| bipedc(&[&["gait", "map", WALKER], &common[..], more].concat());
-    map(&["--over", "torso_lean=0:0.02:2", "--assume", "friction"])
-        .fails_with(&["have no margins", "--assume"]);
     map(&["--over", "lean=0:0.02:2"]).fails_with(&["no parameter `lean`"]);
     map(&[]).fails_with(&["a map has two ranges"]);
     let steps = ["gait", "steps", WALKER, "--gait", "adjustable", "--from-speed", "0.3", "--to", "-1"];
     bipedc(&steps).fails_with(&["is not possible"]);
+    let one = ["gait", "steps", "robots/three_link", "--gait", "thesis", "--from-speed", "1", "--to", "2"];
+    bipedc(&[&one[..], &["--assume", "friction"]].concat()).fails_with(&["no margins", "--assume"]);
+}
+
+/// A cell breaks what is assumed where the margins of its step, by the other command, do.
+#[test]
+fn cells_break_assumptions_where_margins_of_their_steps_do() {
+    let arguments = ["--gait", "adjustable", "--speed", "0.3", "--json"];
+    let over = ["--over", "push_off=0:4:2", "--over", "torso_lean=0:0.02:2", "--assume", "friction"];
+    let map = bipedc(&[&["gait", "map", WALKER], &arguments[..], &over[..]].concat()).ok().json();
+    let mut slips = 0;
+    for (row, lean) in ["0", "0.02"].into_iter().enumerate() {
+        for (column, push) in ["0", "4"].into_iter().enumerate() {
+            let set = [format!("push_off={push}"), format!("torso_lean={lean}")];
+            let set = ["--set", &set[0], "--set", &set[1]];
+            let step = bipedc(&[&["gait", "step", WALKER], &arguments[..], &set[..]].concat()).ok().json();
+            let place = row * 2 + column;
+            let cell = &map["maps"][0];
+            let reason = &map["reasons"][cell["reason"][row][column].as_u64().unwrap() as usize];
+            assert_eq!(step["next_speed"], cell["next_speed"][row][column], "{place}");
+            let broken = ["friction", "impact_friction"]
+                .iter()
+                .any(|margin| step["margins"][margin].as_f64().is_some_and(|margin| margin < -1e-6));
+            assert_eq!(reason == "slips", broken, "{place}: {reason} {}", step["margins"]);
+            slips += usize::from(broken);
+        }
+    }
+    assert!((1..4).contains(&slips), "{slips} of 4 slip: tells nothing");
 }
 
 /// Takes other parameters at each mid-stance, and notes φ̇ there.
