@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 54] = [
+const FILES: [(&str, &str); 55] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -33,6 +33,7 @@ const FILES: [(&str, &str); 54] = [
     ("src/real.rs", include_str!("real.rs")),
     ("src/sparsity.rs", include_str!("sparsity.rs")),
     ("src/walking/adjustment.rs", include_str!("walking/adjustment.rs")),
+    ("src/walking/balance.rs", include_str!("walking/balance.rs")),
     ("src/walking/carrying.rs", include_str!("walking/carrying.rs")),
     ("src/walking/controller.rs", include_str!("walking/controller.rs")),
     ("src/walking/divergent.rs", include_str!("walking/divergent.rs")),

@@ -92,10 +92,16 @@ impl<R: Scalar> Forces<'_, R> {
         let mut feet = self.layout.feet.iter().enumerate();
         let (number, foot) = feet.find_map(|(k, foot)| Some((k, foot.filter(|foot| !foot.holds)?)))?;
         let [along, push] = foot.force.map(|force| self.force(force, torques));
-        let all = self.layout.feet.iter().flatten();
-        let load = all.fold(R::constant(0.0), |sum, foot| sum + self.force(foot.force[1], torques));
-        let most = R::constant(friction?) * push.larger(R::constant(0.0)) + R::constant(LIGHT) * load.abs();
-        (along.abs() > most).then_some(LettingGo { number, force: foot.force, push, most })
+        let most = R::constant(friction?) * push.larger(R::constant(0.0));
+        let load = self.all_pushes(|push| self.force(push, torques));
+        let slips = along.abs() > most + R::constant(LIGHT) * load;
+        slips.then_some(LettingGo { number, force: foot.force, push, most })
+    }
+
+    /// The sum over the pushes of all feet.
+    fn all_pushes(&self, of: impl Fn(usize) -> R) -> R {
+        let feet = self.layout.feet.iter().flatten();
+        feet.fold(R::constant(0.0), |sum, foot| sum + of(foot.force[1]))
     }
 
     /// The push of a foot that is let go, as an equation.
@@ -106,9 +112,12 @@ impl<R: Scalar> Forces<'_, R> {
 
     /// Its friction.
     pub fn keep_from_slipping(&self, of: &LettingGo<R>, writer: &mut Writer<'_, R>) {
-        let x = of.force[0];
+        let (x, light) = (of.force[0], R::constant(LIGHT));
+        let free = light * self.all_pushes(|push| self.free(push));
         for sign in [1.0, -1.0].map(R::constant) {
-            writer.push(of.most - sign * self.free(x), |joint| sign * self.of_torque(x, joint));
+            writer.push(of.most + free - sign * self.free(x), |joint| {
+                sign * self.of_torque(x, joint) - light * self.all_pushes(|push| self.of_torque(push, joint))
+            });
         }
     }
 

@@ -331,24 +331,19 @@ impl<R: Scalar> Room<'_, R> {
     }
 }
 
-/// How much more a violated equation weighs than a change of torques, once not all conditions can be met: squares of N m. Torques jump by about its
-/// reciprocal where that begins, so that it is as large as rounding lets it be.
-const fn weight<R: Scalar>() -> f64 {
-    if R::EPSILON < 1e-12 { 1e7 } else { 1e4 }
-}
-
-/// The nearest point where inequalities are met and equations as well as they can be: the least of |x − x₀|² + w |A x − b|², w = [`weight`]. Rows are
+/// The nearest point where inequalities are met and equations as well as they can be: the least of |x − x₀|² + w |A x − b|², w the `weight`. Rows are
 /// unit vectors; inequalities are changed: afterwards they are those whose nearest point to 0 is `point`. `factor` has size² numbers, `centre`
 /// and `point` size.
 pub(crate) fn nearest_compromise<R: Scalar>(
     conditions: Conditions<'_, R>,
     x: &mut [R],
+    weight: f64,
     (factor, centre, point): (&mut [R], &mut [R], &mut [R]),
     room: &mut Room<'_, R>,
     active: &mut Active,
 ) -> Search {
     let Conditions { rows, bounds, size, equations, count } = conditions;
-    let weight = R::constant(weight::<R>());
+    let weight = R::constant(weight);
     let (one, zero) = (R::constant(1.0), R::constant(0.0));
     let Some((equal, rows)) = rows.split_at_mut_checked(equations * size) else { return Search::Impossible };
     let Some((goals, bounds)) = bounds.split_at_mut_checked(equations) else { return Search::Impossible };

@@ -8,6 +8,12 @@ use super::slices::{copy, get};
 use super::{Feedback, Refusal};
 use crate::real::Scalar;
 
+/// How much more a missed output weighs than a change of torques, once not all can be met: squares of N m. Torques jump by about its reciprocal
+/// where that begins, so that it is as large as rounding lets it be.
+const fn missing<R: Scalar>() -> f64 {
+    if R::EPSILON < 1e-12 { 1e7 } else { 1e4 }
+}
+
 /// Which conditions torques could not meet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum GaveWay {
@@ -211,7 +217,8 @@ impl<R: Scalar> Room<'_, R> {
         let conditions = Conditions { rows: self.rows, bounds: self.bounds, size, equations, count };
         let mut active = Active::new();
         let mut room = Search::of(search, size)?;
-        let found = nearest_compromise(conditions, self.torques, work, &mut room, &mut active);
+        let found =
+            nearest_compromise(conditions, self.torques, missing::<R>(), work, &mut room, &mut active);
         Some((found, active))
     }
 

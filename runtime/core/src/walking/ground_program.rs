@@ -8,6 +8,9 @@ use crate::control::least_change::{
 use crate::control::slices::{copy, get};
 use crate::real::Scalar;
 
+/// How much more a missing wrench weighs than a change of the shares, squares of N and N m.
+const MISSING: f64 = 1e4;
+
 /// Unknowns of two feet.
 const MOST_UNKNOWNS: usize = 12;
 /// The required wrench.
@@ -191,7 +194,7 @@ impl<'a, R: Scalar> Program<'a, R> {
         let mut room = Room::of(&mut work.room, size)?;
         let mut active = Active::new();
         let memory = (factor.get_mut(..size * size)?, centre.get_mut(..size)?, &mut *point);
-        let found = nearest_compromise(conditions, x, memory, &mut room, &mut active);
+        let found = nearest_compromise(conditions, x, MISSING, memory, &mut room, &mut active);
         // What is left are the limits in coordinates in which x is the nearest point to 0.
         let (rows, bounds) = (work.rows.get_mut(EQUATIONS * size..)?, work.bounds.get_mut(EQUATIONS..)?);
         let limits = Conditions { rows, bounds, size, equations: 0, count: count - EQUATIONS };
