@@ -145,12 +145,12 @@ fn part(code: &Code<'_>, f: &Function, plan: &Plan, index: usize, text: &mut Tex
         }
     }
     let name = format!("{}_part_{index}", f.name);
-    text.line("#[inline(never)]");
-    Head { visibility: "", name: &name, parameters: taken, result: "" }.open(text);
+    let head = Head { visibility: "", name: &name, parameters: taken, result: "" };
+    let open = head.open_dispatched(part.instructions.len(), "#[inline(never)]", text);
     reads.name_inputs(code, text);
     reads.name_angles(code, text);
     part_body(code, f, part, text);
-    text.close("}");
+    open.close(text);
     format!("{name}({});", passed.join(", "))
 }
 
@@ -202,19 +202,18 @@ fn trigonometry(code: &Code<'_>, plan: &Plan, text: &mut Text) {
 }
 
 /// The program as parts of at most `limit` instructions, and the function that calls them in turn, whose head is given.
-pub fn program(code: &Code<'_>, f: &Function, limit: usize, head: &Head<'_>, text: &mut Text) {
+pub fn program(code: &Code<'_>, f: &Function, limit: usize, head: Head<'_>, text: &mut Text) {
     let plan = Plan::new(code.program, limit);
     let calls: Vec<String> = (0..plan.parts.len()).map(|k| part(code, f, &plan, k, text)).collect();
     let (before, after) = calls.split_at(plan.before);
-    text.line("#[inline]");
-    head.open(text);
+    let open = head.open_dispatched(12 * code.program.angles.len(), "#[inline]", text);
     if plan.places > 0 {
         text.line(&format!("let mut w = [R::constant(0.0); {}];", plan.places));
     }
     before.iter().for_each(|call| text.line(call));
     trigonometry(code, &plan, text);
     after.iter().for_each(|call| text.line(call));
-    text.close("}");
+    open.close(text);
 }
 
 #[cfg(test)]
